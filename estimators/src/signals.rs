@@ -1,0 +1,107 @@
+//! What crosses the border between the rig and an estimator: measurements and commands in, estimates out.
+
+use crate::Real;
+
+/// Most drive units a train may have.
+pub const MAX_DRIVES: usize = 16;
+
+/// A measured value and the instant it was taken at, on the sensor's clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<T> {
+    /// Instant the value was taken, s since the start of the run.
+    pub t_s: Real,
+    /// The value, in the unit of the field that holds it.
+    pub value: T,
+}
+
+/// New samples since the last call. `None` = no new sample: rates differ, samples drop out, samples arrive late.
+///
+/// IMU axes: x forward (growing chainage), y left, z up, so a grade that grows shows as a *negative* rate about y.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measurements {
+    /// Now, s since the start of the run.
+    pub t_s: Real,
+    /// Specific force (acceleration minus gravity) in IMU axes, m/s².
+    pub specific_force_mps2: Option<Sample<[Real; 3]>>,
+    /// Angular rate in IMU axes, rad/s.
+    pub angular_rate_radps: Option<Sample<[Real; 3]>>,
+    /// Torque at the motor shaft of each drive unit, N·m.
+    pub motor_torque_nm: [Option<Sample<Real>>; MAX_DRIVES],
+    /// Circumferential speed of the friction wheels of each drive unit (rate × nominal radius), m/s.
+    pub wheel_speed_mps: [Option<Sample<Real>>; MAX_DRIVES],
+    /// Clamp cylinder pressure of each drive unit, MPa.
+    pub clamp_pressure_mpa: [Option<Sample<Real>>; MAX_DRIVES],
+}
+
+/// What the controller asks of the train.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command {
+    /// Motor torque of each drive unit, N·m at the motor shaft, + drives towards growing chainage.
+    pub motor_torque_nm: [Real; MAX_DRIVES],
+    /// Clamp cylinder pressure, MPa, all units.
+    pub clamp_pressure_mpa: Real,
+    /// Share of the clamp-brake force, 0 = released … 1 = fully applied.
+    pub brake: Real,
+}
+
+/// What an estimator is told about the vehicle when it is built. Nominal values: the truth may differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vehicle {
+    /// Mass of the empty train, kg.
+    pub tare_kg: Real,
+    /// Number of drive units.
+    pub drives: usize,
+    /// Friction-wheel radius, m.
+    pub wheel_radius_m: Real,
+    /// Motor revolutions per wheel revolution.
+    pub gear_ratio: Real,
+    /// Share of motor power that reaches the rim when driving, 0…1.
+    pub efficiency: Real,
+    /// Rotating masses reflected to the rim, Σ J/r², kg.
+    pub rotating_mass_kg: Real,
+    /// Running-resistance coefficient, resistance / (total mass · g · cos θ).
+    pub running_resistance: Real,
+    /// Smallest and largest total mass thought possible, kg.
+    pub mass_range_kg: [Real; 2],
+}
+
+/// An estimated quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Value {
+    /// The estimate, in the unit of the field that holds it. Always finite.
+    pub value: Real,
+    /// Its standard deviation, same unit. Always finite and not negative.
+    pub sd: Real,
+    /// Whether the estimator vouches for it: initialised and not saturated.
+    pub valid: bool,
+}
+
+/// What an estimator says about its own working.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags {
+    /// The train moves fast enough for the force balance to hold.
+    pub moving: bool,
+    /// The mass regression is excited and learns.
+    pub excited: bool,
+    /// A limit (mass range, covariance, noise clamp) acts.
+    pub saturated: bool,
+}
+
+/// Output of one estimator step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Instant the estimate is for, s.
+    pub t_s: Real,
+    /// Total mass (tare + load), kg.
+    pub total_mass_kg: Value,
+    /// Grade angle at the IMU, rad, + uphill towards growing chainage.
+    pub grade_rad: Value,
+    /// Speed along the rail, m/s.
+    pub speed_mps: Value,
+    /// Innovation of the slope filter's last measurement (m/s for wheel speed).
+    pub innovation: Real,
+    /// Normalised innovation squared of the same, dimensionless, 1 on average when consistent.
+    pub nis: Real,
+    /// Status.
+    pub flags: Flags,
+}

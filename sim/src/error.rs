@@ -1,0 +1,58 @@
+//! The one error type of this crate.
+
+use std::path::PathBuf;
+
+/// What can go wrong between a file on disk and a finished run.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file says something that cannot be used.
+    #[error(transparent)]
+    Input(#[from] Box<InputError>),
+    /// The operating system refused to read or write.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The simulation left the range in which it means anything.
+    #[error("the run broke down at t = {t_s:.3} s: {what}")]
+    Broken {
+        /// Simulated time, s.
+        t_s: f64,
+        /// What was seen.
+        what: String,
+    },
+}
+
+/// Where an input is wrong, what is wrong, and what would be right.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {message}\n  help: {help}", place = self.place())]
+pub struct InputError {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1, where it is known.
+    pub line: Option<usize>,
+    /// Column, from 1, where it is known.
+    pub column: Option<usize>,
+    /// Path of the key inside the file, such as `vertical[2].radius_m`; empty for the file as a whole.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
+}
+
+impl InputError {
+    fn place(&self) -> String {
+        let mut s = self.file.display().to_string();
+        if let (Some(l), Some(c)) = (self.line, self.column) {
+            s += &format!(":{l}:{c}");
+        }
+        if !self.key.is_empty() {
+            s += &format!(": {}", self.key);
+        }
+        s
+    }
+}

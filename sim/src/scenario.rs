@@ -1,0 +1,304 @@
+//! YAML in, checked scenario out.
+
+use crate::checked::{Finite, Fraction, NonNegative, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A scenario file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// Format version, 1.
+    pub version: u32,
+    /// Why the scenario exists and what it shows.
+    pub why: String,
+    /// Track file, relative to this file.
+    pub track: String,
+    /// Train file, relative to this file.
+    pub train: String,
+    /// Load on the hook.
+    #[serde(default)]
+    pub load: Load,
+    /// Where and how the train starts.
+    #[serde(default)]
+    pub start: Start,
+    /// When the run ends.
+    pub stop: Stop,
+    /// Physics step and plant.
+    #[serde(default)]
+    pub physics: Physics,
+    /// Drive cycle and controller.
+    pub drive: DriveCycle,
+    /// Sensor data sheet, relative to this file.
+    pub sensors: String,
+    /// What the estimators are told where it differs from the train's nominal values.
+    #[serde(default)]
+    pub vehicle: VehicleBelief,
+    /// Estimators by name, with their parameters.
+    #[serde(default)]
+    pub estimators: BTreeMap<String, serde_json::Value>,
+    /// The estimator whose output the controller sees.
+    #[serde(default)]
+    pub in_loop: Option<String>,
+    /// Things that happen.
+    #[serde(default)]
+    pub events: Vec<Event>,
+    /// Obstacles and walls.
+    #[serde(default)]
+    pub surroundings: Vec<Obstacle>,
+    /// Seeds to run: a number, `1..10`, or a list.
+    #[serde(default)]
+    pub seeds: Option<serde_json::Value>,
+    /// Recording rates.
+    #[serde(default)]
+    pub record: Record,
+    /// Bounds to hold (checked by `monorig test`).
+    #[serde(default)]
+    pub expect: Vec<serde_json::Value>,
+}
+
+/// Load on the hook.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// kg; none = what the load's URDF says.
+    pub mass_kg: Option<NonNegative>,
+}
+
+/// Where and how the train starts.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Chainage of the train's front, m; none = so that the whole train is on the track with 1 m to spare.
+    pub chainage_m: Option<Finite>,
+    /// Speed, m/s.
+    pub speed_mps: Finite,
+}
+
+/// When the run ends, whichever comes first; at least one is needed.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    /// s.
+    pub after_s: Option<Positive>,
+    /// Chainage of the train's front, m.
+    pub at_m: Option<Positive>,
+}
+
+/// Physics step and plant.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Physics {
+    /// Step, ms.
+    pub dt_ms: Positive,
+    /// Which plant moves the train.
+    pub plant: PlantKind,
+    /// m/s².
+    pub gravity_mps2: Positive,
+}
+
+/// Which plant moves the train.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlantKind {
+    /// Rigid bodies in rapier.
+    Rapier,
+    /// A point on the rail.
+    PointMass,
+}
+
+/// Drive cycle and controller.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveCycle {
+    /// Speed reference: points by time (`at_s`) or by chainage of the front (`at_m`), linear in between (time) or held
+    /// (chainage, approached within `accel_mps2`).
+    pub speed: Vec<SpeedPoint>,
+    /// Limit on the change of the reference, m/s².
+    #[serde(default)]
+    pub accel_mps2: Option<Positive>,
+    /// The controller.
+    #[serde(default)]
+    pub controller: Pi,
+}
+
+/// A point of the speed reference; exactly one of `at_s` and `at_m`.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedPoint {
+    /// s.
+    pub at_s: Option<NonNegative>,
+    /// m.
+    pub at_m: Option<NonNegative>,
+    /// m/s.
+    pub mps: Finite,
+}
+
+/// PI speed control.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Pi {
+    /// 1/s: acceleration asked per m/s of speed error.
+    pub kp: NonNegative,
+    /// 1/s².
+    pub ki: NonNegative,
+    /// Where slope and mass of the feed-forward come from.
+    pub feedforward: FeedForward,
+    /// Hold the train with the brake when the reference is zero and the train stands.
+    pub hold: bool,
+}
+
+/// Where slope and mass of the feed-forward come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedForward {
+    /// None.
+    None,
+    /// The truth (an upper limit, not a real controller).
+    Truth,
+    /// The estimator in the loop.
+    Estimate,
+}
+
+/// What the estimators are told, where it differs from the train's nominal values.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VehicleBelief {
+    /// kg.
+    pub tare_kg: Option<Positive>,
+    /// First guess of the total mass, kg.
+    pub total_mass_guess_kg: Option<Positive>,
+    /// Running-resistance coefficient.
+    pub running_resistance: Option<NonNegative>,
+    /// m.
+    pub wheel_radius_m: Option<Positive>,
+}
+
+/// Something that happens; which keys are given says what.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, deny_unknown_fields)]
+pub enum Event {
+    /// The load changes.
+    LoadMass {
+        /// s.
+        at_s: NonNegative,
+        /// kg.
+        load_mass_kg: NonNegative,
+    },
+    /// The rail is slippery.
+    Adhesion {
+        /// m.
+        from_m: NonNegative,
+        /// m.
+        to_m: Positive,
+        /// Coefficient.
+        adhesion: NonNegative,
+    },
+    /// A sensor fails.
+    SensorFault {
+        /// s.
+        from_s: NonNegative,
+        /// s; none = to the end.
+        to_s: Option<Positive>,
+        /// Sensor name.
+        sensor: String,
+        /// What fails.
+        fault: Fault,
+        /// Size of the fault, in the unit it needs.
+        size: Option<Finite>,
+    },
+    /// The clamp pressure is commanded or lost.
+    ClampPressure {
+        /// s.
+        at_s: NonNegative,
+        /// MPa.
+        clamp_mpa: NonNegative,
+    },
+    /// Emergency brake.
+    Brake {
+        /// s.
+        at_s: NonNegative,
+        /// Share of the brake force, 0 releases.
+        brake: Fraction,
+    },
+}
+
+/// What can fail on a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// No samples.
+    Off,
+    /// The last value again and again.
+    Stuck,
+    /// Bias that grows, `size` units per second.
+    Drift,
+    /// Values multiplied by `size`.
+    Scale,
+    /// Rare outliers of `size` units.
+    Spikes,
+}
+
+/// A box beside the rail.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Chainage of its middle, m.
+    pub at_m: NonNegative,
+    /// Offset of its middle to the left, m.
+    pub left_m: Finite,
+    /// Offset of its middle upwards, m.
+    pub up_m: Finite,
+    /// Edge lengths along the rail, across, up, m.
+    pub size_m: [Positive; 3],
+}
+
+/// Recording rates.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Record {
+    /// Channels, Hz.
+    pub rate_hz: Positive,
+    /// Poses, Hz.
+    pub pose_rate_hz: Positive,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            chainage_m: None,
+            speed_mps: Finite::ZERO,
+        }
+    }
+}
+
+impl Default for Physics {
+    fn default() -> Self {
+        Self {
+            dt_ms: Positive::new(2.0),
+            plant: PlantKind::Rapier,
+            gravity_mps2: Positive::new(9.81),
+        }
+    }
+}
+
+impl Default for Pi {
+    fn default() -> Self {
+        Self {
+            kp: NonNegative::new(1.5),
+            ki: NonNegative::new(0.5),
+            feedforward: FeedForward::None,
+            hold: true,
+        }
+    }
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self {
+            rate_hz: Positive::new(50.0),
+            pose_rate_hz: Positive::new(25.0),
+        }
+    }
+}

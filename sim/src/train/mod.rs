@@ -1,0 +1,230 @@
+//! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+/// A train ready to be put on a rail. Body frames: x forward, y left, z up.
+#[derive(Clone, Debug)]
+pub struct Train {
+    /// Name of the consist.
+    pub name: String,
+    /// One rigid body each, front to rear.
+    pub bodies: Vec<Body>,
+    /// Couplings, hangers, chains between bodies.
+    pub connections: Vec<Connection>,
+    /// Drive units, front to rear.
+    pub drives: Vec<Drive>,
+    /// Every URDF link as a place where a sensor can sit, named `unit/link`.
+    pub mounts: Vec<Mount>,
+    /// Index of the load's body.
+    pub load: Option<usize>,
+    /// What the train can run on.
+    pub limits: Limits,
+    /// Running resistance.
+    pub resistance: Resistance,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// `unit` or `unit/link` for hung parts.
+    pub name: String,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass in the body frame, m.
+    pub com: Vector3<f64>,
+    /// Inertia tensor about the centre of mass, body axes, kg·m².
+    pub inertia: Matrix3<f64>,
+    /// Where the body starts: chainage relative to the train's front (≤ 0), and pose of the body frame in the rail
+    /// frame at that chainage (x along t, y along l, z along u).
+    pub start_s: f64,
+    /// See above.
+    pub start_pose: Isometry3<f64>,
+    /// Wheels that hold the body to the rail; empty for hung bodies. Body frame origin of a rail-bound body = rail line.
+    pub stations: Vec<Station>,
+    /// What it looks like, and what it touches.
+    pub shapes: Vec<Shape>,
+}
+
+/// A pair of running wheels and the guide wheels beside it, at one place along a rail-bound body.
+#[derive(Clone, Copy, Debug)]
+pub struct Station {
+    /// Place along the body, m.
+    pub x_m: f64,
+    /// Distance of the running-wheel contacts left and right of the rail's line, m.
+    pub half_gauge_m: f64,
+    /// Radius of the running wheels, m.
+    pub wheel_radius_m: f64,
+    /// Stiffness and damping of one running wheel, N/m and N·s/m.
+    pub wheel_k: f64,
+    /// See above.
+    pub wheel_c: f64,
+    /// Play of the hold-down side, m.
+    pub holddown_play_m: f64,
+    /// Stiffness and damping of the guide wheels, N/m and N·s/m.
+    pub guide_k: f64,
+    /// See above.
+    pub guide_c: f64,
+    /// Height of the guide wheels' contact in the body frame, m.
+    pub guide_z_m: f64,
+}
+
+/// A spring-damper between two bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct Connection {
+    /// What it can carry.
+    pub kind: ConnectionKind,
+    /// Index of the bodies.
+    pub a: usize,
+    /// See above.
+    pub b: usize,
+    /// Anchors in the body frames, m.
+    pub anchor_a: Vector3<f64>,
+    /// See above.
+    pub anchor_b: Vector3<f64>,
+    /// Stiffness, N/m, and damping, N·s/m.
+    pub k: f64,
+    /// See above.
+    pub c: f64,
+    /// Free length, m (drawbars and chains).
+    pub length_m: f64,
+}
+
+/// What a connection can carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConnectionKind {
+    /// Push and pull along the line between the anchors.
+    Drawbar,
+    /// Holds the anchors together in all directions (a ball joint).
+    Hanger,
+    /// Pull only.
+    Chain,
+}
+
+/// A drive unit: two friction wheels clamped to the web, one motor.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive {
+    /// Index of its body.
+    pub body: usize,
+    /// Place of the friction-wheel contact in the body frame (midway between the wheels), m.
+    pub contact: Vector3<f64>,
+    /// Friction-wheel radius, m.
+    pub wheel_radius_m: f64,
+    /// Inertia of one friction wheel about its axle, kg·m².
+    pub wheel_inertia: f64,
+    /// Inertia of the motor, kg·m² at the motor shaft.
+    pub motor_inertia: f64,
+    /// Motor revolutions per wheel revolution.
+    pub gear_ratio: f64,
+    /// Share of power that passes the gear when driving, and when braking.
+    pub efficiency_drive: f64,
+    /// See above.
+    pub efficiency_brake: f64,
+    /// Motor map: largest torque N·m, rated power W, largest speed rad/s, first-order lag s, torque rate N·m/s.
+    pub torque_max_nm: f64,
+    /// See above.
+    pub power_w: f64,
+    /// See above.
+    pub speed_max_radps: f64,
+    /// See above.
+    pub lag_s: f64,
+    /// See above.
+    pub rate_nmps: f64,
+    /// Clamp: piston area of the pair m², nominal pressure MPa, lag s.
+    pub piston_area_m2: f64,
+    /// See above.
+    pub clamp_mpa: f64,
+    /// See above.
+    pub clamp_lag_s: f64,
+    /// LuGre: adhesion coefficient, bristle stiffness N/m, bristle damping N·s/m, rolling term κ (dimensionless).
+    pub adhesion: f64,
+    /// See above.
+    pub sigma0: f64,
+    /// See above.
+    pub sigma1: f64,
+    /// See above.
+    pub kappa: f64,
+    /// Clamp brake of the unit: largest force N, lag s.
+    pub brake_max_n: f64,
+    /// See above.
+    pub brake_lag_s: f64,
+}
+
+/// A named place on a body.
+#[derive(Clone, Debug)]
+pub struct Mount {
+    /// `unit/link`.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Pose of the mount frame in the body frame.
+    pub pose: Isometry3<f64>,
+}
+
+/// What the train can run on.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Least horizontal radius, m.
+    pub min_radius_horizontal_m: f64,
+    /// Least vertical radius, m.
+    pub min_radius_vertical_m: f64,
+    /// Steepest grade, rad.
+    pub max_grade_rad: f64,
+    /// Highest speed, m/s.
+    pub max_speed_mps: f64,
+    /// Distance from the foremost to the rearmost wheel, m.
+    pub length_m: f64,
+    /// Rated load, kg.
+    pub max_load_kg: f64,
+}
+
+/// Running resistance, each term of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Resistance {
+    /// Rolling of the clamped friction wheels, per newton of clamp force.
+    pub clamped_wheel: f64,
+    /// Rolling of the running wheels, per newton of wheel load.
+    pub running_wheel: f64,
+    /// Rolling of the guide wheels, per newton of guide force.
+    pub guide_wheel: f64,
+    /// Bearings: constant force per rail-bound body, N, and N·s/m.
+    pub bearing_n: f64,
+    /// See above.
+    pub bearing_nspm: f64,
+    /// Air drag ½ρ c_D A, N·s²/m².
+    pub air_nspm2: f64,
+}
+
+/// A visible and touchable shape on a body.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// The URDF link it stands for.
+    pub link: String,
+    /// Pose in the body frame.
+    pub pose: Isometry3<f64>,
+    /// The shape.
+    pub geometry: Geometry,
+    /// Colour, linear RGBA 0…1.
+    pub rgba: [f32; 4],
+    /// Whether it takes part in collisions and clearance.
+    pub collides: bool,
+    /// Set for a friction wheel: (index of the drive, 0 left / 1 right): it turns with the wheel, about its own z axis.
+    pub spins: Option<(usize, usize)>,
+}
+
+/// Primitive shapes, and meshes.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Full edge lengths, m.
+    Box(Vector3<f64>),
+    /// Radius and length, m; axis along z.
+    Cylinder(f64, f64),
+    /// Radius, m.
+    Sphere(f64),
+    /// Triangles.
+    Mesh {
+        /// Vertices, m.
+        vertices: Vec<[f64; 3]>,
+        /// Triangles.
+        triangles: Vec<[u32; 3]>,
+    },
+}
