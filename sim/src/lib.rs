@@ -1,11 +1,19 @@
 //! monorig-sim: truth → sensors → estimators → controller.
 
+pub mod bank;
 pub mod checked;
+pub mod control;
 pub mod error;
 pub mod file;
 pub mod plant;
+pub mod point_mass;
 pub mod rail;
 pub mod record;
+pub mod rig;
+pub mod run;
 pub mod scenario;
 pub mod sensors;
+pub mod surroundings;
+pub mod timeline;
 pub mod train;
+pub mod world;

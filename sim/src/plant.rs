@@ -12,6 +12,10 @@ pub trait Plant {
     fn truth(&self) -> &Truth;
     /// Change the mass of the load during a run (pick-up, set-down), kg.
     fn set_load_mass(&mut self, mass_kg: f64);
+    /// Limit the pressure the clamps can reach (a fault), MPa.
+    fn set_clamp_limit(&mut self, mpa: f64);
+    /// Bring the costly parts of the truth (clearance) up to date; called before a row is recorded.
+    fn look_around(&mut self) {}
 }
 
 /// Motion of a point fixed to a body, in the world frame W (z up): what a sensor bolted there feels.

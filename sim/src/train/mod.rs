@@ -1,5 +1,15 @@
 //! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
 
+pub mod adhesion;
+pub mod body_state;
+pub mod coupling;
+pub mod dynamics;
+pub mod friction;
+pub mod hanging;
+pub mod motor;
+pub mod resistance;
+pub mod running_gear;
+
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 /// A train ready to be put on a rail. Body frames: x forward, y left, z up.

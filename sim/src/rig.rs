@@ -1,0 +1,225 @@
+//! A scenario put together: rail, train, plant, instruments, estimators, controller.
+
+use crate::bank::Member;
+use crate::control::{Cycle, SpeedController};
+use crate::error::Error;
+use crate::file::input_error;
+use crate::plant::Plant;
+use crate::point_mass::{PointMass, PointMassOptions};
+use crate::rail::{Frame, Rail};
+use crate::run::StopAt;
+use crate::scenario::{Event, FeedForward, PlantKind, Scenario};
+use crate::sensors::{Sheet, Suite};
+use crate::surroundings::{self, Block};
+use crate::timeline::Timeline;
+use crate::train::Train;
+use crate::train::adhesion::Zone;
+use crate::world::{World, WorldOptions};
+use monorig_estimators::crane;
+use monorig_estimators::signals::Vehicle;
+use std::sync::Arc;
+
+/// Everything a run needs, checked against each other.
+pub struct Rig {
+    /// The scenario it was built from.
+    pub scenario: Scenario,
+    /// Seed of this run.
+    pub seed: u64,
+    /// The rail.
+    pub rail: Arc<Rail>,
+    /// The train as it starts.
+    pub train: Train,
+    /// What moves.
+    pub plant: Box<dyn Plant>,
+    /// The instruments.
+    pub sensors: Suite,
+    /// The estimators.
+    pub bank: Vec<Member>,
+    /// The controller.
+    pub controller: SpeedController,
+    /// The drive cycle.
+    pub cycle: Cycle,
+    /// Events still to come.
+    pub timeline: Timeline,
+    /// The estimator that the controller hears.
+    pub in_loop: Option<usize>,
+    /// What the controller's feed-forward uses.
+    pub feedforward: FeedForward,
+    /// Step, s.
+    pub dt_s: f64,
+    /// Chainage of the IMU minus that of the front, m.
+    pub imu_offset_m: f64,
+    /// Mass the controller assumes without an estimate, kg.
+    pub nominal_mass_kg: f64,
+    /// End of the track, m.
+    pub track_length_m: f64,
+    /// When the run ends.
+    pub stop: StopAt,
+    /// What stands around the rail.
+    pub blocks: Vec<Block>,
+}
+
+/// Room left behind the last wheel at the start when the scenario does not say where to start, m.
+const REAR_ROOM: f64 = 1.0;
+
+impl Rig {
+    /// Read every file a scenario names, check them against each other, and build.
+    pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
+        let file = &scenario.path;
+        let s = &scenario.file;
+        let rail = Arc::new(Rail::load(&scenario.track_path())?);
+        let mut train = Train::load(&scenario.train_path())?;
+        rail.check(&train.limits)?;
+        if let Some(kg) = s.load.mass_kg {
+            let limit = train.limits.max_load_kg;
+            train = train.with_load_mass(kg.get()).map_err(|_| {
+                input_error(
+                    file,
+                    "load.mass_kg",
+                    format!("the train cannot carry a load of {} kg", kg.get()),
+                    format!("a load from 0 to {limit} kg"),
+                )
+            })?;
+        }
+        let dt_s = s.physics.dt_ms.get() * 1e-3;
+        if s.physics.plant == PlantKind::Rapier {
+            train.check_step(dt_s)?;
+        }
+        let front = place(&scenario, &rail, &train)?;
+        let mut sensors =
+            Suite::new(&Sheet::load(&scenario.sensors_path())?, &train, s.physics.gravity_mps2.get(), seed)?;
+        sensors.check_step(dt_s)?;
+        sensors.add_faults(file, &s.events)?;
+        let imu = sensors.imu_mount().or_else(|| train.mount("imu_link")).unwrap_or(0);
+        let mounts = vec![imu];
+        let zones = zones(&scenario, &rail)?;
+        let blocks = surroundings::blocks(&scenario, &rail)?;
+
+        let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
+        let vehicle = believed_vehicle(&scenario, &train);
+        let guess = s.vehicle.total_mass_guess_kg.map_or(nominal_mass(&train), f64::from);
+        let bank = bank(&scenario, &vehicle)?;
+        let in_loop = match &s.in_loop {
+            None => None,
+            Some(name) => bank.iter().position(|m| m.name == *name),
+        };
+        let plant: Box<dyn Plant> = match s.physics.plant {
+            PlantKind::Rapier => {
+                let o = WorldOptions {
+                    front_m: front,
+                    speed_mps: speed,
+                    gravity_mps2: gravity,
+                    imu,
+                    mounts,
+                    zones,
+                    blocks: blocks.clone(),
+                };
+                Box::new(World::new(train.clone(), rail.clone(), &o)?)
+            }
+            PlantKind::PointMass => {
+                let o = PointMassOptions { front_m: front, speed_mps: speed, gravity_mps2: gravity, imu, mounts, zones };
+                Box::new(PointMass::new(train.clone(), rail.clone(), &o))
+            }
+        };
+        let torque_max = train.drives.first().map_or(0.0, |d| d.torque_max_nm);
+        let clamp = train.drives.first().map_or(0.0, |d| d.clamp_mpa);
+        let imu_offset_m = plant.truth().chainage_m - front;
+        Ok(Self {
+            controller: SpeedController::new(s.drive.controller, vehicle, torque_max, clamp, gravity, speed != 0.0),
+            cycle: Cycle::new(&s.drive, speed),
+            timeline: Timeline::new(&s.events),
+            feedforward: s.drive.controller.feedforward,
+            stop: StopAt {
+                after_s: s.stop.after_s.map_or(f64::INFINITY, f64::from),
+                at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
+            },
+            track_length_m: rail.length(),
+            nominal_mass_kg: guess,
+            imu_offset_m,
+            dt_s,
+            seed,
+            rail,
+            train,
+            plant,
+            sensors,
+            bank,
+            in_loop,
+            blocks,
+            scenario,
+        })
+    }
+
+    /// The rail sampled for drawing.
+    pub fn rail_samples(&self) -> Vec<Frame> {
+        self.rail.samples(0.5)
+    }
+}
+
+/// Chainage of the front at the start.
+fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> {
+    let length = train.limits.length_m;
+    let least = length + REAR_ROOM;
+    let front = scenario.file.start.chainage_m.map_or(least, f64::from);
+    if front < length || front > rail.length() {
+        return Err(input_error(
+            &scenario.path,
+            "start.chainage_m",
+            format!("with its front at {front} m the train does not stand on the track"),
+            format!("a chainage from {length} m (the train is that long) to {} m (the track ends there)", rail.length()),
+        ));
+    }
+    Ok(front)
+}
+
+fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
+    let mut zones = Vec::new();
+    for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::Adhesion { from_m, to_m, adhesion } = e {
+            let z = Zone { from_m: from_m.get(), to_m: to_m.get(), adhesion: adhesion.get() };
+            if z.from_m >= rail.length() {
+                return Err(input_error(
+                    &scenario.path,
+                    format!("events[{i}].from_m"),
+                    format!("the zone starts at {} m, beyond the end of the track", z.from_m),
+                    format!("a chainage below {} m", rail.length()),
+                ));
+            }
+            zones.push(z);
+        }
+    }
+    Ok(zones)
+}
+
+/// Mass the estimators and the controller start from when nobody tells them: tare and half the rated load, kg.
+fn nominal_mass(train: &Train) -> f64 {
+    train.tare_kg() + 0.5 * train.limits.max_load_kg
+}
+
+/// What the estimators are told about the vehicle: the train's data sheet, and what the scenario puts in its place.
+fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
+    let belief = &scenario.file.vehicle;
+    let first = train.drives.first();
+    let tare = belief.tare_kg.map_or(train.tare_kg(), f64::from);
+    Vehicle {
+        tare_kg: tare,
+        drives: train.drives.len(),
+        wheel_radius_m: belief.wheel_radius_m.map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
+        gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
+        efficiency: first.map_or(1.0, |d| d.efficiency_drive),
+        rotating_mass_kg: train.rotating_mass_kg(),
+        running_resistance: belief.running_resistance.map_or(train.nominal_running_resistance(), f64::from),
+        mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
+    }
+}
+
+fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
+    let mut bank = Vec::new();
+    for (name, params) in &scenario.file.estimators {
+        let pairs: Vec<(&str, f64)> = params.iter().map(|(k, v)| (k.as_str(), *v)).collect();
+        let estimator = crane::build(name, vehicle, &pairs).map_err(|e| {
+            input_error(&scenario.path, format!("estimators.{name}"), e.to_string(), "see `monorig schema scenario`")
+        })?;
+        bank.push(Member::new(name.clone(), estimator));
+    }
+    Ok(bank)
+}

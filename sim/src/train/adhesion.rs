@@ -1,0 +1,17 @@
+//! Adhesion along the rail: dry by default, less where it is wet, oily or dusty.
+
+/// A stretch of rail with its own adhesion coefficient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zone {
+    /// Start, m.
+    pub from_m: f64,
+    /// End, m.
+    pub to_m: f64,
+    /// Coefficient.
+    pub adhesion: f64,
+}
+
+/// Coefficient at chainage `s`: that of the last zone which covers it, else `dry`.
+pub fn at(zones: &[Zone], s: f64, dry: f64) -> f64 {
+    zones.iter().rev().find(|z| (z.from_m..=z.to_m).contains(&s)).map_or(dry, |z| z.adhesion)
+}

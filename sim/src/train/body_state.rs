@@ -1,0 +1,52 @@
+//! Motion of one rigid body, in the world frame.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Motion of one rigid body.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyState {
+    /// Origin of the body frame, m.
+    pub p: Vector3<f64>,
+    /// Rotation from the body frame to the world.
+    pub q: UnitQuaternion<f64>,
+    /// The same as a matrix.
+    pub r: Matrix3<f64>,
+    /// Centre of mass, m.
+    pub c: Vector3<f64>,
+    /// Velocity of the centre of mass, m/s.
+    pub v: Vector3<f64>,
+    /// Angular velocity, rad/s.
+    pub w: Vector3<f64>,
+}
+
+impl BodyState {
+    /// World position of a point of the body frame, m.
+    pub fn point(&self, local: &Vector3<f64>) -> Vector3<f64> {
+        self.p + self.r * local
+    }
+
+    /// Velocity of the body at a world point, m/s.
+    pub fn velocity(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        self.v + self.w.cross(&(at - self.c))
+    }
+}
+
+/// Force and torque about the centre of mass, in the world, N and N·m.
+#[derive(Clone, Copy, Debug)]
+pub struct Wrench {
+    /// Force, N.
+    pub force: Vector3<f64>,
+    /// Torque about the centre of mass, N·m.
+    pub torque: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Nothing.
+    pub const ZERO: Self = Self { force: Vector3::new(0.0, 0.0, 0.0), torque: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// Add a force at a world point of the body.
+    pub fn add(&mut self, body: &BodyState, force: &Vector3<f64>, at: &Vector3<f64>) {
+        self.force += force;
+        self.torque += (at - body.c).cross(force);
+    }
+}
