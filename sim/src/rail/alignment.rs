@@ -64,7 +64,14 @@ impl Piece {
         };
         let mut bend = 0.0_f64;
         let mut angle = 0.0_f64;
-        for x in [0.0, 0.25 * length, 0.5 * length, 0.75 * length, length, turn] {
+        for x in [
+            0.0,
+            0.25 * length,
+            0.5 * length,
+            0.75 * length,
+            length,
+            turn,
+        ] {
             if (0.0..=length).contains(&x) {
                 bend = bend.max(self.law.slope(x).abs());
                 angle = angle.max(self.law.value(x).abs());
@@ -163,7 +170,11 @@ impl<'a> Builder<'a> {
             return Err(input_error(
                 self.file,
                 bend_key,
-                format!("the track is {:.0} m long by here, in {} pieces", self.s, self.pieces.len()),
+                format!(
+                    "the track is {:.0} m long by here, in {} pieces",
+                    self.s,
+                    self.pieces.len()
+                ),
                 format!("at most {LONGEST_M} m and {MOST_PIECES} pieces"),
             ));
         }
@@ -182,14 +193,25 @@ impl<'a> Builder<'a> {
         angle_key: &str,
     ) -> Result<(), Error> {
         let (key, value) = self.one_of(radius, length, path)?;
-        let radius = if length.is_some() { (value - easement) / turn.abs() } else { value };
+        let radius = if length.is_some() {
+            (value - easement) / turn.abs()
+        } else {
+            value
+        };
         let middle = radius * turn.abs() - easement;
         if radius <= 0.0 || middle < -1e-9 {
             return Err(input_error(
                 self.file,
                 format!("{path}.easement_m"),
                 format!("two easements of {easement} m are longer than the whole arc"),
-                format!("at most {:.3} m here", if length.is_some() { 0.5 * value } else { value * turn.abs() }),
+                format!(
+                    "at most {:.3} m here",
+                    if length.is_some() {
+                        0.5 * value
+                    } else {
+                        value * turn.abs()
+                    }
+                ),
             ));
         }
         let k = turn.signum() / radius;
@@ -210,14 +232,23 @@ impl<'a> Builder<'a> {
         angle_key: &str,
     ) -> Result<(), Error> {
         let (key, value) = self.one_of(radius, length, path)?;
-        let length = if length.is_some() { value } else { 2.0 * value * turn.abs() };
+        let length = if length.is_some() {
+            value
+        } else {
+            2.0 * value * turn.abs()
+        };
         let k = 2.0 * turn / length;
         let keys = [key.as_str(), angle_key];
         self.bend(0.5 * length, [0.0, k], keys)?;
         self.bend(0.5 * length, [k, 0.0], keys)
     }
 
-    fn one_of(&self, radius: Option<f64>, length: Option<f64>, path: &str) -> Result<(String, f64), Error> {
+    fn one_of(
+        &self,
+        radius: Option<f64>,
+        length: Option<f64>,
+        path: &str,
+    ) -> Result<(String, f64), Error> {
         match (radius, length) {
             (Some(r), None) => Ok((format!("{path}.radius_m"), r)),
             (None, Some(l)) => Ok((format!("{path}.length_m"), l)),
@@ -265,7 +296,10 @@ mod tests {
         while s < a.length() + 1.0 {
             let difference = (a.value(s + h) - a.value(s - h)) / (2.0 * h);
             assert!((difference - a.slope(s)).abs() < 1e-5, "s = {s}");
-            assert!((a.slope(s + h) - a.slope(s - h)).abs() < 2e-5, "curvature jumps at {s}");
+            assert!(
+                (a.slope(s + h) - a.slope(s - h)).abs() < 2e-5,
+                "curvature jumps at {s}"
+            );
             s += 0.0137;
         }
     }
@@ -285,7 +319,13 @@ mod tests {
     #[test]
     fn an_easement_longer_than_the_arc_is_named() {
         let mut b = Builder::new(Path::new("t.yaml"), 0.0);
-        let e = b.arc(0.5, Some(4.0), None, 2.5, "vertical[3]", "").unwrap_err().to_string();
-        assert!(e.contains("vertical[3].easement_m") && e.contains("at most 2.000"), "{e}");
+        let e = b
+            .arc(0.5, Some(4.0), None, 2.5, "vertical[3]", "")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            e.contains("vertical[3].easement_m") && e.contains("at most 2.000"),
+            "{e}"
+        );
     }
 }

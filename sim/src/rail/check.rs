@@ -12,7 +12,11 @@ const JUST: f64 = 1.0 + 1e-9;
 impl Rail {
     /// Check radii, grades and length against what a train can run on. Kinks and steps of rail joints are not counted.
     pub fn check(&self, limits: &Limits) -> Result<(), Error> {
-        self.radii(&self.horizontal, limits.min_radius_horizontal_m, "horizontal")?;
+        self.radii(
+            &self.horizontal,
+            limits.min_radius_horizontal_m,
+            "horizontal",
+        )?;
         self.radii(&self.vertical, limits.min_radius_vertical_m, "vertical")?;
         let most = limits.max_grade_rad;
         for p in &self.vertical.pieces {
@@ -31,7 +35,10 @@ impl Rail {
                 &self.file,
                 "",
                 format!("the track is {:.3} m long", self.length),
-                format!("the train alone is {:.3} m long; lengthen the last element", limits.length_m),
+                format!(
+                    "the train alone is {:.3} m long; lengthen the last element",
+                    limits.length_m
+                ),
             ));
         }
         Ok(())

@@ -64,10 +64,18 @@ impl Joints {
         };
         let (every, kink, step) = (j.every_m.get(), j.kink_deg.get(), j.step_m.get());
         if kink > MOST_KINK_DEG {
-            return bad("kink_deg", format!("a kink of {kink}°"), format!("at most {MOST_KINK_DEG}°"));
+            return bad(
+                "kink_deg",
+                format!("a kink of {kink}°"),
+                format!("at most {MOST_KINK_DEG}°"),
+            );
         }
         if step > MOST_STEP_M {
-            return bad("step_m", format!("a step of {step} m"), format!("at most {MOST_STEP_M} m"));
+            return bad(
+                "step_m",
+                format!("a step of {step} m"),
+                format!("at most {MOST_STEP_M} m"),
+            );
         }
         if step > 0.1 * j.wheel_radius_m.get() {
             return bad(
@@ -103,13 +111,16 @@ impl Joints {
     /// Chainages at which the angle below bends, m.
     pub(crate) fn borders(&self) -> impl Iterator<Item = f64> + '_ {
         let (a, b) = (0.5 * ROUNDING_M, 0.5 * self.ramp);
-        self.chainages().flat_map(move |s| [s - a, s - b, s, s + b, s + a])
+        self.chainages()
+            .flat_map(move |s| [s - a, s - b, s, s + b, s + a])
     }
 
     /// What the joints add to the grade angle at s, rad, and the derivative of that, 1/m.
     pub fn angle(&self, s: f64) -> (f64, f64) {
         // the nearest joint decides; before the first and behind the last its outer side goes on
-        let nearest = (s / self.every).round().clamp(1.0, self.count.max(1) as f64);
+        let nearest = (s / self.every)
+            .round()
+            .clamp(1.0, self.count.max(1) as f64);
         if self.count == 0 {
             return (0.0, 0.0);
         }
@@ -150,7 +161,9 @@ mod tests {
     fn rise(j: &Joints, from: f64, to: f64) -> f64 {
         let n = 200_000;
         let h = (to - from) / n as f64;
-        (0..n).map(|i| j.angle(from + (i as f64 + 0.5) * h).0 * h).sum()
+        (0..n)
+            .map(|i| j.angle(from + (i as f64 + 0.5) * h).0 * h)
+            .sum()
     }
 
     #[test]
@@ -171,7 +184,10 @@ mod tests {
             let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
             assert!((turn - sign * kink).abs() < 1e-15);
         }
-        assert!(rise(&j, 3.0, 27.0).abs() < 1e-9, "four pairs of pieces cancel");
+        assert!(
+            rise(&j, 3.0, 27.0).abs() < 1e-9,
+            "four pairs of pieces cancel"
+        );
     }
 
     #[test]
@@ -195,10 +211,15 @@ mod tests {
             ("every_m", "{every_m: 0.05, kink_deg: 0.1}"),
             ("kink_deg", "{every_m: 3, kink_deg: 20}"),
             ("step_m", "{every_m: 3, step_m: 0.1}"),
-            ("wheel_radius_m", "{every_m: 3, step_m: 0.004, wheel_radius_m: 0.005}"),
+            (
+                "wheel_radius_m",
+                "{every_m: 3, step_m: 0.004, wheel_radius_m: 0.005}",
+            ),
         ] {
             let file: JointsFile = serde_yaml::from_str(file).unwrap();
-            let e = Joints::new(&file, 30.0, Path::new("t.yaml")).unwrap_err().to_string();
+            let e = Joints::new(&file, 30.0, Path::new("t.yaml"))
+                .unwrap_err()
+                .to_string();
             assert!(e.contains(&format!("joints.{key}")), "{e}");
         }
     }

@@ -21,19 +21,35 @@ impl Rail {
     /// rail is curved (the chord is then step²/8R off), and only at the ends where it is straight.
     pub fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<Mesh> {
         let chunks = super::pieces(self.length(), chunk_m);
-        let border = |i: usize| if i == chunks { self.length() } else { self.length() * i as f64 / chunks as f64 };
-        (0..chunks).map(|i| self.chunk(border(i), border(i + 1), step_m)).collect()
+        let border = |i: usize| {
+            if i == chunks {
+                self.length()
+            } else {
+                self.length() * i as f64 / chunks as f64
+            }
+        };
+        (0..chunks)
+            .map(|i| self.chunk(border(i), border(i + 1), step_m))
+            .collect()
     }
 
     fn chunk(&self, from_m: f64, to_m: f64, step_m: f64) -> Mesh {
         let outline = &self.profile().outline;
         let n = outline.len() as u32;
-        let mut mesh = Mesh { from_m, to_m, ..Mesh::default() };
+        let mut mesh = Mesh {
+            from_m,
+            to_m,
+            ..Mesh::default()
+        };
         let mut cursor = Cursor::at(from_m);
         let cuts = self.nodes.cuts(from_m, to_m, step_m);
         for s in &cuts {
             let f = self.frame_at(*s, &mut cursor);
-            mesh.vertices.extend(outline.iter().map(|[l, u]| <[f64; 3]>::from(f.p + f.l * *l + f.u * *u)));
+            mesh.vertices.extend(
+                outline
+                    .iter()
+                    .map(|[l, u]| <[f64; 3]>::from(f.p + f.l * *l + f.u * *u)),
+            );
         }
         let last = cuts.len() as u32 - 1;
         for section in 0..last {
@@ -47,7 +63,8 @@ impl Rail {
         for [a, b, c] in cap() {
             // the outline runs counter-clockwise seen against t: as it is at the far end, turned round at the near end
             mesh.triangles.push([a, c, b]);
-            mesh.triangles.push([last * n + a, last * n + b, last * n + c]);
+            mesh.triangles
+                .push([last * n + a, last * n + b, last * n + c]);
         }
         mesh
     }
@@ -55,5 +72,9 @@ impl Rail {
 
 /// Triangles of the cross-section, counter-clockwise.
 fn cap() -> impl Iterator<Item = [u32; 3]> {
-    PARTS.iter().flat_map(|part| part[1..].windows(2).map(|w| [part[0] as u32, w[0] as u32, w[1] as u32]))
+    PARTS.iter().flat_map(|part| {
+        part[1..]
+            .windows(2)
+            .map(|w| [part[0] as u32, w[0] as u32, w[1] as u32])
+    })
 }

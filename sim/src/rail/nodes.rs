@@ -11,12 +11,14 @@ use super::{Cursor, Frame};
 use nalgebra::Vector3;
 
 /// Longest curved node, m, and largest angle a node may turn through, rad.
-const LONGEST_M: f64 = 0.5;
-const MOST_TURN: f64 = 0.125;
+const LONGEST_M: f64 = 0.25;
+const MOST_TURN: f64 = 0.1;
 /// What a Taylor shift of third order may be off, m.
 const SHIFT_ERROR_M: f64 = 1e-11;
 /// Newton's method stops behind a step smaller than this, m.
 const NEAR_M: f64 = 1e-9;
+/// Largest second step of the fast path in `track`, m.
+const MEND_M: f64 = 5e-7;
 /// Gauss–Legendre points and weights on −1…1.
 const GAUSS: [(f64, f64); 6] = [
     (-0.932_469_514_203_152, 0.171_324_492_379_170_36),
@@ -61,7 +63,13 @@ impl Node {
         let mut c = [Vector3::zeros(); 7];
         c[0] = p;
         c[1] = t;
-        Self { from, to, mid, reach: f64::INFINITY, c }
+        Self {
+            from,
+            to,
+            mid,
+            reach: f64::INFINITY,
+            c,
+        }
     }
 
     /// Through the tangents at the Gauss points, starting at `p`.
@@ -91,24 +99,38 @@ impl Node {
             scale /= half;
             side = -side;
         }
-        let fourth = 24.0 * c[4].norm() + 120.0 * half * c[5].norm() + 360.0 * half * half * c[6].norm();
+        let fourth =
+            24.0 * c[4].norm() + 120.0 * half * c[5].norm() + 360.0 * half * half * c[6].norm();
         let reach = libm::pow(24.0 * SHIFT_ERROR_M / fourth.max(1e-12), 0.25).min(0.05);
-        Self { from, to, mid: 0.5 * (from + to), reach, c }
+        Self {
+            from,
+            to,
+            mid: 0.5 * (from + to),
+            reach,
+            c,
+        }
     }
 
-    /// Horner's scheme for the polynomial and its derivatives at once.
+    /// Repeated synthetic division (Horner): the Taylor coefficients at s, up to the third.
     #[inline]
     fn eval(&self, s: f64) -> Point {
         let x = s - self.mid;
-        let c = &self.c;
+        let mut b = self.c;
         if self.reach == f64::INFINITY {
-            return Point { p: c[0] + c[1] * x, t: c[1], k: Vector3::zeros(), j: Vector3::zeros() };
+            b[0] += b[1] * x;
+        } else {
+            for first in 0..4 {
+                for i in (first..6).rev() {
+                    b[i] += b[i + 1] * x;
+                }
+            }
         }
-        let p = c[0] + (c[1] + (c[2] + (c[3] + (c[4] + (c[5] + c[6] * x) * x) * x) * x) * x) * x;
-        let t = c[1] + (c[2] * 2.0 + (c[3] * 3.0 + (c[4] * 4.0 + (c[5] * 5.0 + c[6] * (6.0 * x)) * x) * x) * x) * x;
-        let k = c[2] * 2.0 + (c[3] * 6.0 + (c[4] * 12.0 + (c[5] * 20.0 + c[6] * (30.0 * x)) * x) * x) * x;
-        let j = c[3] * 6.0 + (c[4] * 24.0 + (c[5] * 60.0 + c[6] * (120.0 * x)) * x) * x;
-        Point { p, t, k, j }
+        Point {
+            p: b[0],
+            t: b[1],
+            k: b[2] * 2.0,
+            j: b[3] * 6.0,
+        }
     }
 }
 
@@ -127,14 +149,21 @@ impl Nodes {
     ) -> Self {
         let tangent = |s: f64| {
             let (sin_h, cos_h) = libm::sincos(heading.value(s));
-            let (sin_g, cos_g) = libm::sincos(grade.value(s) + joints.map_or(0.0, |j| j.angle(s).0));
+            let (sin_g, cos_g) =
+                libm::sincos(grade.value(s) + joints.map_or(0.0, |j| j.angle(s).0));
             Vector3::new(cos_g * cos_h, cos_g * sin_h, sin_g)
         };
         let curvature = |s: f64| {
             heading.slope(s).abs() + (grade.slope(s) + joints.map_or(0.0, |j| j.angle(s).1)).abs()
         };
         let mut p = Sum::new(start);
-        let mut nodes = vec![Node::straight(f64::NEG_INFINITY, 0.0, 0.0, start, tangent(0.0))];
+        let mut nodes = vec![Node::straight(
+            f64::NEG_INFINITY,
+            0.0,
+            0.0,
+            start,
+            tangent(0.0),
+        )];
         for stretch in borders(heading, grade, joints, length).windows(2) {
             let (from, to) = (stretch[0], stretch[1]);
             let span = to - from;
@@ -151,31 +180,49 @@ impl Nodes {
             }
             let count = super::pieces(span, LONGEST_M.min(MOST_TURN / bend));
             for i in 0..count {
-                let at = |i: usize| if i == count { to } else { from + span * i as f64 / count as f64 };
+                let at = |i: usize| {
+                    if i == count {
+                        to
+                    } else {
+                        from + span * i as f64 / count as f64
+                    }
+                };
                 let (a, b) = (at(i), at(i + 1));
                 let half = 0.5 * (b - a);
                 let tangents = GAUSS.map(|(x, _)| tangent(a + half * (1.0 + x)));
                 nodes.push(Node::fitted(a, b, p.total(), &tangents));
-                let step = GAUSS.iter().zip(&tangents).fold(Vector3::zeros(), |sum, ((_, w), t)| sum + t * *w);
+                let step = GAUSS
+                    .iter()
+                    .zip(&tangents)
+                    .fold(Vector3::zeros(), |sum, ((_, w), t)| sum + t * *w);
                 p.add(step * half);
             }
         }
-        nodes.push(Node::straight(length, f64::INFINITY, length, p.total(), tangent(length)));
+        nodes.push(Node::straight(
+            length,
+            f64::INFINITY,
+            length,
+            p.total(),
+            tangent(length),
+        ));
         Self(nodes)
     }
 
     /// Index of the node that holds s, looked for near `hint` first.
     #[inline]
     pub(super) fn find(&self, s: f64, hint: usize) -> usize {
+        match self.0.get(hint) {
+            Some(node) if s >= node.from && s < node.to => hint,
+            _ => self.search(s, hint),
+        }
+    }
+
+    fn search(&self, s: f64, hint: usize) -> usize {
         let last = self.0.len() - 1;
-        let mut i = hint.min(last);
-        for _ in 0..4 {
-            let node = &self.0[i];
-            if s < node.from && i > 0 {
-                i -= 1;
-            } else if s >= node.to && i < last {
-                i += 1;
-            } else {
+        let hint = hint.min(last);
+        // mostly the next or the one before
+        for i in [(hint + 1).min(last), hint.saturating_sub(1)] {
+            if s >= self.0[i].from && s < self.0[i].to {
                 return i;
             }
         }
@@ -219,7 +266,8 @@ impl Nodes {
         let at = node.eval(cursor.s);
         let d = p - at.p;
         let slope = 1.0 - d.dot(&at.k);
-        let ds = d.dot(&at.t) / slope;
+        let inverse = 1.0 / slope;
+        let ds = d.dot(&at.t) * inverse;
         let s = cursor.s + ds;
         if slope > 0.5 && ds.abs() <= node.reach && s >= node.from && s <= node.to {
             let moved = Point {
@@ -228,9 +276,9 @@ impl Nodes {
                 k: at.k + at.j * ds,
                 j: at.j,
             };
-            let d = p - moved.p;
-            let ds = d.dot(&moved.t) / (1.0 - d.dot(&moved.k));
-            if ds.abs() < 1e-6 {
+            // the slope has changed by d·j ds, one in a thousand at most: the old one will do for a micrometre
+            let ds = (p - moved.p).dot(&moved.t) * inverse;
+            if ds.abs() < MEND_M {
                 cursor.s = s + ds;
                 return Frame::new(
                     cursor.s,
@@ -249,7 +297,10 @@ impl Nodes {
     pub(super) fn nearest(&self, p: &Vector3<f64>) -> Cursor {
         let mut best = (f64::INFINITY, Cursor::default());
         for (node, n) in self.0.iter().enumerate() {
-            let s = n.mid + (p - n.c[0]).dot(&n.c[1]).clamp(n.from - n.mid, n.to - n.mid);
+            let s = n.mid
+                + (p - n.c[0])
+                    .dot(&n.c[1])
+                    .clamp(n.from - n.mid, n.to - n.mid);
             let distance = (p - n.eval(s).p).norm_squared();
             if distance < best.0 {
                 best = (distance, Cursor { s, node });
@@ -264,9 +315,17 @@ impl Nodes {
         let mut cuts = vec![from];
         for n in &self.0[self.find(from, 0)..=self.find(to, self.0.len())] {
             let (a, b) = (n.from.max(from), n.to.min(to));
-            let count = if n.reach == f64::INFINITY { 1 } else { super::pieces(b - a, step) };
+            let count = if n.reach == f64::INFINITY {
+                1
+            } else {
+                super::pieces(b - a, step)
+            };
             for i in 1..=count {
-                let s = if i == count { b } else { a + (b - a) * i as f64 / count as f64 };
+                let s = if i == count {
+                    b
+                } else {
+                    a + (b - a) * i as f64 / count as f64
+                };
                 if cuts.last().is_some_and(|last| s > last + 1e-6) {
                     cuts.push(s);
                 }
@@ -278,7 +337,12 @@ impl Nodes {
 
 /// Every chainage at which a law changes, 0 and length among them, none nearer than 1e-9 m to the next.
 fn borders(heading: &Angle, grade: &Angle, joints: Option<&Joints>, length: f64) -> Vec<f64> {
-    let mut all: Vec<f64> = heading.pieces.iter().chain(&grade.pieces).map(|p| p.to).collect();
+    let mut all: Vec<f64> = heading
+        .pieces
+        .iter()
+        .chain(&grade.pieces)
+        .map(|p| p.to)
+        .collect();
     all.extend(joints.iter().flat_map(|j| j.borders()));
     all.retain(|s| *s > 1e-9 && *s < length - 1e-9);
     all.push(0.0);
@@ -296,7 +360,10 @@ struct Sum {
 
 impl Sum {
     fn new(start: Vector3<f64>) -> Self {
-        Self { total: start, lost: Vector3::zeros() }
+        Self {
+            total: start,
+            lost: Vector3::zeros(),
+        }
     }
 
     fn add(&mut self, x: Vector3<f64>) {

@@ -66,19 +66,39 @@ impl Profile {
         let (h, b, web) = (p.height_m.get(), p.flange_width_m.get(), p.web_m.get());
         let (tip, root) = (p.flange_tip_m.get(), p.flange_root_m.get());
         if p.version != 1 {
-            return bad("version", "this is not a format this program knows", "version: 1");
+            return bad(
+                "version",
+                "this is not a format this program knows",
+                "version: 1",
+            );
         }
         if h > 2.0 || b > 2.0 {
-            return bad("height_m", "no rail is larger than 2 m", "metres, such as 0.155");
+            return bad(
+                "height_m",
+                "no rail is larger than 2 m",
+                "metres, such as 0.155",
+            );
         }
         if web >= b {
-            return bad("web_m", "the web is not thinner than the flanges are wide", "less than flange_width_m");
+            return bad(
+                "web_m",
+                "the web is not thinner than the flanges are wide",
+                "less than flange_width_m",
+            );
         }
         if tip > root {
-            return bad("flange_tip_m", "the flange is thicker at its tips than at the web", "at most flange_root_m");
+            return bad(
+                "flange_tip_m",
+                "the flange is thicker at its tips than at the web",
+                "at most flange_root_m",
+            );
         }
         if 2.0 * root >= h {
-            return bad("flange_root_m", "the two flanges leave no web between them", "less than half of height_m");
+            return bad(
+                "flange_root_m",
+                "the two flanges leave no web between them",
+                "less than half of height_m",
+            );
         }
         let (b, w, h) = (0.5 * b, 0.5 * web, 0.5 * h);
         Ok(Self {

@@ -30,7 +30,10 @@ impl Spline {
         // the miss grows with λ; bisect its logarithm between "interpolates" and "straight line"
         let span = x[x.len() - 1] - x[0];
         let gap = span / x.len() as f64;
-        let (mut low, mut high) = (1e-9 * gap * gap * gap, span * span * span * span / gap);
+        let (mut low, mut high) = (
+            1e-9 * gap * gap * gap,
+            1e4 * span * span * span * span / gap,
+        );
         if miss(&solve(high)) <= sigma {
             return solve(high);
         }
@@ -102,7 +105,11 @@ impl Spline {
         }
         gamma.insert(0, 0.0);
         gamma.push(0.0);
-        Self { x: x.to_vec(), g, gamma }
+        Self {
+            x: x.to_vec(),
+            g,
+            gamma,
+        }
     }
 
     /// Per gap: where it begins and ends, and f = Σ cᵢ (x − from)ⁱ on it.
@@ -111,7 +118,11 @@ impl Spline {
             let h = self.x[i + 1] - self.x[i];
             let (g0, g1) = (self.gamma[i], self.gamma[i + 1]);
             let slope = (self.g[i + 1] - self.g[i]) / h - h * (2.0 * g0 + g1) / 6.0;
-            (self.x[i], self.x[i + 1], [self.g[i], slope, 0.5 * g0, (g1 - g0) / (6.0 * h)])
+            (
+                self.x[i],
+                self.x[i + 1],
+                [self.g[i], slope, 0.5 * g0, (g1 - g0) / (6.0 * h)],
+            )
         })
     }
 }
@@ -122,11 +133,16 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     fn uneven(n: usize) -> Vec<f64> {
-        (0..n).map(|i| i as f64 * 1.7 + 0.6 * libm::sin(i as f64 * 2.3)).collect()
+        (0..n)
+            .map(|i| i as f64 * 1.7 + 0.6 * libm::sin(i as f64 * 2.3))
+            .collect()
     }
 
     fn wavy(x: &[f64]) -> Vec<f64> {
-        x.iter().enumerate().map(|(i, x)| libm::sin(0.3 * x) + 0.05 * libm::cos(i as f64 * 12.9)).collect()
+        x.iter()
+            .enumerate()
+            .map(|(i, x)| libm::sin(0.3 * x) + 0.05 * libm::cos(i as f64 * 12.9))
+            .collect()
     }
 
     /// Value of a piecewise cubic, first and second derivative continuous: what makes it a cubic spline.
@@ -141,10 +157,17 @@ mod tests {
                 let value = a[0] + h * (a[1] + h * (a[2] + h * a[3]));
                 let slope = a[1] + h * (2.0 * a[2] + h * 3.0 * a[3]);
                 let second = 2.0 * a[2] + 6.0 * h * a[3];
-                assert!((value - b[0]).abs() < 1e-12 && (slope - b[1]).abs() < 1e-10 && (second - 2.0 * b[2]).abs() < 1e-10);
+                assert!(
+                    (value - b[0]).abs() < 1e-12
+                        && (slope - b[1]).abs() < 1e-10
+                        && (second - 2.0 * b[2]).abs() < 1e-10
+                );
             }
             let (from, to, last) = s[s.len() - 1];
-            assert!(s[0].2[2].abs() < 1e-15 && (2.0 * last[2] + 6.0 * (to - from) * last[3]).abs() < 1e-12);
+            assert!(
+                s[0].2[2].abs() < 1e-15
+                    && (2.0 * last[2] + 6.0 * (to - from) * last[3]).abs() < 1e-12
+            );
         }
     }
 
@@ -157,10 +180,16 @@ mod tests {
         }
         let n = x.len() as f64;
         let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-        let slope = x.iter().zip(&y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>()
+        let slope = x
+            .iter()
+            .zip(&y)
+            .map(|(x, y)| (x - mx) * (y - my))
+            .sum::<f64>()
             / x.iter().map(|x| (x - mx) * (x - mx)).sum::<f64>();
         for (from, _, c) in Spline::smooth(&x, &y, 100.0).cubics() {
-            assert!((c[0] - (my + slope * (from - mx))).abs() < 1e-3 && (c[1] - slope).abs() < 1e-3);
+            assert!(
+                (c[0] - (my + slope * (from - mx))).abs() < 1e-3 && (c[1] - slope).abs() < 1e-3
+            );
         }
     }
 
@@ -169,7 +198,13 @@ mod tests {
         let x = uneven(200);
         let y = wavy(&x);
         let s = Spline::smooth(&x, &y, 0.03);
-        let miss = (s.g.iter().zip(&y).map(|(g, y)| (g - y) * (g - y)).sum::<f64>() / 200.0).sqrt();
+        let miss =
+            (s.g.iter()
+                .zip(&y)
+                .map(|(g, y)| (g - y) * (g - y))
+                .sum::<f64>()
+                / 200.0)
+                .sqrt();
         assert!((miss - 0.03).abs() < 1e-9, "{miss}");
     }
 
@@ -194,7 +229,10 @@ mod tests {
         }
         let lambda = 2.7;
         let k = &q * r.try_inverse().unwrap() * q.transpose();
-        let g = (DMatrix::identity(n, n) + k * lambda).try_inverse().unwrap() * DVector::from_vec(y.clone());
+        let g = (DMatrix::identity(n, n) + k * lambda)
+            .try_inverse()
+            .unwrap()
+            * DVector::from_vec(y.clone());
         for (ours, dense) in Spline::solve(&x, &y, lambda).g.iter().zip(g.iter()) {
             assert!((ours - dense).abs() < 1e-12);
         }

@@ -40,9 +40,18 @@ pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
     let points = points(&read_text(&file)?, &file)?;
     let s: Vec<f64> = points.iter().map(|p| p.s - points[0].s).collect();
     let heights: Vec<f64> = points.iter().map(|p| p.height).collect();
-    let grade = grade(&Spline::smooth(&s, &heights, survey.height_noise_m.get()), &file)?;
+    let grade = grade(
+        &Spline::smooth(&s, &heights, survey.height_noise_m.get()),
+        &file,
+    )?;
     let headings: Option<Vec<f64>> = points.iter().map(|p| p.heading).collect();
-    let heading = headings.map(|h| heading(&Spline::smooth(&s, &unwrapped(h), survey.heading_noise_deg.get().to_radians())));
+    let heading = headings.map(|h| {
+        heading(&Spline::smooth(
+            &s,
+            &unwrapped(h),
+            survey.heading_noise_deg.get().to_radians(),
+        ))
+    });
     Ok((heading, grade))
 }
 
@@ -59,8 +68,16 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
             return Err(input_error(
                 file,
                 "",
-                format!("the surveyed rail is {:.1}° steep between chainage {} and {} m", steepest.to_degrees(), p.from, p.to),
-                format!("at most {}°: check for outliers, or state a larger height_noise_m", super::track::STEEPEST_DEG),
+                format!(
+                    "the surveyed rail is {:.1}° steep between chainage {} and {} m",
+                    steepest.to_degrees(),
+                    p.from,
+                    p.to
+                ),
+                format!(
+                    "at most {}°: check for outliers, or state a larger height_noise_m",
+                    super::track::STEEPEST_DEG
+                ),
             ));
         }
     }
@@ -68,15 +85,30 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
 }
 
 fn heading(headings: &Spline) -> Angle {
-    joined(headings.cubics().map(|(from, to, c)| piece(from, to, Law::Polynomial(c))).collect())
+    joined(
+        headings
+            .cubics()
+            .map(|(from, to, c)| piece(from, to, Law::Polynomial(c)))
+            .collect(),
+    )
 }
 
 fn piece(from: f64, to: f64, law: Law) -> Piece {
-    Piece { from, to, law, bend_key: "survey".into(), angle_key: "survey".into() }
+    Piece {
+        from,
+        to,
+        law,
+        bend_key: "survey".into(),
+        angle_key: "survey".into(),
+    }
 }
 
 fn joined(pieces: Vec<Piece>) -> Angle {
-    let mut angle = Angle { start: 0.0, end: 0.0, pieces };
+    let mut angle = Angle {
+        start: 0.0,
+        end: 0.0,
+        pieces,
+    };
     let length = angle.length();
     angle.start = angle.value(0.0);
     angle.end = angle.value(length * (1.0 - 1e-15));
@@ -94,6 +126,8 @@ fn unwrapped(degrees: Vec<f64>) -> Vec<f64> {
         })
         .collect()
 }
+
+const COLUMNS: [&str; 3] = ["s_m", "height_m", "heading_deg"];
 
 struct SurveyPoint {
     s: f64,
@@ -113,52 +147,102 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
         }
         .into()
     };
-    let header = "s_m,height_m or s_m,height_m,heading_deg";
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let columns: Vec<String> = match reader.headers() {
-        Ok(h) => h.iter().map(str::to_owned).collect(),
-        Err(e) => return Err(at(1, e.to_string(), header)),
-    };
-    let with_heading = match columns.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["s_m", "height_m"] => false,
-        ["s_m", "height_m", "heading_deg"] => true,
-        _ => return Err(at(1, format!("the columns are {}", columns.join(",")), header)),
-    };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut columns: Vec<String> = Vec::new();
     let mut points: Vec<SurveyPoint> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|e| {
             let line = e.position().map_or(0, csv::Position::line);
-            at(line, e.to_string(), "as many numbers as there are columns")
+            at(line, e.to_string(), "comma-separated numbers")
         })?;
         let line = record.position().map_or(0, csv::Position::line);
+        if record.get(0).is_some_and(|word| word.starts_with('#')) {
+            continue;
+        }
+        if columns.is_empty() {
+            columns = record.iter().map(str::to_owned).collect();
+            if columns != COLUMNS[..2] && columns != COLUMNS {
+                return Err(at(
+                    line,
+                    format!("the columns are {}", columns.join(",")),
+                    "s_m,height_m or s_m,height_m,heading_deg",
+                ));
+            }
+            continue;
+        }
+        if record.len() != columns.len() {
+            return Err(at(
+                line,
+                format!("{} values", record.len()),
+                "as many numbers as there are columns",
+            ));
+        }
         let number = |i: usize| -> Result<f64, Error> {
             let word = record.get(i).unwrap_or("");
-            let right = word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() < 1e9);
-            right.ok_or_else(|| at(line, format!("`{word}` in column {}", columns[i]), "a finite number"))
+            let right = word
+                .parse::<f64>()
+                .ok()
+                .filter(|x| x.is_finite() && x.abs() < 1e9);
+            right.ok_or_else(|| {
+                at(
+                    line,
+                    format!("`{word}` in column {}", columns[i]),
+                    "a finite number",
+                )
+            })
         };
         let point = SurveyPoint {
             s: number(0)?,
             height: number(1)?,
-            heading: if with_heading { Some(number(2)?) } else { None },
+            heading: if columns.len() == 3 {
+                Some(number(2)?)
+            } else {
+                None
+            },
         };
         if let Some(last) = points.last() {
             let ds = point.s - last.s;
             if ds < 1e-3 {
                 let message = format!("chainage {} m after {} m", point.s, last.s);
-                return Err(at(line, message, "chainages that grow by at least 1 mm from line to line"));
+                return Err(at(
+                    line,
+                    message,
+                    "chainages that grow by at least 1 mm from line to line",
+                ));
             }
             if (point.height - last.height).abs() >= ds {
-                let message = format!("the height changes by {:.3} m over {ds:.3} m of rail", point.height - last.height);
-                return Err(at(line, message, "a height change smaller than the length of rail it takes"));
+                let message = format!(
+                    "the height changes by {:.3} m over {ds:.3} m of rail",
+                    point.height - last.height
+                );
+                return Err(at(
+                    line,
+                    message,
+                    "a height change smaller than the length of rail it takes",
+                ));
             }
         }
         points.push(point);
     }
     if points.len() < 4 {
-        return Err(input_error(file, "", format!("{} points", points.len()), "at least 4 points"));
+        return Err(input_error(
+            file,
+            "",
+            format!("{} points", points.len()),
+            "at least 4 points",
+        ));
     }
     if points[points.len() - 1].s - points[0].s > 100_000.0 {
-        return Err(input_error(file, "", "the survey is longer than 100 km", "chainages in metres"));
+        return Err(input_error(
+            file,
+            "",
+            "the survey is longer than 100 km",
+            "chainages in metres",
+        ));
     }
     Ok(points)
 }
@@ -198,7 +282,9 @@ mod tests {
         // a triangle-wave "noise" of known root mean square: amplitude/√3, incommensurable with the points
         let y: Vec<f64> = s
             .iter()
-            .map(|s| height(*s) + sigma * 3.0_f64.sqrt() * (2.0 * (s * 0.618_034_f64).fract() - 1.0))
+            .map(|s| {
+                height(*s) + sigma * 3.0_f64.sqrt() * (2.0 * (s * 0.618_034_f64).fract() - 1.0)
+            })
             .collect();
         let smooth = grade(&Spline::smooth(&s, &y, sigma), Path::new("s.csv")).unwrap();
         let rough = grade(&Spline::smooth(&s, &y, 0.0), Path::new("s.csv")).unwrap();
@@ -208,7 +294,11 @@ mod tests {
                 .map(|s| (a.value(s) - libm::asin(0.1 * libm::cos(s / 20.0))).abs())
                 .fold(0.0, f64::max)
         };
-        assert!(error(&smooth) < 0.1_f64.to_radians(), "{}", error(&smooth).to_degrees());
+        assert!(
+            error(&smooth) < 0.1_f64.to_radians(),
+            "{}",
+            error(&smooth).to_degrees()
+        );
         assert!(error(&smooth) < 0.5 * error(&rough));
     }
 

@@ -76,7 +76,12 @@ pub struct Start {
 
 impl Default for Start {
     fn default() -> Self {
-        Self { x_m: Finite::ZERO, y_m: Finite::ZERO, z_m: Finite::ZERO, heading_deg: Finite::ZERO }
+        Self {
+            x_m: Finite::ZERO,
+            y_m: Finite::ZERO,
+            z_m: Finite::ZERO,
+            heading_deg: Finite::ZERO,
+        }
     }
 }
 
@@ -168,15 +173,28 @@ impl TrackFile {
     pub(super) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
         let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
         if self.version != 1 {
-            return bad("version", "this is not a format this program knows", "version: 1");
+            return bad(
+                "version",
+                "this is not a format this program knows",
+                "version: 1",
+            );
         }
         let surveyed = match &self.survey {
             Some(s) if self.vertical.is_empty() => Some(survey::read(s, file)?),
-            Some(_) => return bad("vertical", "the survey gives the heights already", "either vertical or survey"),
+            Some(_) => {
+                return bad(
+                    "vertical",
+                    "the survey gives the heights already",
+                    "either vertical or survey",
+                );
+            }
             None => None,
         };
-        let (surveyed_heading, surveyed_grade) = surveyed.map_or((None, None), |(h, g)| (h, Some(g)));
-        if surveyed_heading.is_some() && (!self.horizontal.is_empty() || self.start.heading_deg.get() != 0.0) {
+        let (surveyed_heading, surveyed_grade) =
+            surveyed.map_or((None, None), |(h, g)| (h, Some(g)));
+        if surveyed_heading.is_some()
+            && (!self.horizontal.is_empty() || self.start.heading_deg.get() != 0.0)
+        {
             return bad(
                 "horizontal",
                 "the survey gives the headings already",
@@ -184,7 +202,11 @@ impl TrackFile {
             );
         }
         if self.horizontal.is_empty() && self.vertical.is_empty() && self.survey.is_none() {
-            return bad("horizontal", "the track has no elements", "such as horizontal: [{kind: line, length_m: 100}]");
+            return bad(
+                "horizontal",
+                "the track has no elements",
+                "such as horizontal: [{kind: line, length_m: 100}]",
+            );
         }
         let heading = match surveyed_heading {
             Some(h) => h,
@@ -197,7 +219,11 @@ impl TrackFile {
         let grade = match surveyed_grade {
             Some(g) => g,
             None => {
-                let first = self.vertical.first().and_then(|v| v.grade_deg).map_or(0.0, Finite::get);
+                let first = self
+                    .vertical
+                    .first()
+                    .and_then(|v| v.grade_deg)
+                    .map_or(0.0, Finite::get);
                 let mut b = Builder::new(file, first.to_radians());
                 vertical(&self.vertical, "vertical", &mut b)?;
                 b.finish()
@@ -215,19 +241,45 @@ struct Keys<'a> {
 }
 
 impl Keys<'_> {
-    fn bad<T>(&self, key: &str, message: impl Into<String>, help: impl Into<String>) -> Result<T, Error> {
-        Err(input_error(self.file, format!("{}.{key}", self.path), message, help))
+    fn bad<T>(
+        &self,
+        key: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Result<T, Error> {
+        Err(input_error(
+            self.file,
+            format!("{}.{key}", self.path),
+            message,
+            help,
+        ))
     }
 
     fn only(&self, takes: &[&str], given: &[(&str, bool)]) -> Result<(), Error> {
-        match given.iter().find(|(key, there)| *there && !takes.contains(key)) {
-            Some((key, _)) => self.bad(key, format!("{} has no {key}", self.kind), format!("it takes {}", takes.join(", "))),
+        match given
+            .iter()
+            .find(|(key, there)| *there && !takes.contains(key))
+        {
+            Some((key, _)) => self.bad(
+                key,
+                format!("{} has no {key}", self.kind),
+                format!("it takes {}", takes.join(", ")),
+            ),
             None => Ok(()),
         }
     }
 
     fn need<T>(&self, key: &str, value: Option<T>) -> Result<T, Error> {
-        value.map_or_else(|| self.bad(key, format!("{} needs {key}", self.kind), format!("add {key}")), Ok)
+        value.map_or_else(
+            || {
+                self.bad(
+                    key,
+                    format!("{} needs {key}", self.kind),
+                    format!("add {key}"),
+                )
+            },
+            Ok,
+        )
     }
 
     /// Run the repeated elements through `f`, with their path.
@@ -240,7 +292,11 @@ impl Keys<'_> {
         let times = self.need("times", times)?;
         let elements = self.need("elements", elements.as_ref())?;
         if !(1..=100_000).contains(&times) {
-            return self.bad("times", format!("{times} times"), "a number from 1 to 100000");
+            return self.bad(
+                "times",
+                format!("{times} times"),
+                "a number from 1 to 100000",
+            );
         }
         if elements.is_empty() {
             return self.bad("elements", "nothing to repeat", "a list of elements");
@@ -261,7 +317,11 @@ fn horizontal(elements: &[Horizontal], list: &str, b: &mut Builder<'_>) -> Resul
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| Keys { file: b.file, path: &path, kind };
+        let keys = |kind| Keys {
+            file: b.file,
+            path: &path,
+            kind,
+        };
         let length_key = format!("{path}.length_m");
         match e.kind {
             HorizontalKind::Line => {
@@ -275,28 +335,52 @@ fn horizontal(elements: &[Horizontal], list: &str, b: &mut Builder<'_>) -> Resul
                 keys.only(&["angle_deg", "radius_m", "length_m", "easement_m"], &given)?;
                 let angle = keys.need("angle_deg", e.angle_deg)?.get();
                 if angle == 0.0 || angle.abs() > MOST_TURN_DEG {
-                    return keys.bad("angle_deg", format!("an arc through {angle}°"), "an angle other than 0; + turns left, − right");
+                    return keys.bad(
+                        "angle_deg",
+                        format!("an arc through {angle}°"),
+                        "an angle other than 0; + turns left, − right",
+                    );
                 }
-                let (radius, length) = (e.radius_m.map(Positive::get), e.length_m.map(Positive::get));
+                let (radius, length) =
+                    (e.radius_m.map(Positive::get), e.length_m.map(Positive::get));
                 let easement = e.easement_m.map_or(0.0, NonNegative::get);
-                b.arc(angle.to_radians(), radius, length, easement, &path, &format!("{path}.angle_deg"))?;
+                b.arc(
+                    angle.to_radians(),
+                    radius,
+                    length,
+                    easement,
+                    &path,
+                    &format!("{path}.angle_deg"),
+                )?;
             }
             HorizontalKind::Clothoid => {
                 let keys = keys("a clothoid");
                 keys.only(&["length_m", "to_radius_m"], &given)?;
                 let length = keys.need("length_m", e.length_m)?.get();
                 let to = match e.to_radius_m.map(Finite::get) {
-                    Some(0.0) => return keys.bad("to_radius_m", "a radius of 0", "+ turns left, − right; leave it out to end straight"),
+                    Some(0.0) => {
+                        return keys.bad(
+                            "to_radius_m",
+                            "a radius of 0",
+                            "+ turns left, − right; leave it out to end straight",
+                        );
+                    }
                     Some(r) => 1.0 / r,
                     None => 0.0,
                 };
-                let key = if to == 0.0 { length_key } else { format!("{path}.to_radius_m") };
+                let key = if to == 0.0 {
+                    length_key
+                } else {
+                    format!("{path}.to_radius_m")
+                };
                 b.bend(length, [b.curvature, to], [&key, &key])?;
             }
             HorizontalKind::Repeat => {
                 let keys = keys("a repeat");
                 keys.only(&["times", "elements"], &given)?;
-                keys.repeat(e.times, &e.elements, |elements, list| horizontal(elements, list, b))?;
+                keys.repeat(e.times, &e.elements, |elements, list| {
+                    horizontal(elements, list, b)
+                })?;
             }
         }
     }
@@ -315,7 +399,11 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| Keys { file: b.file, path: &path, kind };
+        let keys = |kind| Keys {
+            file: b.file,
+            path: &path,
+            kind,
+        };
         let (radius, length) = (e.radius_m.map(Positive::get), e.length_m.map(Positive::get));
         match e.kind {
             VerticalKind::Grade => {
@@ -328,12 +416,18 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
                     if (grade - reached).abs() > 1e-6 {
                         return keys.bad(
                             "grade_deg",
-                            format!("{grade}° does not join: the element before ends at {reached:.6}°"),
+                            format!(
+                                "{grade}° does not join: the element before ends at {reached:.6}°"
+                            ),
                             "an arc or a transition between the two, or no grade_deg",
                         );
                     }
                 }
-                let key = if e.grade_deg.is_some() { format!("{path}.grade_deg") } else { format!("{path}.length_m") };
+                let key = if e.grade_deg.is_some() {
+                    format!("{path}.grade_deg")
+                } else {
+                    format!("{path}.length_m")
+                };
                 b.bend(length, [0.0, 0.0], [&key, &key])?;
             }
             VerticalKind::Arc | VerticalKind::Transition => {
@@ -345,11 +439,22 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
                 steep(&keys, "to_grade_deg", to)?;
                 let turn = to.to_radians() - b.angle;
                 if turn.abs() < 1e-9 {
-                    return keys.bad("to_grade_deg", format!("the grade is {to}° already"), "another grade, or kind: grade");
+                    return keys.bad(
+                        "to_grade_deg",
+                        format!("the grade is {to}° already"),
+                        "another grade, or kind: grade",
+                    );
                 }
                 let angle_key = format!("{path}.to_grade_deg");
                 if arc {
-                    b.arc(turn, radius, length, e.easement_m.map_or(0.0, NonNegative::get), &path, &angle_key)?;
+                    b.arc(
+                        turn,
+                        radius,
+                        length,
+                        e.easement_m.map_or(0.0, NonNegative::get),
+                        &path,
+                        &angle_key,
+                    )?;
                 } else {
                     b.transition(turn, radius, length, &path, &angle_key)?;
                 }
@@ -358,7 +463,9 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
             VerticalKind::Repeat => {
                 let keys = keys("a repeat");
                 keys.only(&["times", "elements"], &given)?;
-                keys.repeat(e.times, &e.elements, |elements, list| vertical(elements, list, b))?;
+                keys.repeat(e.times, &e.elements, |elements, list| {
+                    vertical(elements, list, b)
+                })?;
             }
         }
     }
@@ -367,7 +474,11 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
 
 fn steep(keys: &Keys<'_>, key: &str, grade_deg: f64) -> Result<(), Error> {
     if grade_deg.abs() > STEEPEST_DEG {
-        return keys.bad(key, format!("a grade of {grade_deg}°"), format!("at most {STEEPEST_DEG}° up or down"));
+        return keys.bad(
+            key,
+            format!("a grade of {grade_deg}°"),
+            format!("at most {STEEPEST_DEG}° up or down"),
+        );
     }
     Ok(())
 }
