@@ -12,12 +12,12 @@ use nalgebra::Vector3;
 
 /// Longest curved node, m, and largest angle a node may turn through, rad.
 const LONGEST_M: f64 = 0.25;
-const MOST_TURN: f64 = 0.1;
+const MOST_TURN: f64 = 0.05;
 /// What a Taylor shift of third order may be off, m.
-const SHIFT_ERROR_M: f64 = 1e-11;
+const SHIFT_ERROR_M: f64 = 1e-12;
 /// Newton's method stops behind a step smaller than this, m.
 const NEAR_M: f64 = 1e-9;
-/// Largest second step of the fast path in `track`, m.
+/// Largest correction of Newton's step in `track`, m: what is neglected is a thousandth of it.
 const MEND_M: f64 = 5e-7;
 /// Gauss–Legendre points and weights on −1…1.
 const GAUSS: [(f64, f64); 6] = [
@@ -257,36 +257,35 @@ impl Nodes {
         cursor.s
     }
 
-    /// See [`super::Rail::track`]: the curve is evaluated once, where the cursor was; Newton's method then runs on its
-    /// Taylor polynomial, as long as the foot stays inside the node and within its reach.
+    /// See [`super::Rail::track`]: the curve is evaluated once, where the cursor was, and its Taylor polynomial gives the
+    /// foot and the frame there, as long as the foot stays inside the node and within its reach.
     #[inline]
     pub(super) fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> Frame {
         cursor.node = self.find(cursor.s, cursor.node);
         let node = &self.0[cursor.node];
         let at = node.eval(cursor.s);
+        // f(ds) = (p − p(s + ds))·t(s + ds) has f′ = d·k − 1, f″ = d·j, f‴ = k·k + …, with d = p − p(s), as t·t = 1
         let d = p - at.p;
         let slope = 1.0 - d.dot(&at.k);
         let inverse = 1.0 / slope;
-        let ds = d.dot(&at.t) * inverse;
+        let newton = d.dot(&at.t) * inverse;
+        let mend =
+            (0.5 * d.dot(&at.j) + at.k.norm_squared() * newton / 6.0) * (newton * newton) * inverse;
+        let ds = newton + mend;
         let s = cursor.s + ds;
-        if slope > 0.5 && ds.abs() <= node.reach && s >= node.from && s <= node.to {
-            let moved = Point {
-                p: at.p + (at.t + (at.k * 0.5 + at.j * (ds / 6.0)) * ds) * ds,
-                t: at.t + (at.k + at.j * (0.5 * ds)) * ds,
-                k: at.k + at.j * ds,
-                j: at.j,
-            };
-            // the slope has changed by d·j ds, one in a thousand at most: the old one will do for a micrometre
-            let ds = (p - moved.p).dot(&moved.t) * inverse;
-            if ds.abs() < MEND_M {
-                cursor.s = s + ds;
-                return Frame::new(
-                    cursor.s,
-                    moved.p + moved.t * ds,
-                    moved.t + moved.k * ds,
-                    moved.k + moved.j * ds,
-                );
-            }
+        if slope > 0.5
+            && ds.abs() <= node.reach
+            && mend.abs() <= MEND_M
+            && s >= node.from
+            && s <= node.to
+        {
+            cursor.s = s;
+            return Frame::new(
+                s,
+                at.p + (at.t + (at.k * 0.5 + at.j * (ds / 6.0)) * ds) * ds,
+                at.t + (at.k + at.j * (0.5 * ds)) * ds,
+                at.k + at.j * ds,
+            );
         }
         let s = self.project(p, cursor);
         let at = self.eval(cursor.node, s);
