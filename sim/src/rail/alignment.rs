@@ -8,7 +8,9 @@ use crate::file::input_error;
 use std::path::Path;
 
 /// Longest track, m: longer is taken for a slip of the pen.
-const LONGEST_M: f64 = 100_000.0;
+pub(super) const LONGEST_M: f64 = 50_000.0;
+/// Shortest element, m.
+const SHORTEST_M: f64 = 1e-3;
 /// Sharpest bend, 1/m: no rail is bent to less than half a metre.
 const SHARPEST_1PM: f64 = 2.0;
 /// Most stretches a track may have.
@@ -214,6 +216,7 @@ impl<'a> Builder<'a> {
                 ),
             ));
         }
+        self.long_enough(middle + 2.0 * easement, &key)?;
         let k = turn.signum() / radius;
         let keys = [key.as_str(), angle_key];
         self.bend(easement, [0.0, k], keys)?;
@@ -237,10 +240,24 @@ impl<'a> Builder<'a> {
         } else {
             2.0 * value * turn.abs()
         };
+        self.long_enough(length, &key)?;
         let k = 2.0 * turn / length;
         let keys = [key.as_str(), angle_key];
         self.bend(0.5 * length, [0.0, k], keys)?;
         self.bend(0.5 * length, [k, 0.0], keys)
+    }
+
+    /// An element so short that it can only be a slip of the pen is an error.
+    pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), Error> {
+        if length < SHORTEST_M {
+            return Err(input_error(
+                self.file,
+                key,
+                format!("the element is {length:e} m long"),
+                format!("at least {SHORTEST_M} m"),
+            ));
+        }
+        Ok(())
     }
 
     fn one_of(

@@ -264,28 +264,33 @@ impl Nodes {
         cursor.node = self.find(cursor.s, cursor.node);
         let node = &self.0[cursor.node];
         let at = node.eval(cursor.s);
-        // f(ds) = (p − p(s + ds))·t(s + ds) has f′ = d·k − 1, f″ = d·j, f‴ = k·k + …, with d = p − p(s), as t·t = 1
         let d = p - at.p;
-        let slope = 1.0 - d.dot(&at.k);
-        let inverse = 1.0 / slope;
-        let newton = d.dot(&at.t) * inverse;
-        let mend =
-            (0.5 * d.dot(&at.j) + at.k.norm_squared() * newton / 6.0) * (newton * newton) * inverse;
-        let ds = newton + mend;
-        let s = cursor.s + ds;
-        if slope > 0.5
-            && ds.abs() <= node.reach
-            && mend.abs() <= MEND_M
-            && s >= node.from
-            && s <= node.to
-        {
-            cursor.s = s;
-            return Frame::new(
-                s,
-                at.p + (at.t + (at.k * 0.5 + at.j * (ds / 6.0)) * ds) * ds,
-                at.t + (at.k + at.j * (0.5 * ds)) * ds,
-                at.k + at.j * ds,
-            );
+        let inside = |s: f64| s >= node.from && s <= node.to;
+        if node.reach == f64::INFINITY {
+            let ds = d.dot(&at.t);
+            if inside(cursor.s + ds) {
+                cursor.s += ds;
+                return Frame::new(cursor.s, at.p + at.t * ds, at.t, at.k);
+            }
+        } else {
+            // f(ds) = (p − p(s + ds))·t(s + ds) has f′ = d·k − 1, f″ = d·j, f‴ = k·k + …, with d = p − p(s), as t·t = 1
+            let slope = 1.0 - d.dot(&at.k);
+            let inverse = 1.0 / slope;
+            let newton = d.dot(&at.t) * inverse;
+            let mend = (0.5 * d.dot(&at.j) + at.k.norm_squared() * newton / 6.0)
+                * (newton * newton)
+                * inverse;
+            let ds = newton + mend;
+            let s = cursor.s + ds;
+            if slope > 0.5 && ds.abs() <= node.reach && mend.abs() <= MEND_M && inside(s) {
+                cursor.s = s;
+                return Frame::new(
+                    s,
+                    at.p + (at.t + (at.k * 0.5 + at.j * (ds / 6.0)) * ds) * ds,
+                    at.t + (at.k + at.j * (0.5 * ds)) * ds,
+                    at.k + at.j * ds,
+                );
+            }
         }
         let s = self.project(p, cursor);
         let at = self.eval(cursor.node, s);

@@ -236,11 +236,14 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
             "at least 4 points",
         ));
     }
-    if points[points.len() - 1].s - points[0].s > 100_000.0 {
+    if points[points.len() - 1].s - points[0].s > super::alignment::LONGEST_M {
         return Err(input_error(
             file,
             "",
-            "the survey is longer than 100 km",
+            format!(
+                "the survey is longer than {} m",
+                super::alignment::LONGEST_M
+            ),
             "chainages in metres",
         ));
     }

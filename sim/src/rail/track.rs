@@ -328,6 +328,7 @@ fn horizontal(elements: &[Horizontal], list: &str, b: &mut Builder<'_>) -> Resul
                 let keys = keys("a line");
                 keys.only(&["length_m"], &given)?;
                 let length = keys.need("length_m", e.length_m)?.get();
+                b.long_enough(length, &length_key)?;
                 b.bend(length, [0.0, 0.0], [&length_key, &length_key])?;
             }
             HorizontalKind::Arc => {
@@ -357,6 +358,7 @@ fn horizontal(elements: &[Horizontal], list: &str, b: &mut Builder<'_>) -> Resul
                 let keys = keys("a clothoid");
                 keys.only(&["length_m", "to_radius_m"], &given)?;
                 let length = keys.need("length_m", e.length_m)?.get();
+                b.long_enough(length, &length_key)?;
                 let to = match e.to_radius_m.map(Finite::get) {
                     Some(0.0) => {
                         return keys.bad(
@@ -410,6 +412,7 @@ fn vertical(elements: &[Vertical], list: &str, b: &mut Builder<'_>) -> Result<()
                 let keys = keys("a grade");
                 keys.only(&["length_m", "grade_deg"], &given)?;
                 let length = keys.need("length_m", length)?;
+                b.long_enough(length, &format!("{path}.length_m"))?;
                 let reached = b.angle.to_degrees();
                 if let Some(grade) = e.grade_deg.map(Finite::get) {
                     steep(&keys, "grade_deg", grade)?;
