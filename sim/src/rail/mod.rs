@@ -1,13 +1,36 @@
 //! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
+//!
+//! A track file ([`track`]) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
+//! space. They become two angle functions ([`alignment`]): heading ψ(s) and grade θ(s), whose derivatives are the
+//! curvatures κ_h and κ_v. A surveyed track ([`survey`]) gives the same functions through a smoothing spline; rail joints
+//! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
+//! as short polynomials ([`nodes`]) so that the physics loop can ask for frames in some tens of nanoseconds.
 
+pub mod alignment;
+mod check;
+pub mod joints;
+pub mod mesh;
+mod nodes;
+pub mod profile;
+mod spline;
+pub mod survey;
+pub mod track;
+
+use crate::error::Error;
+use alignment::Angle;
+use joints::Joints;
 use nalgebra::Vector3;
+use nodes::Nodes;
+use profile::Profile;
+use std::path::{Path, PathBuf};
+use track::TrackFile;
 
 /// The rail at one chainage: right-handed frame t forward, l left, u up, in the world (z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Chainage = arc length in space, m.
     pub s: f64,
-    /// Position of the rail's line, m.
+    /// Position of the rail's line (middle of the web, half height of the beam), m.
     pub p: Vector3<f64>,
     /// Unit tangent (cos θ cos ψ, cos θ sin ψ, sin θ).
     pub t: Vector3<f64>,
@@ -15,6 +38,175 @@ pub struct Frame {
     pub l: Vector3<f64>,
     /// Unit up, t × l.
     pub u: Vector3<f64>,
-    /// Curvature vector dt/ds, 1/m.
+    /// Curvature vector dt/ds = κ_h cos θ l + κ_v u, 1/m.
     pub k: Vector3<f64>,
 }
+
+impl Frame {
+    /// Complete a frame from the curve's derivatives.
+    pub(crate) fn new(s: f64, p: Vector3<f64>, t: Vector3<f64>, k: Vector3<f64>) -> Self {
+        let level = 1.0 / (t.x * t.x + t.y * t.y).sqrt();
+        let l = Vector3::new(-t.y * level, t.x * level, 0.0);
+        // t × l with l.z = 0, written out
+        let u = Vector3::new(-t.z * l.y, t.z * l.x, t.x * l.y - t.y * l.x);
+        Self { s, p, t, l, u, k }
+    }
+}
+
+/// Where somebody was on the rail the last time: the warm start of [`Rail::track`] and [`Rail::project`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cursor {
+    /// Chainage, m.
+    pub s: f64,
+    /// The node that holds it: only a hint, any value is safe.
+    pub(crate) node: usize,
+}
+
+impl Cursor {
+    /// A cursor at a chainage, m.
+    pub fn at(s: f64) -> Self {
+        Self { s, node: 0 }
+    }
+}
+
+/// A rail ready to be run on. Outside 0…length it goes on straight along its end tangents.
+#[derive(Clone, Debug)]
+pub struct Rail {
+    /// Name from the track file.
+    pub name: String,
+    file: PathBuf,
+    horizontal: Angle,
+    vertical: Angle,
+    joints: Option<Joints>,
+    profile: Profile,
+    nodes: Nodes,
+    length: f64,
+}
+
+impl Rail {
+    /// Read a track file, and the profile and survey it names.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let track: TrackFile = crate::file::read_yaml(path)?;
+        let profile = Profile::load(&track::beside(path, &track.profile))?;
+        Self::build(&track, profile, path)
+    }
+
+    /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
+    pub fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
+        let (horizontal, vertical) = track.angles(file)?;
+        let length = horizontal.length().max(vertical.length());
+        let joints = track
+            .joints
+            .as_ref()
+            .map(|j| Joints::new(j, length, file))
+            .transpose()?;
+        let nodes = Nodes::build(
+            track.start.position(),
+            &horizontal,
+            &vertical,
+            joints.as_ref(),
+            length,
+        );
+        Ok(Self {
+            name: track.name.clone(),
+            file: file.into(),
+            horizontal,
+            vertical,
+            joints,
+            profile,
+            nodes,
+            length,
+        })
+    }
+
+    /// Length, m.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The I-beam.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// The rail joints, if the track has any.
+    pub fn joints(&self) -> Option<&Joints> {
+        self.joints.as_ref()
+    }
+
+    /// Grade angle θ of the alignment at s, rad, + uphill towards growing s. Kinks and steps of rail joints are not in it.
+    pub fn grade(&self, s: f64) -> f64 {
+        self.vertical.value(s)
+    }
+
+    /// Heading ψ of the alignment at s, rad, + left (counter-clockwise from the world's x axis, seen from above).
+    pub fn heading(&self, s: f64) -> f64 {
+        self.horizontal.value(s)
+    }
+
+    /// Vertical curvature dθ/ds of the alignment at s, 1/m, + sag. At a jump, the value behind it. Without joints.
+    pub fn curvature_vertical(&self, s: f64) -> f64 {
+        self.vertical.slope(s)
+    }
+
+    /// Horizontal curvature dψ/ds at s, 1/m, + left. At a jump, the value behind it.
+    pub fn curvature_horizontal(&self, s: f64) -> f64 {
+        self.horizontal.slope(s)
+    }
+
+    /// The frame at s.
+    pub fn frame(&self, s: f64) -> Frame {
+        self.frame_at(s, &mut Cursor::at(s))
+    }
+
+    /// The frame at s; the cursor is moved there. Faster than [`Rail::frame`] when s is near the cursor.
+    pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> Frame {
+        cursor.node = self.nodes.find(s, cursor.node);
+        cursor.s = s;
+        let at = self.nodes.eval(cursor.node, s);
+        Frame::new(s, at.p, at.t, at.k)
+    }
+
+    /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by Newton's
+    /// method from the cursor, which is moved there. `p` must be nearer to the line than its radius of curvature.
+    pub fn project(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> f64 {
+        self.nodes.project(p, cursor)
+    }
+
+    /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9 m,
+    /// with one evaluation of the curve while `p` moves a few millimetres between calls.
+    pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> Frame {
+        self.nodes.track(p, cursor)
+    }
+
+    /// Cursor at the point of the rail nearest to `p`, found by looking at the whole rail: a cold start.
+    pub fn nearest(&self, p: &Vector3<f64>) -> Cursor {
+        self.nodes.nearest(p)
+    }
+
+    /// Frames every `step_m` from 0, and at the end. A step that is not above zero gives the two ends only.
+    pub fn samples(&self, step_m: f64) -> Vec<Frame> {
+        let pieces = pieces(self.length, step_m);
+        let mut cursor = Cursor::default();
+        let mut frames = Vec::with_capacity(pieces + 1);
+        for i in 0..pieces {
+            frames.push(self.frame_at(step_m * i as f64, &mut cursor));
+        }
+        frames.push(self.frame_at(self.length, &mut cursor));
+        frames
+    }
+}
+
+/// How many pieces of at most `step` make up `length`: at least one, at most ten million.
+pub(crate) fn pieces(length: f64, step: f64) -> usize {
+    const MOST: f64 = 1e7;
+    if step > 0.0 && length > 0.0 {
+        // a sliver of rounding at the end is no piece of its own
+        (length / step - 1e-9).ceil().clamp(1.0, MOST) as usize
+    } else {
+        1
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,66 @@
+//! Can this train run on this rail? The element that says no is named.
+
+use super::Rail;
+use super::alignment::{Angle, Piece};
+use crate::error::Error;
+use crate::file::input_error;
+use crate::train::Limits;
+
+/// Rounding of radii and angles that are just at a limit.
+const JUST: f64 = 1.0 + 1e-9;
+
+impl Rail {
+    /// Check radii, grades and length against what a train can run on. Kinks and steps of rail joints are not counted.
+    pub fn check(&self, limits: &Limits) -> Result<(), Error> {
+        self.radii(
+            &self.horizontal,
+            limits.min_radius_horizontal_m,
+            "horizontal",
+        )?;
+        self.radii(&self.vertical, limits.min_radius_vertical_m, "vertical")?;
+        let most = limits.max_grade_rad;
+        for p in &self.vertical.pieces {
+            let (_, grade) = p.extremes();
+            if grade > most * JUST {
+                return Err(self.at(
+                    &p.angle_key,
+                    p,
+                    format!("the grade reaches {:.3}°", grade.to_degrees()),
+                    format!("the train climbs at most {:.3}°", most.to_degrees()),
+                ));
+            }
+        }
+        if self.length < limits.length_m {
+            return Err(input_error(
+                &self.file,
+                "",
+                format!("the track is {:.3} m long", self.length),
+                format!(
+                    "the train alone is {:.3} m long; lengthen the last element",
+                    limits.length_m
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    fn radii(&self, angle: &Angle, least: f64, which: &str) -> Result<(), Error> {
+        for p in &angle.pieces {
+            let (bend, _) = p.extremes();
+            if bend * least > JUST {
+                return Err(self.at(
+                    &p.bend_key,
+                    p,
+                    format!("the {which} radius comes down to {:.3} m", 1.0 / bend),
+                    format!("the train needs at least {least:.3} m"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn at(&self, key: &str, p: &Piece, message: String, help: String) -> Error {
+        let message = format!("{message} between chainage {:.3} and {:.3} m", p.from, p.to);
+        input_error(&self.file, key, message, help)
+    }
+}

@@ -1,0 +1,226 @@
+//! Rail joints: real rails are hung in pieces of 2–3 m, whose joints deflect a little and are not quite flush.
+//!
+//! Both are small additions to the grade angle, so the curve stays continuous and s stays its arc length:
+//! - a kink turns the grade by ±`kink_deg`, the sign alternating from joint to joint, so that pieces zigzag about the
+//!   alignment; the turn is spread over [`ROUNDING_M`];
+//! - a step lifts the rail by `step_m` at one joint and lowers it at the next. A wheel of radius r meets a step of height h
+//!   over a length √(2 r h) (Pythagoras at the wheel's rim, h ≪ r): the grade rises and falls linearly over that length,
+//!   with peak √(2h/r).
+//!
+//! Only points nearer to the rail's line than r/2 (the radius of curvature within a step) project uniquely there.
+
+use crate::checked::{NonNegative, Positive};
+use crate::error::Error;
+use crate::file::input_error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at walking pace.
+pub const ROUNDING_M: f64 = 0.02;
+const MOST_KINK_DEG: f64 = 2.0;
+const MOST_STEP_M: f64 = 0.005;
+
+/// Rail joints in a track file.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JointsFile {
+    /// Length of a piece of rail, m.
+    pub every_m: Positive,
+    /// Deflection at a joint, degrees; signs alternate.
+    #[serde(default = "none")]
+    pub kink_deg: NonNegative,
+    /// Height step at a joint, m; signs alternate.
+    #[serde(default = "none")]
+    pub step_m: NonNegative,
+    /// Radius of the wheel that rolls over the step, m.
+    #[serde(default = "wheel")]
+    pub wheel_radius_m: Positive,
+}
+
+fn none() -> NonNegative {
+    NonNegative::new(0.0)
+}
+
+fn wheel() -> Positive {
+    Positive::new(0.0875)
+}
+
+/// Rail joints, ready to be asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Joints {
+    every: f64,
+    count: usize,
+    kink: f64,
+    step: f64,
+    ramp: f64,
+}
+
+impl Joints {
+    /// Check a track file's joints against a track of this length.
+    pub fn new(j: &JointsFile, length: f64, file: &Path) -> Result<Self, Error> {
+        let bad = |key: &str, message: String, help: String| {
+            Err(input_error(file, format!("joints.{key}"), message, help))
+        };
+        let (every, kink, step) = (j.every_m.get(), j.kink_deg.get(), j.step_m.get());
+        if kink > MOST_KINK_DEG {
+            return bad(
+                "kink_deg",
+                format!("a kink of {kink}°"),
+                format!("at most {MOST_KINK_DEG}°"),
+            );
+        }
+        if step > MOST_STEP_M {
+            return bad(
+                "step_m",
+                format!("a step of {step} m"),
+                format!("at most {MOST_STEP_M} m"),
+            );
+        }
+        if step > 0.1 * j.wheel_radius_m.get() {
+            return bad(
+                "wheel_radius_m",
+                format!("a step of {step} m is no small step for this wheel"),
+                "at least ten times step_m".into(),
+            );
+        }
+        let ramp = (2.0 * j.wheel_radius_m.get() * step).sqrt();
+        let width = ramp.max(ROUNDING_M);
+        if every < 4.0 * width {
+            return bad(
+                "every_m",
+                format!("pieces of {every} m are shorter than their joints"),
+                format!("at least {:.3} m; usual are 2 to 3 m", 4.0 * width),
+            );
+        }
+        Ok(Self {
+            every,
+            // the last joint lies whole on the track
+            count: ((length - width) / every).floor().max(0.0) as usize,
+            kink: kink.to_radians(),
+            step,
+            ramp,
+        })
+    }
+
+    /// Chainages of the joints, m.
+    pub fn chainages(&self) -> impl Iterator<Item = f64> + '_ {
+        (1..=self.count).map(|i| i as f64 * self.every)
+    }
+
+    /// Chainages at which the angle below bends, m.
+    pub(crate) fn borders(&self) -> impl Iterator<Item = f64> + '_ {
+        let (a, b) = (0.5 * ROUNDING_M, 0.5 * self.ramp);
+        self.chainages()
+            .flat_map(move |s| [s - a, s - b, s, s + b, s + a])
+    }
+
+    /// What the joints add to the grade angle at s, rad, and the derivative of that, 1/m.
+    pub fn angle(&self, s: f64) -> (f64, f64) {
+        // the nearest joint decides; before the first and behind the last its outer side goes on
+        let nearest = (s / self.every)
+            .round()
+            .clamp(1.0, self.count.max(1) as f64);
+        if self.count == 0 {
+            return (0.0, 0.0);
+        }
+        // + at odd joints (down-kink, up-step), − at even ones
+        let sign = if nearest % 2.0 == 1.0 { 1.0 } else { -1.0 };
+        let x = s - nearest * self.every;
+        let half = 0.5 * ROUNDING_M;
+        let (mut angle, mut slope) = if x.abs() < half {
+            (-0.5 * self.kink * x / half, -0.5 * self.kink / half)
+        } else {
+            (-0.5 * self.kink * x.signum(), 0.0)
+        };
+        let half = 0.5 * self.ramp;
+        if x.abs() < half {
+            let peak = self.step / half;
+            angle += peak * (1.0 - x.abs() / half);
+            slope -= peak * x.signum() / half;
+        }
+        (sign * angle, sign * slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn joints(kink: f64, step: f64) -> Joints {
+        let file = JointsFile {
+            every_m: Positive::new(3.0),
+            kink_deg: NonNegative::new(kink),
+            step_m: NonNegative::new(step),
+            wheel_radius_m: wheel(),
+        };
+        Joints::new(&file, 30.0, Path::new("t.yaml")).unwrap()
+    }
+
+    /// Height gained between two chainages by the midpoint rule.
+    fn rise(j: &Joints, from: f64, to: f64) -> f64 {
+        let n = 200_000;
+        let h = (to - from) / n as f64;
+        (0..n)
+            .map(|i| j.angle(from + (i as f64 + 0.5) * h).0 * h)
+            .sum()
+    }
+
+    #[test]
+    fn steps_go_up_and_down_by_their_height() {
+        let j = joints(0.0, 0.001);
+        assert_eq!(j.chainages().count(), 9);
+        assert!((rise(&j, 2.0, 4.0) - 0.001).abs() < 1e-8);
+        assert!((rise(&j, 5.0, 7.0) + 0.001).abs() < 1e-8);
+        assert_eq!(rise(&j, 4.0, 5.0), 0.0);
+    }
+
+    #[test]
+    fn kinks_turn_by_their_angle_and_do_not_wind_up() {
+        let j = joints(0.2, 0.0);
+        let kink = 0.2_f64.to_radians();
+        for (i, s) in j.chainages().enumerate() {
+            let turn = j.angle(s + 0.5).0 - j.angle(s - 0.5).0;
+            let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
+            assert!((turn - sign * kink).abs() < 1e-15);
+        }
+        assert!(
+            rise(&j, 3.0, 27.0).abs() < 1e-9,
+            "four pairs of pieces cancel"
+        );
+    }
+
+    #[test]
+    fn slope_is_the_derivative_and_borders_are_where_it_jumps() {
+        let j = joints(0.3, 0.002);
+        let borders: Vec<f64> = j.borders().collect();
+        let h = 1e-7;
+        for i in 0..30_000 {
+            let s = i as f64 * 1e-3 + 0.000_31;
+            if borders.iter().any(|b| (b - s).abs() < 2.0 * h) {
+                continue;
+            }
+            let difference = (j.angle(s + h).0 - j.angle(s - h).0) / (2.0 * h);
+            assert!((difference - j.angle(s).1).abs() < 1e-6, "s = {s}");
+        }
+    }
+
+    #[test]
+    fn a_joint_that_is_too_much_is_named() {
+        for (key, file) in [
+            ("every_m", "{every_m: 0.05, kink_deg: 0.1}"),
+            ("kink_deg", "{every_m: 3, kink_deg: 20}"),
+            ("step_m", "{every_m: 3, step_m: 0.1}"),
+            (
+                "wheel_radius_m",
+                "{every_m: 3, step_m: 0.004, wheel_radius_m: 0.005}",
+            ),
+        ] {
+            let file: JointsFile = serde_yaml::from_str(file).unwrap();
+            let e = Joints::new(&file, 30.0, Path::new("t.yaml"))
+                .unwrap_err()
+                .to_string();
+            assert!(e.contains(&format!("joints.{key}")), "{e}");
+        }
+    }
+}

@@ -1,0 +1,711 @@
+use super::*;
+use crate::train::Limits;
+
+fn asset(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../assets")
+        .join(path)
+}
+
+fn i140e() -> Profile {
+    Profile::load(&asset("rails/i140e.yaml")).unwrap()
+}
+
+/// A rail from the part of a track file below its head.
+fn rail(body: &str) -> Result<Rail, Error> {
+    let text = format!("version: 1\nname: test\nprofile: none\n{body}");
+    let track: TrackFile = serde_yaml::from_str(&text).unwrap();
+    Rail::build(&track, i140e(), Path::new("test.yaml"))
+}
+
+fn load(name: &str) -> Rail {
+    Rail::load(&asset("tracks").join(name)).unwrap()
+}
+
+const TRACKS: [&str; 7] = [
+    "level_200m.yaml",
+    "straight_15deg.yaml",
+    "steep_30deg.yaml",
+    "liu2023_section1.yaml",
+    "liu2023_section2.yaml",
+    "liu2023_vehicle_test.yaml",
+    "winding.yaml",
+];
+
+/// Numbers from −1 to 1 that look random (a linear congruence, Knuth's MMIX constants).
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// The independent description of a rail: (length, curvature at its begin, at its end) per stretch, worked by hand.
+struct Oracle(Vec<(f64, f64, f64, f64, f64)>);
+
+impl Oracle {
+    fn new(stretches: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        let (mut s, mut angle) = (0.0, 0.0);
+        Self(
+            stretches
+                .map(|(length, k0, k1)| {
+                    let now = (s, angle, k0, (k1 - k0) / length, length);
+                    s += length;
+                    angle += 0.5 * (k0 + k1) * length;
+                    now
+                })
+                .collect(),
+        )
+    }
+
+    fn angle(&self, s: f64) -> f64 {
+        let i = self.0.partition_point(|x| x.0 <= s).max(1) - 1;
+        let (from, angle, k, slope, length) = self.0[i];
+        let x = (s - from).min(length);
+        angle + k * x + 0.5 * slope * x * x
+    }
+
+    fn ends(&self) -> impl Iterator<Item = f64> + '_ {
+        self.0.iter().map(|x| x.0 + x.4)
+    }
+}
+
+/// 10 km of 4 m arcs left and right with clothoids, and 10 m crests and sags up to ±20°, against composite Simpson
+/// quadrature with 4 mm steps (its own error here is below 1e-11 m).
+#[test]
+fn ten_kilometres_agree_with_a_fine_quadrature() {
+    let r = rail(
+        "horizontal:
+  - kind: repeat
+    times: 500
+    elements:
+      - {kind: line, length_m: 2}
+      - {kind: arc, radius_m: 4, angle_deg: 90, easement_m: 2}
+      - {kind: clothoid, length_m: 1.5, to_radius_m: -4}
+      - {kind: arc, length_m: 5, angle_deg: -71.61972439135291}
+      - {kind: clothoid, length_m: 1.5}
+vertical:
+  - kind: repeat
+    times: 500
+    elements:
+      - {kind: arc, to_grade_deg: 20, radius_m: 10, easement_m: 1}
+      - {kind: grade, length_m: 3}
+      - {kind: transition, to_grade_deg: -20, radius_m: 10}
+      - {kind: arc, to_grade_deg: 0, length_m: 4}
+",
+    )
+    .unwrap();
+    let a = 90_f64.to_radians();
+    let h = Oracle::new((0..500).flat_map(|_| {
+        [
+            (2.0, 0.0, 0.0),
+            (2.0, 0.0, 0.25),
+            (4.0 * a - 2.0, 0.25, 0.25),
+            (2.0, 0.25, 0.0),
+            (1.5, 0.0, -0.25),
+            (5.0, -0.25, -0.25),
+            (1.5, -0.25, 0.0),
+        ]
+    }));
+    let g = 20_f64.to_radians();
+    let v = Oracle::new((0..500).flat_map(|_| {
+        [
+            (1.0, 0.0, 0.1),
+            (10.0 * g - 1.0, 0.1, 0.1),
+            (1.0, 0.1, 0.0),
+            (3.0, 0.0, 0.0),
+            (20.0 * g, 0.0, -0.1),
+            (20.0 * g, -0.1, 0.0),
+            (4.0, g / 4.0, g / 4.0),
+        ]
+    }));
+    assert!(r.length() > 10_000.0);
+    let mut borders: Vec<f64> = h.ends().chain(v.ends()).collect();
+    borders.sort_by(f64::total_cmp);
+    let tangent = |s: f64| {
+        let (psi, theta) = (h.angle(s), v.angle(s));
+        Vector3::new(
+            theta.cos() * psi.cos(),
+            theta.cos() * psi.sin(),
+            theta.sin(),
+        )
+    };
+    let (mut p, mut from, mut worst) = (Vector3::zeros(), 0.0, 0.0_f64);
+    let mut cursor = Cursor::default();
+    for border in borders {
+        // half way and at the border, so that insides of nodes are looked at too
+        for to in [0.5 * (from + border), border] {
+            let n = ((to - from) / 0.004).ceil().max(1.0);
+            let step = (to - from) / n;
+            let sum = (0..n as usize).fold(Vector3::zeros(), |sum, i| {
+                let s = from + step * i as f64;
+                sum + tangent(s) + tangent(s + 0.5 * step) * 4.0 + tangent(s + step)
+            });
+            p += sum * (step / 6.0);
+            worst = worst.max((r.frame_at(to, &mut cursor).p - p).norm());
+            from = to;
+        }
+    }
+    println!("largest distance over {:.0} m: {worst:e} m", r.length());
+    assert!(worst < 1e-9, "{worst:e}");
+}
+
+#[test]
+fn frames_are_right_handed_and_made_of_derivatives() {
+    let mut worst = 0.0_f64;
+    for name in TRACKS {
+        let r = load(name);
+        let mut draw = Draw(7);
+        for _ in 0..2000 {
+            let s = (0.5 + 0.5 * draw.next()) * r.length();
+            let f = r.frame(s);
+            let (psi, theta) = (r.heading(s), r.grade(s));
+            let t = Vector3::new(
+                theta.cos() * psi.cos(),
+                theta.cos() * psi.sin(),
+                theta.sin(),
+            );
+            let l = Vector3::new(-psi.sin(), psi.cos(), 0.0);
+            worst = worst
+                .max((f.t - t).norm())
+                .max((f.l - l).norm())
+                .max((f.u - t.cross(&l)).norm());
+            assert!(worst < 1e-11, "{name} at {s}: {worst:e}");
+            let k = f.l * (r.curvature_horizontal(s) * theta.cos()) + f.u * r.curvature_vertical(s);
+            assert!(
+                (f.k - k).norm() < 1e-8,
+                "{name} at {s}: {}",
+                (f.k - k).norm()
+            );
+            let h = 1e-4;
+            let difference = (r.frame(s + h).p - r.frame(s - h).p) / (2.0 * h);
+            assert!(
+                (difference - f.t).norm() < 1e-4 * (0.26 + 1e-6),
+                "dp/ds at {s}"
+            );
+        }
+    }
+}
+
+#[test]
+fn projecting_a_point_of_a_cross_section_gives_its_chainage() {
+    let joints = rail("vertical: [{kind: arc, radius_m: 30, to_grade_deg: 40}]\njoints: {every_m: 2.5, kink_deg: 0.3, step_m: 0.001}").unwrap();
+    for (r, size) in TRACKS
+        .map(load)
+        .iter()
+        .map(|r| (r, 0.5))
+        .chain([(&joints, 0.01)])
+    {
+        let mut draw = Draw(11);
+        for _ in 0..3000 {
+            let s = (0.5 + 0.5 * draw.next()) * r.length();
+            let f = r.frame(s);
+            let p = f.p + f.l * (size * draw.next()) + f.u * (size * draw.next());
+            let near = if size < 0.1 { 0.005 } else { 0.3 };
+            let mut cursor = Cursor::at(s + near * draw.next());
+            assert!(
+                (r.project(&p, &mut cursor) - s).abs() < 1e-9,
+                "{} at {s}",
+                r.name
+            );
+            assert!(
+                (r.project(&p, &mut cursor.clone()) - cursor.s).abs() < 1e-9,
+                "once more changes nothing"
+            );
+        }
+    }
+}
+
+#[test]
+fn tracking_agrees_with_the_converged_projection() {
+    let joints = rail("horizontal: [{kind: arc, radius_m: 4, angle_deg: 300, easement_m: 2}]\njoints: {every_m: 2, kink_deg: 0.2, step_m: 0.001}").unwrap();
+    for (r, size) in TRACKS
+        .map(load)
+        .iter()
+        .map(|r| (r, 0.1))
+        .chain([(&joints, 0.004)])
+    {
+        let mut draw = Draw(3);
+        let mut worst = [0.0_f64; 3];
+        for i in 0..20_000 {
+            let s = (0.5 + 0.5 * draw.next()) * r.length();
+            let f = r.frame(s);
+            let p = f.p + f.l * (size * draw.next()) + f.u * (size * draw.next());
+            // from a hair to two centimetres of movement since the last call
+            let mut warm = Cursor::at(s + draw.next() * [1e-5, 1e-3, 5e-3, 2e-2][i % 4]);
+            let ours = r.track(&p, &mut warm);
+            let mut cursor = Cursor::at(s);
+            let exact = r.project(&p, &mut cursor);
+            let exact = r.frame_at(exact, &mut cursor);
+            assert_eq!(ours.s, warm.s);
+            worst[0] = worst[0]
+                .max((ours.s - exact.s).abs())
+                .max((ours.p - exact.p).norm());
+            worst[1] = worst[1]
+                .max((ours.t - exact.t).norm())
+                .max((ours.u - exact.u).norm())
+                .max((ours.l - exact.l).norm());
+            // at a jump of curvature either side is right
+            if (r.frame(s - 1e-6).k - r.frame(s + 1e-6).k).norm() < 1e-3 {
+                worst[2] = worst[2].max((ours.k - exact.k).norm());
+            }
+        }
+        println!(
+            "{}: s, p {:.1e} m; t, l, u {:.1e}; k {:.1e} 1/m",
+            r.name, worst[0], worst[1], worst[2]
+        );
+        assert!(
+            worst[0] < 1e-9 && worst[1] < 1e-7 && worst[2] < 1e-4,
+            "{}: {worst:?}",
+            r.name
+        );
+    }
+}
+
+#[test]
+fn beyond_its_ends_the_rail_goes_on_straight() {
+    let r = load("winding.yaml");
+    for (end, away) in [(0.0, -1.0), (r.length(), 1.0)] {
+        let at = r.frame(end);
+        for far in [0.01, 3.0, 1e4] {
+            let f = r.frame(end + away * far);
+            assert!(
+                (f.p - (at.p + at.t * (away * far))).norm() < 1e-9
+                    && f.t == at.t
+                    && f.k.norm() == 0.0
+            );
+            let s = r.project(&(f.p + f.l * 0.1), &mut Cursor::at(end));
+            assert!((s - f.s).abs() < 1e-9);
+            assert!((r.track(&f.p, &mut Cursor::at(end)).p - f.p).norm() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn nonsense_in_is_no_panic() {
+    let r = load("steep_30deg.yaml");
+    for s in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+        let mut cursor = Cursor {
+            s,
+            node: usize::MAX,
+        };
+        r.frame(s);
+        r.track(&Vector3::new(s, 0.0, 0.0), &mut cursor);
+        r.track(
+            &Vector3::new(1.0, 0.0, 0.0),
+            &mut Cursor {
+                s,
+                node: usize::MAX,
+            },
+        );
+        r.nearest(&Vector3::new(0.0, s, 0.0));
+        let _ = (r.grade(s), r.heading(s), r.curvature_vertical(s));
+    }
+    assert_eq!(r.samples(0.0).len(), 2);
+    assert_eq!(r.samples(f64::NAN).len(), 2);
+}
+
+#[test]
+fn nearest_finds_its_place_without_a_hint() {
+    let r = load("liu2023_vehicle_test.yaml");
+    for i in 0..=100 {
+        let f = r.frame(r.length() * f64::from(i) / 100.0);
+        assert!((r.nearest(&(f.p + f.l * 0.3 - f.u * 0.2)).s - f.s).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn samples_are_even_and_include_both_ends() {
+    let r = load("level_200m.yaml");
+    let s = r.samples(0.5);
+    assert_eq!((s.len(), s[0].s, s[400].s), (401, 0.0, 200.0));
+    assert!(s.windows(2).all(|w| (w[1].s - w[0].s - 0.5).abs() < 1e-9));
+}
+
+/// What the assets' own comments promise.
+#[test]
+fn the_tracks_are_what_they_say() {
+    let steepest = |r: &Rail| {
+        r.samples(0.05)
+            .iter()
+            .map(|f| r.grade(f.s).abs())
+            .fold(0.0, f64::max)
+            .to_degrees()
+    };
+    for name in TRACKS {
+        let r = load(name);
+        for f in r.samples(0.1).iter().filter(|f| f.s < 19.95) {
+            assert!(
+                f.p.z == 0.0 && f.k.norm() == 0.0 && f.t.x == 1.0,
+                "{name} starts straight and level"
+            );
+        }
+    }
+    let r = load("liu2023_section1.yaml");
+    assert!((r.length() - 140.0).abs() < 1e-9 && r.grade(40.0) == 0.0);
+    assert!(
+        (r.grade(50.0).to_degrees() - 8.0).abs() < 1e-12
+            && (r.grade(140.0).to_degrees() - 8.0).abs() < 1e-12
+    );
+    assert!((steepest(&load("liu2023_section2.yaml")) - 8.0).abs() < 0.01);
+    let r = load("liu2023_vehicle_test.yaml");
+    assert!((r.grade(63.0)).abs() < 1e-12 && (r.grade(70.0).to_degrees() - 14.0).abs() < 1e-12);
+    assert!(
+        r.length() >= 140.0
+            && steepest(&r) < 15.0
+            && (83..145).all(|s| r.grade(f64::from(s)).abs() < 1.01_f64.to_radians())
+    );
+    let r = load("winding.yaml");
+    assert!(r.length() > 630.0 && (steepest(&r) - 20.0).abs() < 1e-6);
+    assert!((steepest(&load("steep_30deg.yaml")) - 30.0).abs() < 1e-6);
+    assert!((steepest(&load("straight_15deg.yaml")) - 15.0).abs() < 1e-6);
+}
+
+const LIMITS: Limits = Limits {
+    min_radius_horizontal_m: 4.0,
+    min_radius_vertical_m: 10.0,
+    max_grade_rad: 0.53,
+    max_speed_mps: 2.4,
+    length_m: 18.1,
+    max_load_kg: 20_000.0,
+};
+
+#[test]
+fn every_asset_track_carries_the_reference_train() {
+    for name in TRACKS {
+        load(name).check(&LIMITS).unwrap();
+    }
+}
+
+#[test]
+fn the_element_a_train_cannot_run_on_is_named() {
+    for (body, says) in [
+        (
+            "horizontal: [{kind: line, length_m: 30}, {kind: arc, radius_m: 3.9, angle_deg: 90}]",
+            "horizontal[1].radius_m",
+        ),
+        (
+            "horizontal: [{kind: line, length_m: 30}, {kind: clothoid, length_m: 5, to_radius_m: -3}]",
+            "horizontal[1].to_radius_m",
+        ),
+        (
+            "horizontal: [{kind: line, length_m: 30}]\nvertical: [{kind: transition, length_m: 3, to_grade_deg: 10}]",
+            "vertical[0].length_m",
+        ),
+        (
+            "vertical: [{kind: grade, length_m: 30}, {kind: arc, radius_m: 9, to_grade_deg: 10}]",
+            "vertical[1].radius_m",
+        ),
+        (
+            "vertical: [{kind: grade, length_m: 30, grade_deg: -31}]",
+            "vertical[0].grade_deg",
+        ),
+        (
+            "vertical: [{kind: repeat, times: 2, elements: [{kind: arc, radius_m: 40, to_grade_deg: 31}, {kind: arc, radius_m: 40, to_grade_deg: 0}]}]",
+            "vertical[0].elements[0].to_grade_deg",
+        ),
+        ("horizontal: [{kind: line, length_m: 18}]", "18.000 m long"),
+    ] {
+        let e = rail(body).unwrap().check(&LIMITS).unwrap_err().to_string();
+        assert!(e.contains(says), "{body}: {e}");
+    }
+    let just = "horizontal: [{kind: arc, radius_m: 4, angle_deg: 300}]\nvertical: [{kind: arc, radius_m: 10, to_grade_deg: 10}]";
+    rail(just).unwrap().check(&LIMITS).unwrap();
+}
+
+#[test]
+fn a_bad_element_is_named() {
+    for (body, says) in [
+        ("", "horizontal: the track has no elements"),
+        (
+            "horizontal: [{kind: line}]",
+            "horizontal[0].length_m: a line needs length_m",
+        ),
+        (
+            "horizontal: [{kind: line, length_m: 3, radius_m: 4}]",
+            "horizontal[0].radius_m: a line has no radius_m",
+        ),
+        (
+            "horizontal: [{kind: arc, radius_m: 4}]",
+            "horizontal[0].angle_deg",
+        ),
+        (
+            "horizontal: [{kind: arc, radius_m: 4, length_m: 3, angle_deg: 20}]",
+            "horizontal[0]: needs either",
+        ),
+        (
+            "horizontal: [{kind: arc, radius_m: 4, angle_deg: 0}]",
+            "horizontal[0].angle_deg",
+        ),
+        (
+            "horizontal: [{kind: arc, radius_m: 0.2, angle_deg: 90}]",
+            "horizontal[0].radius_m",
+        ),
+        (
+            "horizontal: [{kind: clothoid, length_m: 1, to_radius_m: 0}]",
+            "horizontal[0].to_radius_m",
+        ),
+        (
+            "horizontal: [{kind: repeat, times: 3}]",
+            "horizontal[0].elements",
+        ),
+        (
+            "horizontal: [{kind: repeat, times: 0, elements: [{kind: line, length_m: 1}]}]",
+            "horizontal[0].times",
+        ),
+        (
+            "horizontal: [{kind: line, length_m: 2e5}]",
+            "at most 50000 m",
+        ),
+        (
+            "vertical: [{kind: grade, length_m: 3}, {kind: grade, length_m: 3, grade_deg: 2}]",
+            "vertical[1].grade_deg: 2° does not join",
+        ),
+        (
+            "vertical: [{kind: grade, length_m: 3, grade_deg: 80}]",
+            "vertical[0].grade_deg",
+        ),
+        (
+            "vertical: [{kind: transition, length_m: 3, to_grade_deg: 0}]",
+            "vertical[0].to_grade_deg",
+        ),
+        (
+            "vertical: [{kind: transition, length_m: 3, to_grade_deg: 3, easement_m: 1}]",
+            "vertical[0].easement_m",
+        ),
+        (
+            "horizontal: [{kind: line, length_m: 30}]\njoints: {every_m: 0.01}",
+            "joints.every_m",
+        ),
+    ] {
+        let e = rail(body).unwrap_err().to_string();
+        assert!(e.contains(says), "{body}: {e}");
+    }
+    for body in [
+        "horizontal: [{kind: line, length_m: -3}]",
+        "horizontal: [{kind: line, length_m: 0}]",
+        "horizontal: [{kind: line, lenght_m: 3}]",
+        "horizontal: [{kind: curve, length_m: 3}]",
+        "vertical: [{kind: arc, radius_m: .nan, to_grade_deg: 3}]",
+    ] {
+        let text = format!("version: 1\nname: x\nprofile: none\n{body}");
+        assert!(serde_yaml::from_str::<TrackFile>(&text).is_err(), "{body}");
+    }
+}
+
+#[test]
+fn the_start_moves_and_turns_the_whole_rail() {
+    let body = "horizontal: [{kind: arc, radius_m: 4, angle_deg: 200}]\nvertical: [{kind: arc, radius_m: 20, to_grade_deg: 10}]";
+    let a = rail(body).unwrap();
+    let b = rail(&format!(
+        "start: {{x_m: 1000, y_m: -20, z_m: 3, heading_deg: 90}}\n{body}"
+    ))
+    .unwrap();
+    for f in a.samples(0.3) {
+        let turned = Vector3::new(1000.0 - f.p.y, -20.0 + f.p.x, 3.0 + f.p.z);
+        assert!((b.frame(f.s).p - turned).norm() < 1e-10);
+    }
+}
+
+#[test]
+fn a_survey_becomes_a_rail() {
+    let folder = std::env::temp_dir().join(format!("monorig-rail-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut csv = String::from("# the roadway\ns_m,height_m,heading_deg\n");
+    for i in 0..=100 {
+        let s = 2.0 * f64::from(i);
+        csv += &format!(
+            "{},{},{}\n",
+            500.0 + s,
+            300.0 + 0.05 * s,
+            (350.0 + 0.4 * s) % 360.0
+        );
+    }
+    std::fs::write(folder.join("survey.csv"), csv).unwrap();
+    let text = "version: 1\nname: surveyed\nprofile: none\nsurvey: {file: survey.csv, height_noise_m: 0.01, heading_noise_deg: 0.1}";
+    let track: TrackFile = serde_yaml::from_str(text).unwrap();
+    let r = Rail::build(&track, i140e(), &folder.join("track.yaml")).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(r.length(), 200.0);
+    for f in r.samples(0.7) {
+        // a constant grade with sin θ = 0.05 and a helix turning 0.4°/m
+        assert!(
+            (f.p.z - 0.05 * f.s).abs() < 1e-9 && (r.grade(f.s) - libm::asin(0.05)).abs() < 1e-9
+        );
+        assert!((r.heading(f.s) - (350.0 + 0.4 * f.s).to_radians()).abs() < 1e-9);
+    }
+    assert!((r.heading(1e9) - 430_f64.to_radians()).abs() < 1e-9);
+}
+
+/// Joints: still an arc length, still one curve, and the alignment's own grade stays as it was.
+#[test]
+fn joints_disturb_the_curve_by_what_they_are() {
+    let smooth = rail("horizontal: [{kind: line, length_m: 60}]").unwrap();
+    let rough =
+        rail("horizontal: [{kind: line, length_m: 60}]\njoints: {every_m: 3, step_m: 0.001}")
+            .unwrap();
+    for s in [1.0, 2.9, 4.0, 5.9, 10.0, 58.0] {
+        assert_eq!(rough.grade(s), smooth.grade(s));
+        let piece = (s / 3.0) as i32;
+        let height = if piece % 2 == 1 { 0.001 } else { 0.0 };
+        assert!(
+            (rough.frame(s).p.z - height).abs() < 1e-5,
+            "s = {s}: {}",
+            rough.frame(s).p.z
+        );
+        assert!((rough.frame(s).p.x - s).abs() < 0.002);
+    }
+    let mut last = rough.frame(0.0);
+    for f in rough.samples(1e-4) {
+        assert!(
+            (f.p - last.p).norm() <= f.s - last.s + 1e-12
+                && (f.t - last.t).norm() < 24.0 * (f.s - last.s) + 1e-12
+        );
+        last = f;
+    }
+}
+
+/// Every edge belongs to two triangles that run through it in opposite directions, and the volume is that of the sweep:
+/// section area times length of the centroid's path, and the centroid is the rail's line (Pappus).
+#[test]
+fn the_mesh_is_closed_and_has_the_volume_of_the_sweep() {
+    for name in ["winding.yaml", "level_200m.yaml"] {
+        let r = load(name);
+        let chunks = r.mesh(0.05, 50.0);
+        let mut volume = 0.0;
+        for m in &chunks {
+            assert!(m.to_m - m.from_m <= 50.0 + 1e-9);
+            let mut edges = std::collections::BTreeMap::new();
+            let at = |i: u32| Vector3::from(m.vertices[i as usize]);
+            for [a, b, c] in &m.triangles {
+                for edge in [(a, b), (b, c), (c, a)] {
+                    *edges.entry(edge).or_insert(0) += 1;
+                }
+                let o = at(0);
+                volume += (at(*a) - o).cross(&(at(*b) - o)).dot(&(at(*c) - o)) / 6.0;
+            }
+            assert!(
+                edges
+                    .iter()
+                    .all(|((a, b), n)| *n == 1 && edges.contains_key(&(*b, *a)))
+            );
+        }
+        let expected = r.profile().area() * r.length();
+        assert!(
+            (volume / expected - 1.0).abs() < 2e-4,
+            "{name}: {volume} for {expected}"
+        );
+        assert_eq!(
+            (chunks[0].from_m, chunks[chunks.len() - 1].to_m),
+            (0.0, r.length())
+        );
+    }
+    // straight rail needs no sections inside
+    assert_eq!(
+        load("level_200m.yaml").mesh(0.05, 300.0)[0].vertices.len(),
+        24
+    );
+}
+
+#[test]
+fn the_profile_is_an_i_beam() {
+    let p = i140e();
+    // two tapered flanges and a web, by hand
+    let flange = 0.007 * 0.0165 + (0.068 - 0.007) * 0.5 * (0.0165 + 0.0125);
+    assert!((p.area() - (2.0 * flange + 0.007 * (0.155 - 2.0 * 0.0165))).abs() < 1e-12);
+    assert!((p.running_surface(0.0035) - (0.0165 - 0.0775)).abs() < 1e-15);
+    assert!((p.running_surface(-0.034) - (0.0125 - 0.0775)).abs() < 1e-15);
+    for (key, value) in [
+        ("web_m", 0.07),
+        ("flange_tip_m", 0.02),
+        ("flange_root_m", 0.08),
+        ("height_m", 155.0),
+    ] {
+        let mut file: serde_json::Value = serde_json::json!({"version": 1, "name": "x", "height_m": 0.155, "flange_width_m": 0.068,
+            "web_m": 0.007, "flange_tip_m": 0.0125, "flange_root_m": 0.0165});
+        file[key] = value.into();
+        let e = Profile::build(&serde_json::from_value(file).unwrap(), Path::new("p.yaml"))
+            .unwrap_err()
+            .to_string();
+        assert!(e.contains(key), "{e}");
+    }
+}
+
+#[test]
+fn far_from_the_origin_nothing_is_lost_but_the_last_digits() {
+    let body = "horizontal: [{kind: arc, radius_m: 4, angle_deg: 300, easement_m: 2}]\nvertical: [{kind: arc, radius_m: 20, to_grade_deg: 20}]";
+    let near = rail(body).unwrap();
+    let far = rail(&format!("start: {{x_m: 1e6, y_m: -1e6}}\n{body}")).unwrap();
+    let offset = Vector3::new(1e6, -1e6, 0.0);
+    for f in near.samples(0.37) {
+        let g = far.frame(f.s);
+        assert!(
+            (g.p - offset - f.p).norm() < 1e-9
+                && (g.t - f.t).norm() < 1e-15
+                && (g.k - f.k).norm() < 1e-15
+        );
+        let p = g.p + g.l * 0.05 - g.u * 0.06;
+        for away in [0.0, 0.003, 0.1] {
+            assert!((far.track(&p, &mut Cursor::at(f.s - away)).s - f.s).abs() < 2e-9);
+        }
+    }
+}
+
+/// Any number of a track file may be wrong: the answer is a rail or an error, never a panic, and a rail is finite.
+#[test]
+fn slips_of_the_pen_are_no_panics() {
+    let text = std::fs::read_to_string(asset("tracks/winding.yaml")).unwrap();
+    let body = text
+        .replace("times: 11", "times: 1")
+        .replace("times: 10", "times: 1");
+    let numbers: Vec<(usize, usize)> = body
+        .match_indices(": ")
+        .filter_map(|(i, _)| {
+            let from = i + 2;
+            let length = body[from..]
+                .find(|c: char| !c.is_ascii_digit() && !".-".contains(c))
+                .unwrap_or(0);
+            (length > 0).then_some((from, from + length))
+        })
+        .collect();
+    assert!(numbers.len() > 30);
+    let (mut rails, mut errors) = (0, 0);
+    for (from, to) in numbers {
+        for slip in [
+            "0", "-1", "1e-12", "1e-4", "7", "-700", "1e9", ".nan", ".inf", "x", "",
+        ] {
+            let slipped = format!("{}{slip}{}", &body[..from], &body[to..]);
+            let built = serde_yaml::from_str::<TrackFile>(&slipped)
+                .ok()
+                .and_then(|t| Rail::build(&t, i140e(), Path::new("t.yaml")).ok());
+            match built {
+                Some(r) => {
+                    rails += 1;
+                    assert!(
+                        r.samples(1.0)
+                            .iter()
+                            .all(|f| f.p.norm().is_finite() && (f.t.norm() - 1.0).abs() < 1e-9),
+                        "{slipped}"
+                    );
+                }
+                None => errors += 1,
+            }
+        }
+    }
+    assert!(rails > 20 && errors > 200, "{rails} rails, {errors} errors");
+}
+
+#[test]
+fn the_file_formats_have_a_schema() {
+    for (schema, key) in [
+        (schemars::schema_for!(TrackFile), "easement_m"),
+        (schemars::schema_for!(profile::ProfileFile), "flange_tip_m"),
+    ] {
+        assert!(serde_json::to_string(&schema).unwrap().contains(key));
+    }
+}
