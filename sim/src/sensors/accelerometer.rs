@@ -1,9 +1,11 @@
 //! Accelerometer: specific force at the mount, in mount axes (x forward, y left, z up), m/s².
 //!
-//! Over a physics step: f_M = R_WM(mid-step)ᵀ (Δv_W/Δt − g_W), from the velocity of the mount in the world, g_W = (0, 0, −g).
-//! A sample is the mean of f_M since the sample before, that is, (Δv)/T − g with v linear between steps, turned piece by
+//! Over a physics step: f_M(t) = R_WM(mid-step)ᵀ Δv_W/Δt − R_WM(t)ᵀ g_W, g_W = (0, 0, −g), from the velocity of the mount in
+//! the world; the second term is linear between the ends of the step, so that a turning body shows no steps of gravity.
+//! A sample is the mean of f_M since the sample before, that is, Δv/T − g with v linear between steps, turned piece by
 //! piece into the mount frame (velocity increments in body axes, as strapdown sensors give them: Savage 1998,
-//! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never differentiated. At rest it reads (0, 0, +g).
+//! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
+//! differentiated. At rest it reads (0, 0, +g).
 
 use super::instrument::{Instrument, Span, Takes};
 use super::misalignment;
@@ -54,20 +56,24 @@ impl Accelerometer {
     ) -> Result<(), Error> {
         // At least 1 ns: an empty span has no change of velocity to divide.
         let dt_s = (span.to_ns - span.from_ns).max(1) as f64 * 1e-9;
-        let force = specific_force(before, now, dt_s, self.gravity_mps2).into();
-        self.instrument.observe(span, force, force)
+        let (start, end) = specific_force(before, now, dt_s, self.gravity_mps2);
+        self.instrument.observe(span, start.into(), end.into())
     }
 }
 
-/// Mean specific force over a step of `dt_s`, in mount axes at mid-step, m/s².
+/// Specific force at both ends of a step of `dt_s`, in mount axes, m/s².
 pub fn specific_force(
     before: &MountState,
     now: &MountState,
     dt_s: f64,
     gravity_mps2: f64,
-) -> Vector3<f64> {
-    let felt_w = (now.v_w - before.v_w) / dt_s + Vector3::new(0.0, 0.0, gravity_mps2);
-    half_way(&before.q_wm, &now.q_wm).inverse_transform_vector(&felt_w)
+) -> (Vector3<f64>, Vector3<f64>) {
+    let acceleration_w = (now.v_w - before.v_w) / dt_s;
+    let acceleration_m =
+        half_way(&before.q_wm, &now.q_wm).inverse_transform_vector(&acceleration_w);
+    let up_w = Vector3::new(0.0, 0.0, gravity_mps2);
+    let felt = |state: &MountState| acceleration_m + state.q_wm.inverse_transform_vector(&up_w);
+    (felt(before), felt(now))
 }
 
 /// The rotation half-way between two: the normalised sum of the quaternions, on the shorter arc.
@@ -100,7 +106,8 @@ mod tests {
         let theta: f64 = 0.2;
         let q = UnitQuaternion::from_euler_angles(0.0, -theta, 0.0);
         let s = state([0.0; 3], q);
-        let f = specific_force(&s, &s, 0.002, G);
+        let (f, end) = specific_force(&s, &s, 0.002, G);
+        assert_eq!(f, end);
         assert!(
             (f - Vector3::new(G * theta.sin(), 0.0, G * theta.cos())).norm() < 1e-12,
             "{f}"
@@ -111,13 +118,13 @@ mod tests {
     #[test]
     fn in_free_fall_it_feels_nothing() {
         let q = UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);
-        let f = specific_force(
+        let (f, end) = specific_force(
             &state([1.0, 2.0, 0.0], q),
             &state([1.0, 2.0, -G * 0.002], q),
             0.002,
             G,
         );
-        assert!(f.norm() < 1e-9);
+        assert!(f.norm() < 1e-9 && end.norm() < 1e-9);
     }
 
     /// On a level circle to the left: v²/R to the left, whatever the sign of the quaternion.
@@ -133,12 +140,13 @@ mod tests {
             )
         };
         for sign in [1.0, -1.0] {
-            let f = specific_force(&at(5.0, 1.0), &at(5.0 + dt, sign), dt, G);
+            let (f, end) = specific_force(&at(5.0, 1.0), &at(5.0 + dt, sign), dt, G);
             // A chord of a circle: shorter than the arc by (ωdt)²/24, 6.7e-9 relative.
             assert!(
                 (f - Vector3::new(0.0, v * v / radius, G)).norm() < 1e-8,
                 "{f}"
             );
+            assert!((f - end).norm() < 1e-12);
         }
     }
 }

@@ -69,12 +69,12 @@ impl ErrorModel {
         let reading = x;
         x += self.bias;
         if let Some(walk) = &mut self.walk {
-            x += walk.next();
+            x += walk.draw();
         }
         if let Some(markov) = &mut self.markov {
-            x += markov.next();
+            x += markov.draw();
         }
-        x + self.white.next(reading)
+        x + self.white.draw(reading)
     }
 
     /// Effects 5 and 6: what the converter makes of the sensed value.

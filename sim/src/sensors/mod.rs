@@ -6,7 +6,7 @@
 //! | `instrument` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
-//! | `sheet` | the data sheet in YAML |
+//! | `sheet` `mount` | the data sheet in YAML; finding the link it names |
 //! | `suite` | all instruments of a train |
 
 pub mod accelerometer;
@@ -18,6 +18,7 @@ pub mod instrument;
 pub mod low_pass;
 pub mod misalignment;
 pub mod motor_torque;
+mod mount;
 pub mod noise;
 mod per_drive;
 pub mod sampling;
@@ -25,7 +26,7 @@ pub mod sheet;
 pub mod stream;
 mod suite;
 #[cfg(test)]
-mod testing;
+mod tests;
 pub mod wheel_speed;
 
 pub use sheet::Sheet;

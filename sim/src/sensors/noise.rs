@@ -31,7 +31,7 @@ impl White {
     }
 
     /// The next draw, while the signal is `signal`.
-    pub fn next(&mut self, signal: f64) -> f64 {
+    pub fn draw(&mut self, signal: f64) -> f64 {
         let sd = if self.relative_variance > 0.0 {
             (self.variance + self.relative_variance * signal * signal).sqrt()
         } else {
@@ -78,7 +78,7 @@ impl RandomWalk {
     }
 
     /// One period later.
-    pub fn next(&mut self) -> f64 {
+    pub fn draw(&mut self) -> f64 {
         self.value += self.step_sd * self.stream.normal();
         self.value
     }
@@ -108,7 +108,7 @@ impl GaussMarkov {
     }
 
     /// One period later.
-    pub fn next(&mut self) -> f64 {
+    pub fn draw(&mut self) -> f64 {
         self.value = self.phi * self.value + self.step_sd * self.stream.normal();
         self.value
     }
@@ -116,7 +116,7 @@ impl GaussMarkov {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{allan_deviation, slope};
+    use super::super::tests::{allan_deviation, slope};
     use super::*;
 
     const T: f64 = 0.01;
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn white_noise_has_its_variance_and_no_memory() {
         let mut noise = White::new(0.3, 0.0, Stream::new(1, "white"));
-        let x: Vec<f64> = (0..N).map(|_| noise.next(5.0)).collect();
+        let x: Vec<f64> = (0..N).map(|_| noise.draw(5.0)).collect();
         let n = N as f64;
         // var of the variance estimate of a normal: 2σ⁴/n; of the autocorrelation estimate: 1/n.
         assert!((variance(&x) / 0.09 - 1.0).abs() < 5.0 * f64::sqrt(2.0 / n));
@@ -143,7 +143,7 @@ mod tests {
     fn relative_noise_grows_with_the_signal_and_adds_as_variance() {
         for signal in [0.0, -100.0, 1000.0] {
             let mut noise = White::new(2.0, 0.01, Stream::new(3, "relative"));
-            let x: Vec<f64> = (0..N).map(|_| noise.next(signal)).collect();
+            let x: Vec<f64> = (0..N).map(|_| noise.draw(signal)).collect();
             let expected = 4.0 + 1e-4 * signal * signal;
             assert!((variance(&x) / expected - 1.0).abs() < 5.0 * f64::sqrt(2.0 / N as f64));
         }
@@ -160,7 +160,7 @@ mod tests {
                 let mut noise = White::new(sd, 0.0, Stream::new(4, "integral"));
                 let runs = 4000;
                 let ends: Vec<f64> = (0..runs)
-                    .map(|_| (0..rate as usize).map(|_| noise.next(0.0) / rate).sum())
+                    .map(|_| (0..rate as usize).map(|_| noise.draw(0.0) / rate).sum())
                     .collect();
                 let ratio = variance(&ends) / (per_root_second * per_root_second);
                 assert!(
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn white_noise_has_allan_slope_minus_one_half_at_the_right_level() {
         let mut noise = White::new(0.3, 0.0, Stream::new(5, "white"));
-        let x: Vec<f64> = (0..N).map(|_| noise.next(0.0)).collect();
+        let x: Vec<f64> = (0..N).map(|_| noise.draw(0.0)).collect();
         let coefficient = 0.3 * T.sqrt();
         let points: Vec<(f64, f64)> = (0..10).map(|p| allan_deviation(&x, T, 1 << p)).collect();
         for (i, (tau, deviation)) in points.iter().enumerate() {
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn random_walk_has_allan_slope_plus_one_half_at_the_right_level() {
         let mut walk = RandomWalk::new(0.05, T, Stream::new(6, "walk"));
-        let x: Vec<f64> = (0..N).map(|_| walk.next()).collect();
+        let x: Vec<f64> = (0..N).map(|_| walk.draw()).collect();
         // From 16 periods on: below, the staircase of the sampled walk shows (exactly 1/(2m²) relative in variance).
         let points: Vec<(f64, f64)> = (4..11).map(|p| allan_deviation(&x, T, 1 << p)).collect();
         for (i, (tau, deviation)) in points.iter().enumerate() {
@@ -213,7 +213,7 @@ mod tests {
             let ends: Vec<f64> = (0..runs)
                 .map(|i| {
                     let mut walk = RandomWalk::new(0.5, T, Stream::new(i, "spread"));
-                    (0..steps).fold(0.0, |_, _| walk.next())
+                    (0..steps).fold(0.0, |_, _| walk.draw())
                 })
                 .collect();
             let expected = 0.25 * steps as f64 * T;
@@ -225,7 +225,7 @@ mod tests {
     fn gauss_markov_is_stationary_and_forgets_exponentially() {
         let (sd, time) = (0.2, 0.5);
         let mut process = GaussMarkov::new(sd, time, T, Stream::new(8, "markov"));
-        let x: Vec<f64> = (0..N).map(|_| process.next()).collect();
+        let x: Vec<f64> = (0..N).map(|_| process.draw()).collect();
         // Bartlett: the estimates have about N·T/τ_c independent draws for variance (φ² memory: τ_c/2 each side).
         let independent = N as f64 * T / time;
         let v = variance(&x);
@@ -246,7 +246,7 @@ mod tests {
         // Across runs the first value already has the full spread.
         let runs = 4000;
         let first: Vec<f64> = (0..runs)
-            .map(|i| GaussMarkov::new(sd, time, T, Stream::new(i, "first")).next())
+            .map(|i| GaussMarkov::new(sd, time, T, Stream::new(i, "first")).draw())
             .collect();
         assert!((variance(&first) / (sd * sd) - 1.0).abs() < 5.0 * f64::sqrt(2.0 / runs as f64));
     }

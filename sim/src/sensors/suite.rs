@@ -285,7 +285,3 @@ impl Sensors for Suite {
         Ok(())
     }
 }
-
-#[cfg(test)]
-#[path = "suite_tests.rs"]
-mod tests;

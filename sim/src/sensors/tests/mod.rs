@@ -1,8 +1,23 @@
-//! What the tests of the instruments share: an Allan deviation of its own, and a small train.
+//! Tests of the whole suite, and what all tests of the instruments share: an Allan deviation of its own, a small train.
 
+mod building;
+mod faults;
+mod noise;
+mod physics;
+mod seeds;
+
+use super::{Sensors, Sheet, Suite};
+use crate::error::Error;
 use crate::plant::{DriveState, MountState, Truth};
 use crate::train::{Drive, Limits, Mount, Resistance, Train};
+use monorig_estimators::signals::{Measurements, Sample};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::path::PathBuf;
+
+/// m/s².
+pub const G: f64 = 9.81;
+/// Physics step, s.
+pub const DT: f64 = 0.002;
 
 /// Allan deviation by its definition: half the mean square of differences of neighbouring averages over m samples.
 /// Returns (τ, σ(τ)).
@@ -104,4 +119,61 @@ pub fn standing(train: &Train, t_s: f64) -> Truth {
         drives: vec![DriveState::default(); train.drives.len()],
         ..Truth::default()
     }
+}
+
+pub fn asset(name: &str) -> Sheet {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sensors");
+    Sheet::load(&PathBuf::from(folder).join(name)).unwrap()
+}
+
+pub fn suite(sheet: &Sheet, train: &Train, seed: u64) -> Suite {
+    Suite::new(sheet, train, G, seed).unwrap()
+}
+
+pub fn key_and_help(error: Error) -> (String, String) {
+    match error {
+        Error::Input(e) => (e.key, e.help),
+        other => panic!("not an input error: {other}"),
+    }
+}
+
+/// Look at `truth(t)` every `dt` for so many steps, beginning at 0; every result.
+pub fn look(
+    suite: &mut Suite,
+    truth: impl Fn(f64) -> Truth,
+    dt: f64,
+    steps: usize,
+) -> Vec<Measurements> {
+    (0..=steps)
+        .map(|k| {
+            let mut z = Measurements::default();
+            suite.measure(&truth(k as f64 * dt), &mut z).unwrap();
+            z
+        })
+        .collect()
+}
+
+pub fn forces(seen: &[Measurements]) -> Vec<Sample<[f64; 3]>> {
+    seen.iter().filter_map(|z| z.specific_force_mps2).collect()
+}
+
+pub fn rates(seen: &[Measurements]) -> Vec<Sample<[f64; 3]>> {
+    seen.iter().filter_map(|z| z.angular_rate_radps).collect()
+}
+
+pub fn speeds(seen: &[Measurements], unit: usize) -> Vec<Sample<f64>> {
+    seen.iter()
+        .filter_map(|z| z.wheel_speed_mps[unit])
+        .collect()
+}
+
+/// Rolling at 1 m/s, working at 50 N·m, clamped at 8 MPa.
+pub fn rolling(train: &Train, t_s: f64) -> Truth {
+    let mut truth = standing(train, t_s);
+    for drive in &mut truth.drives {
+        drive.wheel_rate_radps = [1.0 / 0.17; 2];
+        drive.motor_torque_nm = 50.0;
+        drive.clamp_mpa = 8.0;
+    }
+    truth
 }

@@ -1,0 +1,109 @@
+//! Ideal physics through the whole suite.
+
+use super::*;
+use crate::checked::Positive;
+
+/// A mount that moves at constant speed v on a vertical circle of radius r, nose up ever more: θ = v t / r.
+fn on_an_arc(train: &Train, t_s: f64, v: f64, radius: f64) -> Truth {
+    let mut truth = standing(train, t_s);
+    let theta = v * t_s / radius;
+    for mount in &mut truth.mounts {
+        mount.v_w = Vector3::new(v * theta.cos(), 0.0, v * theta.sin());
+        mount.q_wm = UnitQuaternion::from_euler_angles(0.0, -theta, 0.0);
+        mount.w_w = Vector3::new(0.0, -v / radius, 0.0);
+    }
+    truth
+}
+
+/// On a vertical arc at constant speed: f = (g sin θ, 0, g cos θ + v²/r), averaged over the period; rate (0, −v/r, 0).
+#[test]
+fn on_a_vertical_arc_the_ideal_imu_reads_the_closed_form() {
+    let (train, v, radius) = (train(2), 2.0, 10.0);
+    let seen = look(
+        &mut suite(&asset("ideal.yaml"), &train, 1),
+        |t| on_an_arc(&train, t, v, radius),
+        DT,
+        1000,
+    );
+    let omega = v / radius;
+    for s in forces(&seen) {
+        let (a, b) = (omega * (s.t_s - 0.005), omega * s.t_s);
+        let mean_sin = (a.cos() - b.cos()) / (b - a);
+        let mean_cos = (b.sin() - a.sin()) / (b - a);
+        let expected = Vector3::new(G * mean_sin, 0.0, G * mean_cos + v * v / radius);
+        // Steps of 2 ms turn by 4e-4 rad: chord against arc is (4e-4)²/24 relative.
+        assert!(
+            (Vector3::from(s.value) - expected).norm() < 1e-6,
+            "{s:?} not {expected}"
+        );
+    }
+    for s in rates(&seen) {
+        assert!((Vector3::from(s.value) - Vector3::new(0.0, -omega, 0.0)).norm() < 1e-12);
+    }
+}
+
+/// Summed over time, specific force along a level track is the change of speed, whatever happened between steps.
+#[test]
+fn the_sum_of_specific_force_is_the_change_of_speed() {
+    let train = train(1);
+    let speed = |t: f64| 0.3 * (7.0 * t).sin() + 0.05 * (91.0 * t).sin();
+    let moving = |t: f64| {
+        let mut truth = standing(&train, t);
+        truth
+            .mounts
+            .iter_mut()
+            .for_each(|m| m.v_w = Vector3::new(speed(t), 0.0, 0.0));
+        truth
+    };
+    for rate in [500.0, 200.0, 100.0, 50.0] {
+        let mut sheet = asset("ideal.yaml");
+        sheet.data.accelerometer.as_mut().unwrap().sampling.rate_hz =
+            Positive::try_from(rate).unwrap();
+        let seen = forces(&look(&mut suite(&sheet, &train, 1), moving, DT, 5000));
+        assert_eq!(seen.len(), (10.0 * rate) as usize);
+        let sum: f64 = seen.iter().map(|s| s.value[0] / rate).sum();
+        assert!(
+            (sum - (speed(10.0) - speed(0.0))).abs() < 1e-9,
+            "{rate} Hz: {sum}"
+        );
+    }
+}
+
+#[test]
+fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
+    let train = train(3);
+    let truth = |t: f64| {
+        let mut truth = standing(&train, t);
+        for (i, drive) in truth.drives.iter_mut().enumerate() {
+            drive.motor_torque_nm = 10.0 * i as f64 + t;
+            drive.wheel_rate_radps = [i as f64, i as f64 + 2.0 * t];
+            drive.clamp_mpa = 8.0 - i as f64;
+        }
+        truth
+    };
+    let mut suite = suite(&asset("ideal.yaml"), &train, 1);
+    let seen = look(&mut suite, truth, DT, 500);
+    for i in 0..3 {
+        let x = i as f64;
+        let torque: Vec<_> = seen.iter().filter_map(|z| z.motor_torque_nm[i]).collect();
+        assert_eq!(torque.len(), 201);
+        for s in torque {
+            assert!((s.value - (10.0 * x + s.t_s)).abs() < 1e-9);
+        }
+        for s in speeds(&seen, i) {
+            assert!((s.value - 0.17 * (x + s.t_s)).abs() < 1e-9);
+        }
+        for s in seen.iter().filter_map(|z| z.clamp_pressure_mpa[i]) {
+            assert!((s.value - (8.0 - x)).abs() < 1e-12);
+        }
+    }
+    assert!(
+        seen.iter().all(|z| z.motor_torque_nm[3].is_none()),
+        "there is no fourth unit"
+    );
+    assert_eq!(
+        seen.last(),
+        Some(&suite.ideal()),
+        "without errors the ideal values are the measured ones"
+    );
+}
