@@ -52,4 +52,26 @@ mod tests {
         assert!((r.determinant() - 1.0).abs() < 1e-14);
         assert!(((r.trace() - 1.0) / 2.0 - phi.norm().cos()).abs() < 1e-14);
     }
+
+    #[test]
+    fn drawn_misalignments_have_their_spread_about_the_known_rotation() {
+        let text = "{mount: a, sampling: {rate_hz: 1}, misalignment_deg: [1, 0, -2], misalignment_sd_deg: 0.1}";
+        let sensor: InertialSensor = serde_yaml::from_str(text).unwrap();
+        let runs = 10_000;
+        let mut squares = 0.0;
+        for seed in 0..runs {
+            let r = draw(&sensor, seed, "gyro").unwrap();
+            // Rᵀ = 1 − [φ]× to first order: φ_x = (m₂₃ − m₃₂)/2 and so on (right to φ³/6, 2e-5 of φ = 2°).
+            let phi = [
+                r[(1, 2)] - r[(2, 1)],
+                r[(2, 0)] - r[(0, 2)],
+                r[(0, 1)] - r[(1, 0)],
+            ];
+            for (x, known) in phi.iter().zip([1.0, 0.0, -2.0]) {
+                squares += ((x / 2.0).to_degrees() - known).powi(2);
+            }
+        }
+        let count = 3.0 * runs as f64;
+        assert!((squares / count / 0.01 - 1.0).abs() < 5.0 * f64::sqrt(2.0 / count));
+    }
 }

@@ -1,7 +1,7 @@
 //! Ideal physics through the whole suite.
 
 use super::*;
-use crate::checked::Positive;
+use crate::checked::{Finite, Positive};
 
 /// A mount that moves at constant speed v on a vertical circle of radius r, nose up ever more: θ = v t / r.
 fn on_an_arc(train: &Train, t_s: f64, v: f64, radius: f64) -> Truth {
@@ -106,4 +106,64 @@ fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
         Some(&suite.ideal()),
         "without errors the ideal values are the measured ones"
     );
+}
+
+/// Turned nose up by 2° at rest, a sensor reads g sin 2° forward; a known bias adds in the sensor's axes.
+#[test]
+fn misalignment_and_axis_bias_reach_the_reading() {
+    let train = train(1);
+    let mut sheet = asset("ideal.yaml");
+    let sensor = sheet.data.accelerometer.as_mut().unwrap();
+    let vector = |v: [f64; 3]| Some(v.map(|x| Finite::try_from(x).unwrap()));
+    sensor.misalignment_deg = vector([0.0, -2.0, 0.0]);
+    sensor.axis_bias = vector([0.1, 0.2, 0.3]);
+    let seen = forces(&look(
+        &mut suite(&sheet, &train, 1),
+        |t| standing(&train, t),
+        DT,
+        100,
+    ));
+    let two = 2.0_f64.to_radians();
+    let expected = Vector3::new(G * two.sin() + 0.1, 0.2, G * two.cos() + 0.3);
+    assert!(!seen.is_empty());
+    for s in seen {
+        assert!((Vector3::from(s.value) - expected).norm() < 1e-12, "{s:?}");
+    }
+}
+
+/// A clamp pressure that jumps from 0 to 8 MPa within one step at 1 s shows as 8 (1 − e^(−t/τ)), τ = 1/(2π·20 Hz).
+#[test]
+fn bandwidth_shows_as_a_lag_of_the_reading() {
+    let train = train(1);
+    let mut sheet = asset("ideal.yaml");
+    sheet
+        .data
+        .clamp_pressure
+        .as_mut()
+        .unwrap()
+        .errors
+        .bandwidth_hz = Some(Positive::try_from(20.0).unwrap());
+    let jumping = |t: f64| {
+        let mut truth = standing(&train, t);
+        truth.drives[0].clamp_mpa = if t > 0.999 { 8.0 } else { 0.0 };
+        truth
+    };
+    let seen = look(&mut suite(&sheet, &train, 1), jumping, DT, 600);
+    let tau = 1.0 / (2.0 * std::f64::consts::PI * 20.0);
+    let mut compared = 0;
+    for s in seen
+        .iter()
+        .filter_map(|z| z.clamp_pressure_mpa[0])
+        .filter(|s| s.t_s > 1.001)
+    {
+        // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is left.
+        let left = 8.0 * f64::exp(-(s.t_s - 0.999) / tau);
+        // A stamp between two steps is read on the chord of the exponential: off by at most (dt/τ)²/8 of what is left.
+        assert!(
+            (s.value - (8.0 - left)).abs() < 0.012 * left + 1e-12,
+            "{s:?}: {left} left"
+        );
+        compared += 1;
+    }
+    assert_eq!(compared, 40, "1.005 s to 1.200 s at 200 Hz");
 }
