@@ -174,7 +174,7 @@ impl Suite {
         z
     }
 
-    /// Names an event can use on this train.
+    /// Names an event can use on this train. Units count from 0 at the front, as in [`Measurements`].
     pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         let (accelerometer, gyro) = (self.accelerometer.is_some(), self.gyro.is_some());
