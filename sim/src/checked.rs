@@ -46,5 +46,5 @@ checked!(
 
 impl Finite {
     /// 0.
-    pub const ZERO: Self = Self(0.0);
+    pub const ZERO: Self = Self::new(0.0);
 }

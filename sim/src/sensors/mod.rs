@@ -1,4 +1,36 @@
 //! The instruments: ideal physics at the mount point, then a composed error model, then faults.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `accelerometer` `gyro` `motor_torque` `wheel_speed` `clamp_pressure` | ideal physics, one instrument a file |
+//! | `instrument` | what all have in common: the signal path from ideal value to sample |
+//! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
+//! | `stream` | a seeded random stream for every use |
+//! | `sheet` `mount` | the data sheet in YAML; finding the link it names |
+//! | `suite` | all instruments of a train |
+
+pub mod accelerometer;
+pub mod clamp_pressure;
+pub mod error_model;
+pub mod fault;
+pub mod gyro;
+pub mod instrument;
+pub mod low_pass;
+pub mod misalignment;
+pub mod motor_torque;
+mod mount;
+pub mod noise;
+mod per_drive;
+pub mod sampling;
+pub mod sheet;
+pub mod stream;
+mod suite;
+#[cfg(test)]
+mod tests;
+pub mod wheel_speed;
+
+pub use sheet::Sheet;
+pub use suite::Suite;
 
 use crate::error::Error;
 use crate::plant::Truth;

@@ -1,0 +1,263 @@
+//! How one axis of an instrument differs from the truth, effect by effect, in the order of the signal path:
+//!
+//! 1. `x₁ = (1 + s) x`: scale, known part + part drawn once a run;
+//! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at zero
+//!    and at full scale, off by L·R half-way (the definition of IEC 61298-2);
+//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov`: biases, constant (known + drawn once a run) and wandering;
+//! 4. `x₄ = x₃ + w`: white noise, absolute and relative to the reading;
+//! 5. quantisation, 6. saturation (between 4 and 5: faults, see `fault`).
+//!
+//! Bandwidth acts on the ideal signal at every physics step (see `low_pass`); rate, jitter, latency and drop-out act on
+//! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
+
+use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
+use super::sheet::Errors;
+use super::stream::Stream;
+
+/// The errors of one axis during one run.
+#[derive(Clone, Debug)]
+pub struct ErrorModel {
+    gain: f64,
+    linearity: f64,
+    full_scale: f64,
+    bias: f64,
+    walk: Option<RandomWalk>,
+    markov: Option<GaussMarkov>,
+    white: White,
+    quantisation: Option<f64>,
+    range: Option<[f64; 2]>,
+}
+
+impl ErrorModel {
+    /// Draw the constants of a run and start the processes. `axis` names the random streams, `rate_hz` is the sampling
+    /// rate, `axis_bias` a known bias of this axis, unit.
+    pub fn new(errors: &Errors, rate_hz: f64, axis_bias: f64, seed: u64, axis: &str) -> Self {
+        let stream = |effect: &str| Stream::new(seed, &format!("{axis}/{effect}"));
+        let period_s = 1.0 / rate_hz;
+        let range = errors.range.map(|[low, high]| [low.get(), high.get()]);
+        let white = white_sd(
+            errors.noise_sd.get(),
+            errors.noise_density.get(),
+            errors.random_walk_of_integral.get(),
+            rate_hz,
+        );
+        let walk = errors.bias_random_walk.get();
+        Self {
+            gain: 1.0
+                + errors.scale_error.get()
+                + errors.scale_error_sd.get() * stream("scale").normal(),
+            linearity: errors.linearity.get(),
+            full_scale: range.map_or(f64::INFINITY, |[low, high]| low.abs().max(high.abs())),
+            bias: errors.bias.get() + axis_bias + errors.bias_sd.get() * stream("bias").normal(),
+            walk: (walk > 0.0).then(|| RandomWalk::new(walk, period_s, stream("walk"))),
+            markov: errors
+                .gauss_markov
+                .map(|m| GaussMarkov::new(m.sd.get(), m.time_s.get(), period_s, stream("markov"))),
+            white: White::new(white, errors.noise_sd_rel.get(), stream("white")),
+            quantisation: errors.quantisation.map(|q| q.get()),
+            range,
+        }
+    }
+
+    /// Effects 1 to 4: what the sensing element makes of the ideal value. Once per sample period, in order.
+    pub fn sense(&mut self, ideal: f64) -> f64 {
+        let mut x = self.gain * ideal;
+        if self.linearity > 0.0 {
+            let u = (x.abs() / self.full_scale).min(1.0);
+            x += 4.0 * self.linearity * self.full_scale * u * (1.0 - u) * x.signum();
+        }
+        let reading = x;
+        x += self.bias;
+        if let Some(walk) = &mut self.walk {
+            x += walk.draw();
+        }
+        if let Some(markov) = &mut self.markov {
+            x += markov.draw();
+        }
+        x + self.white.draw(reading)
+    }
+
+    /// Effects 5 and 6: what the converter makes of the sensed value.
+    pub fn convert(&self, sensed: f64) -> f64 {
+        let mut x = sensed;
+        if let Some(step) = self.quantisation {
+            x = step * libm::rint(x / step);
+        }
+        if let Some([low, high]) = self.range {
+            x = x.clamp(low, high);
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checked::{Finite, Fraction, NonNegative, Positive};
+
+    fn f(x: f64) -> Finite {
+        Finite::try_from(x).unwrap()
+    }
+    fn n(x: f64) -> NonNegative {
+        NonNegative::try_from(x).unwrap()
+    }
+    fn model(errors: Errors, seed: u64) -> ErrorModel {
+        ErrorModel::new(&errors, 100.0, 0.0, seed, "test")
+    }
+
+    #[test]
+    fn without_errors_a_reading_is_the_truth_to_the_bit() {
+        let mut m = model(Errors::default(), 1);
+        for x in [0.0, -3.7, 1e-9, 1e6] {
+            let sensed = m.sense(x);
+            assert_eq!(m.convert(sensed), x);
+        }
+    }
+
+    #[test]
+    fn known_scale_and_bias_act_as_a_straight_line() {
+        let mut m = ErrorModel::new(
+            &Errors {
+                scale_error: f(0.02),
+                bias: f(-0.5),
+                ..Errors::default()
+            },
+            100.0,
+            0.25,
+            1,
+            "test",
+        );
+        for x in [-10.0, 0.0, 10.0] {
+            assert!((m.sense(x) - (1.02 * x - 0.25)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn linearity_is_right_at_the_ends_and_off_half_way() {
+        let mut m = model(
+            Errors {
+                linearity: Fraction::try_from(0.01).unwrap(),
+                range: Some([f(-10.0), f(10.0)]),
+                ..Errors::default()
+            },
+            1,
+        );
+        for (x, expected) in [
+            (0.0, 0.0),
+            (10.0, 10.0),
+            (-10.0, -10.0),
+            (5.0, 5.1),
+            (-5.0, -5.1),
+            (2.5, 2.575),
+        ] {
+            assert!((m.sense(x) - expected).abs() < 1e-12, "{x}");
+        }
+    }
+
+    #[test]
+    fn constants_of_a_run_have_their_spread_and_stay() {
+        let errors = Errors {
+            bias_sd: n(0.3),
+            scale_error_sd: n(0.01),
+            ..Errors::default()
+        };
+        let runs = 20_000;
+        let (mut biases, mut gains) = (0.0, 0.0);
+        for seed in 0..runs {
+            let mut m = model(errors, seed);
+            let bias = m.sense(0.0);
+            assert_eq!(bias, m.sense(0.0));
+            let gain = m.sense(1.0) - bias - 1.0;
+            biases += bias * bias;
+            gains += gain * gain;
+        }
+        let bound = 5.0 * f64::sqrt(2.0 / runs as f64);
+        assert!((biases / runs as f64 / 0.09 - 1.0).abs() < bound);
+        assert!((gains / runs as f64 / 1e-4 - 1.0).abs() < bound);
+    }
+
+    /// A signal that crosses many steps gets an error uniform on ± half a step: variance q²/12 (Widrow 1956).
+    #[test]
+    fn quantisation_rounds_to_steps_with_the_variance_of_a_uniform() {
+        let m = model(
+            Errors {
+                quantisation: Some(Positive::try_from(0.25).unwrap()),
+                ..Errors::default()
+            },
+            1,
+        );
+        let count = 100_000;
+        let mut squares = 0.0;
+        for i in 0..count {
+            let x = -40.0 + 80.0 * (i as f64 + 0.5) / count as f64;
+            let y = m.convert(x);
+            assert_eq!(y / 0.25, f64::round(y / 0.25));
+            assert!((y - x).abs() <= 0.125 + 1e-12);
+            squares += (y - x) * (y - x);
+        }
+        assert!((squares / count as f64 / (0.0625 / 12.0) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn readings_never_leave_the_range() {
+        let mut m = model(
+            Errors {
+                noise_sd: n(3.0),
+                quantisation: Some(Positive::try_from(0.7).unwrap()),
+                range: Some([f(-2.0), f(5.0)]),
+                ..Errors::default()
+            },
+            1,
+        );
+        let (mut lowest, mut highest) = (false, false);
+        for _ in 0..10_000 {
+            let sensed = m.sense(1.5);
+            let y = m.convert(sensed);
+            assert!((-2.0..=5.0).contains(&y));
+            lowest |= y == -2.0;
+            highest |= y == 5.0;
+        }
+        assert!(lowest && highest, "noise this large must reach both ends");
+    }
+
+    /// All noise keys at once: variances add.
+    #[test]
+    fn independent_noises_add_as_variances() {
+        let mut m = model(
+            Errors {
+                noise_sd: n(0.1),
+                noise_density: n(0.02),
+                random_walk_of_integral: n(0.015),
+                gauss_markov: Some(super::super::sheet::Markov {
+                    sd: n(0.2),
+                    time_s: Positive::try_from(0.02).unwrap(),
+                }),
+                ..Errors::default()
+            },
+            9,
+        );
+        let count = 400_000;
+        let squares: f64 = (0..count).map(|_| m.sense(0.0)).map(|x| x * x).sum();
+        let expected = 0.01 + 0.0004 * 50.0 + 0.000225 * 100.0 + 0.04;
+        // The Markov part has (1 + φ²)/(1 − φ²) = 2.2 samples per independent one: bound with that.
+        let bound = 5.0 * f64::sqrt(2.0 * 2.2 / count as f64);
+        assert!((squares / count as f64 / expected - 1.0).abs() < bound);
+    }
+
+    #[test]
+    fn switching_one_effect_on_leaves_the_draws_of_the_others() {
+        let white = Errors {
+            noise_sd: n(1.0),
+            ..Errors::default()
+        };
+        let more = Errors {
+            bias_random_walk: n(1e-30),
+            bias_sd: n(1e-30),
+            ..white
+        };
+        let (mut a, mut b) = (model(white, 5), model(more, 5));
+        for _ in 0..100 {
+            assert_eq!(a.sense(0.0).to_bits(), b.sense(0.0).to_bits());
+        }
+    }
+}

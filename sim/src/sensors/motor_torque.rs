@@ -1,0 +1,29 @@
+//! Motor torque: the torque at the motor shaft of a drive unit, N·m, + drives towards growing chainage.
+//!
+//! In practice an estimate from the inverter's current; its error is therefore mostly a share of the reading.
+
+use crate::plant::DriveState;
+use crate::train::Drive;
+
+/// Name in events and errors; `[i]` follows for a single unit.
+pub const NAME: &str = "motor_torque";
+
+/// The ideal value, N·m.
+pub fn ideal(state: &DriveState, _nominal: &Drive) -> f64 {
+    state.motor_torque_nm
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::tests::train;
+
+    #[test]
+    fn it_is_the_torque_at_the_motor_not_at_the_wheel() {
+        let state = DriveState {
+            motor_torque_nm: -40.0,
+            ..DriveState::default()
+        };
+        assert_eq!(ideal(&state, &train(1).drives[0]), -40.0);
+    }
+}

@@ -1,0 +1,274 @@
+//! When values are taken, and when they arrive.
+//!
+//! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The value
+//! is *taken* at the due instant plus jitter, but *stamped* with the due instant: the sensor does not know its jitter.
+//! Arrival is the instant of taking plus the latency. Lost samples never arrive.
+
+use super::sheet::Sampling;
+use super::stream::Stream;
+use std::collections::VecDeque;
+
+/// Seconds to whole nanoseconds.
+pub fn to_ns(t_s: f64) -> i64 {
+    libm::round(t_s * 1e9) as i64
+}
+
+/// The instants at which values are taken.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    rate_hz: f64,
+    jitter_ns: f64,
+    /// Jitter is cut off here so that samples keep their order.
+    jitter_limit_ns: f64,
+    dropout: f64,
+    jitter: Stream,
+    loss: Stream,
+    k: u64,
+    next: Instant,
+}
+
+/// One instant of the schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instant {
+    /// The instant stamped on the sample, ns.
+    pub stamp_ns: i64,
+    /// The instant the value is taken, ns.
+    pub taken_ns: i64,
+    /// Whether the sample is lost on its way.
+    pub lost: bool,
+}
+
+impl Schedule {
+    /// A schedule that begins at 0.
+    pub fn new(sampling: &Sampling, seed: u64, name: &str) -> Self {
+        let rate_hz = sampling.rate_hz.get();
+        let mut schedule = Self {
+            rate_hz,
+            jitter_ns: sampling.jitter_ms.get() * 1e6,
+            jitter_limit_ns: 0.49e9 / rate_hz,
+            dropout: sampling.dropout.get(),
+            jitter: Stream::new(seed, &format!("{name}/jitter")),
+            loss: Stream::new(seed, &format!("{name}/loss")),
+            k: 0,
+            next: Instant {
+                stamp_ns: 0,
+                taken_ns: 0,
+                lost: false,
+            },
+        };
+        schedule.plan(0);
+        schedule
+    }
+
+    /// Begin later: the next instant is the first multiple of the period at or after `start_ns`.
+    pub fn begin_at(&mut self, start_ns: i64) {
+        self.k = libm::floor(start_ns.max(0) as f64 * 1e-9 * self.rate_hz) as u64;
+        while self.due_ns() < start_ns {
+            self.k += 1;
+        }
+        self.plan(start_ns);
+    }
+
+    /// When the next value is taken, ns.
+    pub fn next_ns(&self) -> i64 {
+        self.next.taken_ns
+    }
+
+    /// The next instant; the one after it is planned.
+    pub fn take(&mut self) -> Instant {
+        let now = self.next;
+        self.k += 1;
+        self.plan(now.taken_ns + 1);
+        now
+    }
+
+    fn due_ns(&self) -> i64 {
+        libm::round(self.k as f64 * 1e9 / self.rate_hz) as i64
+    }
+
+    fn plan(&mut self, not_before_ns: i64) {
+        let stamp_ns = self.due_ns();
+        let mut shift = 0.0;
+        if self.jitter_ns > 0.0 {
+            shift = (self.jitter_ns * self.jitter.normal())
+                .clamp(-self.jitter_limit_ns, self.jitter_limit_ns);
+        }
+        self.next = Instant {
+            stamp_ns,
+            taken_ns: (stamp_ns + shift as i64).max(not_before_ns),
+            lost: self.dropout > 0.0 && self.loss.uniform() < self.dropout,
+        };
+    }
+}
+
+/// A sample on its way: the value as measured and the ideal one behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<const N: usize> {
+    /// Stamp, ns.
+    pub stamp_ns: i64,
+    /// What the instrument says.
+    pub measured: [f64; N],
+    /// What it would say without its errors (after its bandwidth).
+    pub ideal: [f64; N],
+}
+
+/// Samples on their way, oldest first. Its memory is taken once.
+#[derive(Clone, Debug)]
+pub struct DelayLine<const N: usize> {
+    latency_ns: i64,
+    queue: VecDeque<(i64, Reading<N>)>,
+}
+
+impl<const N: usize> DelayLine<N> {
+    /// A line with room for every sample that can be on its way at once.
+    pub fn new(sampling: &Sampling) -> Self {
+        let latency_s = sampling.latency_ms.get() * 1e-3;
+        // Kept below 2²⁰: a rate this absurd is refused by `check_step` before the first step.
+        let room = (latency_s * sampling.rate_hz.get()).min(1e6) as usize + 4;
+        Self {
+            latency_ns: to_ns(latency_s),
+            queue: VecDeque::with_capacity(room),
+        }
+    }
+
+    /// Send off a reading taken at `taken_ns`.
+    pub fn send(&mut self, taken_ns: i64, reading: Reading<N>) {
+        if self.queue.len() == self.queue.capacity() {
+            self.queue.pop_front(); // nobody collects: forget the oldest rather than grow
+        }
+        self.queue.push_back((taken_ns + self.latency_ns, reading));
+    }
+
+    /// The oldest reading that has arrived by `now_ns`, if any: at most one a call.
+    pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
+        match self.queue.front() {
+            Some((arrival_ns, _)) if *arrival_ns <= now_ns => {
+                self.queue.pop_front().map(|(_, reading)| reading)
+            }
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checked::{Fraction, NonNegative, Positive};
+
+    fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64, dropout: f64) -> Sampling {
+        Sampling {
+            rate_hz: Positive::try_from(rate_hz).unwrap(),
+            latency_ms: NonNegative::try_from(latency_ms).unwrap(),
+            jitter_ms: NonNegative::try_from(jitter_ms).unwrap(),
+            dropout: Fraction::try_from(dropout).unwrap(),
+        }
+    }
+
+    /// Ten hours at a rate whose period is no whole number of nanoseconds: exact integer arithmetic is the oracle.
+    #[test]
+    fn due_instants_do_not_drift() {
+        for rate in [3_u64, 7, 30, 150, 200] {
+            let mut schedule = Schedule::new(&sampling(rate as f64, 0.0, 0.0, 0.0), 1, "s");
+            for k in 0..36_000 * rate.min(30) {
+                let exact =
+                    (i128::from(k) * 2_000_000_000 + i128::from(rate)) / (2 * i128::from(rate));
+                assert_eq!(
+                    i128::from(schedule.take().stamp_ns),
+                    exact,
+                    "{rate} Hz, sample {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_late_start_begins_at_the_next_multiple_of_the_period() {
+        for (start, first) in [
+            (0, 0),
+            (1, 5_000_000),
+            (5_000_000, 5_000_000),
+            (5_000_001, 10_000_000),
+        ] {
+            let mut schedule = Schedule::new(&sampling(200.0, 0.0, 0.0, 0.0), 1, "s");
+            schedule.begin_at(start);
+            assert_eq!(schedule.take().stamp_ns, first);
+        }
+    }
+
+    #[test]
+    fn jitter_has_its_spread_keeps_the_order_and_never_adds_up() {
+        let mut schedule = Schedule::new(&sampling(100.0, 0.0, 1.0, 0.0), 3, "s");
+        let n = 100_000;
+        let (mut last, mut squares, mut sum) = (-1, 0.0, 0.0);
+        schedule.take(); // the first cannot be early: the run has not begun
+        for k in 1..=n {
+            let instant = schedule.take();
+            assert_eq!(instant.stamp_ns, k * 10_000_000);
+            assert!(instant.taken_ns > last);
+            last = instant.taken_ns;
+            let shift = (instant.taken_ns - instant.stamp_ns) as f64 * 1e-6;
+            squares += shift * shift;
+            sum += shift;
+        }
+        let n = n as f64;
+        assert!((squares / n - 1.0).abs() < 5.0 * f64::sqrt(2.0 / n));
+        assert!((sum / n).abs() < 5.0 / n.sqrt());
+    }
+
+    #[test]
+    fn samples_are_lost_at_their_rate_and_independently() {
+        let mut schedule = Schedule::new(&sampling(100.0, 0.0, 0.0, 0.1), 4, "s");
+        let n = 100_000;
+        let lost: Vec<f64> = (0..n)
+            .map(|_| f64::from(u8::from(schedule.take().lost)))
+            .collect();
+        let share = lost.iter().sum::<f64>() / n as f64;
+        let twice = lost.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64;
+        assert!(
+            (share - 0.1).abs() < 5.0 * f64::sqrt(0.1 * 0.9 / n as f64),
+            "{share}"
+        );
+        assert!(
+            (twice - 0.01).abs() < 5.0 * f64::sqrt(0.01 / n as f64),
+            "{twice}"
+        );
+    }
+
+    #[test]
+    fn a_reading_arrives_after_the_latency_and_in_order() {
+        let mut line = DelayLine::new(&sampling(100.0, 25.0, 0.0, 0.0));
+        let reading = |k: i64| Reading {
+            stamp_ns: k,
+            measured: [k as f64],
+            ideal: [0.0],
+        };
+        for k in 0..1000 {
+            let now = k * 10_000_000;
+            line.send(now, reading(now));
+            assert!(line.receive(now + 4_999_999).is_none(), "{k}");
+            let arrived = line.receive(now + 5_000_000).map(|r| r.stamp_ns);
+            assert_eq!(arrived, (k >= 2).then_some(now - 20_000_000));
+        }
+    }
+
+    #[test]
+    fn a_line_nobody_empties_does_not_grow() {
+        let mut line = DelayLine::new(&sampling(100.0, 0.0, 0.0, 0.0));
+        let room = line.queue.capacity();
+        for k in 0..1000 {
+            line.send(
+                k,
+                Reading {
+                    stamp_ns: k,
+                    measured: [0.0],
+                    ideal: [0.0],
+                },
+            );
+        }
+        assert_eq!(line.queue.capacity(), room);
+        assert_eq!(
+            line.receive(2000).map(|r| r.stamp_ns),
+            Some(1000 - room as i64)
+        );
+    }
+}

@@ -1,0 +1,151 @@
+//! Faults by event through the whole suite.
+
+use super::*;
+use crate::checked::{Finite, NonNegative};
+use crate::scenario::{Event, Fault};
+use std::path::Path;
+
+fn fault(sensor: &str, from_s: f64, fault: Fault, size: Option<f64>) -> Event {
+    Event::SensorFault {
+        from_s: NonNegative::try_from(from_s).unwrap(),
+        to_s: None,
+        sensor: sensor.into(),
+        fault,
+        size: size.map(|x| Finite::try_from(x).unwrap()),
+    }
+}
+
+/// Which of the channels differ between a sound run and one with the fault.
+fn touched(event: Event) -> Vec<String> {
+    let (sheet, train) = (asset("huainan.yaml"), train(2));
+    let sound = look(
+        &mut suite(&sheet, &train, 5),
+        |t| rolling(&train, t),
+        DT,
+        1000,
+    );
+    let mut faulty = suite(&sheet, &train, 5);
+    faulty
+        .add_faults(Path::new("scenario.yaml"), &[event])
+        .unwrap();
+    let seen = look(&mut faulty, |t| rolling(&train, t), DT, 1000);
+    let mut names = Vec::new();
+    let mut note = |name: String, differs: bool| {
+        if differs && !names.contains(&name) {
+            names.push(name);
+        }
+    };
+    for (a, b) in sound.iter().zip(&seen) {
+        note(
+            "accelerometer".into(),
+            a.specific_force_mps2 != b.specific_force_mps2,
+        );
+        note("gyro".into(), a.angular_rate_radps != b.angular_rate_radps);
+        for i in 0..2 {
+            note(
+                format!("motor_torque[{i}]"),
+                a.motor_torque_nm[i] != b.motor_torque_nm[i],
+            );
+            note(
+                format!("wheel_speed[{i}]"),
+                a.wheel_speed_mps[i] != b.wheel_speed_mps[i],
+            );
+            note(
+                format!("clamp_pressure[{i}]"),
+                a.clamp_pressure_mpa[i] != b.clamp_pressure_mpa[i],
+            );
+        }
+    }
+    names.sort();
+    names
+}
+
+#[test]
+fn a_fault_reaches_the_sensor_it_names_and_no_other() {
+    let off = |name| touched(fault(name, 1.0, Fault::Off, None));
+    assert_eq!(off("accelerometer"), ["accelerometer"]);
+    assert_eq!(off("gyro"), ["gyro"]);
+    assert_eq!(off("imu"), ["accelerometer", "gyro"]);
+    assert_eq!(off("wheel_speed[1]"), ["wheel_speed[1]"]);
+    assert_eq!(off("motor_torque"), ["motor_torque[0]", "motor_torque[1]"]);
+    assert_eq!(
+        off("clamp_pressure"),
+        ["clamp_pressure[0]", "clamp_pressure[1]"]
+    );
+    assert_eq!(
+        touched(fault("gyro", 1.0, Fault::Spikes, Some(1.0))),
+        ["gyro"]
+    );
+}
+
+#[test]
+fn a_drift_adds_to_the_noise_of_the_run_and_leaves_it_as_it_was() {
+    let (sheet, train) = (asset("huainan.yaml"), train(1));
+    let sound = look(
+        &mut suite(&sheet, &train, 5),
+        |t| rolling(&train, t),
+        DT,
+        2000,
+    );
+    let mut faulty = suite(&sheet, &train, 5);
+    let event = fault("wheel_speed", 1.0, Fault::Drift, Some(0.1));
+    faulty
+        .add_faults(Path::new("scenario.yaml"), &[event])
+        .unwrap();
+    let seen = look(&mut faulty, |t| rolling(&train, t), DT, 2000);
+    let pairs: Vec<_> = speeds(&sound, 0)
+        .into_iter()
+        .zip(speeds(&seen, 0))
+        .collect();
+    assert_eq!(pairs.len(), 401);
+    for (a, b) in pairs {
+        assert!((b.value - a.value - 0.1 * (a.t_s - 1.0).max(0.0)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn unknown_sensors_are_refused_and_the_known_ones_listed() {
+    let (sheet, train) = (asset("huainan.yaml"), train(2));
+    let refuse = |sheet: &Sheet, name: &str| {
+        let events = [
+            fault("gyro", 1.0, Fault::Off, None),
+            fault(name, 1.0, Fault::Off, None),
+        ];
+        let mut suite = suite(sheet, &train, 1);
+        key_and_help(
+            suite
+                .add_faults(Path::new("scenario.yaml"), &events)
+                .unwrap_err(),
+        )
+    };
+    for name in [
+        "",
+        "sonar",
+        "wheel_speed[2]",
+        "wheel_speed[",
+        "wheel_speed[-1]",
+        "gyro[0]",
+        "wheel_speed[01]",
+        "imu[0]",
+    ] {
+        let (key, help) = refuse(&sheet, name);
+        assert_eq!(key, "events[1].sensor", "{name}");
+        for known in [
+            "imu",
+            "accelerometer",
+            "gyro",
+            "motor_torque[1]",
+            "wheel_speed[0]",
+            "clamp_pressure",
+        ] {
+            assert!(help.contains(known), "{help}");
+        }
+    }
+    let mut blind = sheet.clone();
+    blind.data.wheel_speed = None;
+    let (_, help) = refuse(&blind, "wheel_speed");
+    assert!(
+        !help.contains("wheel_speed"),
+        "a sensor that is not fitted is not known: {help}"
+    );
+}

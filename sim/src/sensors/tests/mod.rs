@@ -1,0 +1,179 @@
+//! Tests of the whole suite, and what all tests of the instruments share: an Allan deviation of its own, a small train.
+
+mod building;
+mod faults;
+mod noise;
+mod physics;
+mod seeds;
+
+use super::{Sensors, Sheet, Suite};
+use crate::error::Error;
+use crate::plant::{DriveState, MountState, Truth};
+use crate::train::{Drive, Limits, Mount, Resistance, Train};
+use monorig_estimators::signals::{Measurements, Sample};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::path::PathBuf;
+
+/// m/s².
+pub const G: f64 = 9.81;
+/// Physics step, s.
+pub const DT: f64 = 0.002;
+
+/// Allan deviation by its definition: half the mean square of differences of neighbouring averages over m samples.
+/// Returns (τ, σ(τ)).
+pub fn allan_deviation(x: &[f64], period_s: f64, m: usize) -> (f64, f64) {
+    let averages: Vec<f64> = x
+        .chunks_exact(m)
+        .map(|c| c.iter().sum::<f64>() / m as f64)
+        .collect();
+    let squares: f64 = averages
+        .windows(2)
+        .map(|w| (w[1] - w[0]) * (w[1] - w[0]))
+        .sum();
+    let variance = squares / (2.0 * (averages.len() - 1) as f64);
+    (m as f64 * period_s, variance.sqrt())
+}
+
+/// Least-squares slope in log-log of points (τ, σ).
+pub fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs: Vec<(f64, f64)> = points.iter().map(|(a, b)| (a.ln(), b.ln())).collect();
+    let (mx, my) = logs
+        .iter()
+        .fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
+    let (sxy, sxx) = logs.iter().fold((0.0, 0.0), |(p, q), (a, b)| {
+        (p + (a - mx) * (b - my), q + (a - mx) * (a - mx))
+    });
+    sxy / sxx
+}
+
+/// A train of so many drive units `drive_1`, `drive_2`, …, each with links `frame` and `imu_link`.
+pub fn train(drives: usize) -> Train {
+    let drive = Drive {
+        body: 0,
+        contact: Vector3::zeros(),
+        wheel_radius_m: 0.17,
+        wheel_inertia: 2.0,
+        motor_inertia: 0.1,
+        gear_ratio: 19.3,
+        efficiency_drive: 0.95,
+        efficiency_brake: 0.95,
+        torque_max_nm: 100.0,
+        power_w: 7500.0,
+        speed_max_radps: 272.0,
+        lag_s: 0.05,
+        rate_nmps: 1e3,
+        piston_area_m2: 0.003,
+        clamp_mpa: 10.0,
+        clamp_lag_s: 0.2,
+        adhesion: 0.3,
+        sigma0: 1.2e7,
+        sigma1: 2e4,
+        kappa: 1e-3,
+        brake_max_n: 2e4,
+        brake_lag_s: 0.2,
+    };
+    Train {
+        name: "test".into(),
+        bodies: Vec::new(),
+        connections: Vec::new(),
+        drives: vec![drive; drives],
+        mounts: (1..=drives)
+            .flat_map(|i| ["frame", "imu_link"].map(|link| format!("drive_{i}/{link}")))
+            .map(|name| Mount {
+                name,
+                body: 0,
+                pose: Isometry3::identity(),
+            })
+            .collect(),
+        load: None,
+        limits: Limits {
+            min_radius_horizontal_m: 4.0,
+            min_radius_vertical_m: 8.0,
+            max_grade_rad: 0.5,
+            max_speed_mps: 3.0,
+            length_m: 18.1,
+            max_load_kg: 2e4,
+        },
+        resistance: Resistance {
+            clamped_wheel: 0.0,
+            running_wheel: 0.0,
+            guide_wheel: 0.0,
+            bearing_n: 0.0,
+            bearing_nspm: 0.0,
+            air_nspm2: 0.0,
+        },
+    }
+}
+
+/// The train standing level at time t.
+pub fn standing(train: &Train, t_s: f64) -> Truth {
+    let mount = MountState {
+        v_w: Vector3::zeros(),
+        q_wm: UnitQuaternion::identity(),
+        w_w: Vector3::zeros(),
+    };
+    Truth {
+        t_s,
+        mounts: vec![mount; train.mounts.len()],
+        drives: vec![DriveState::default(); train.drives.len()],
+        ..Truth::default()
+    }
+}
+
+pub fn asset(name: &str) -> Sheet {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sensors");
+    Sheet::load(&PathBuf::from(folder).join(name)).unwrap()
+}
+
+pub fn suite(sheet: &Sheet, train: &Train, seed: u64) -> Suite {
+    Suite::new(sheet, train, G, seed).unwrap()
+}
+
+pub fn key_and_help(error: Error) -> (String, String) {
+    match error {
+        Error::Input(e) => (e.key, e.help),
+        other => panic!("not an input error: {other}"),
+    }
+}
+
+/// Look at `truth(t)` every `dt` for so many steps, beginning at 0; every result.
+pub fn look(
+    suite: &mut Suite,
+    truth: impl Fn(f64) -> Truth,
+    dt: f64,
+    steps: usize,
+) -> Vec<Measurements> {
+    (0..=steps)
+        .map(|k| {
+            let mut z = Measurements::default();
+            suite.measure(&truth(k as f64 * dt), &mut z).unwrap();
+            z
+        })
+        .collect()
+}
+
+pub fn forces(seen: &[Measurements]) -> Vec<Sample<[f64; 3]>> {
+    seen.iter().filter_map(|z| z.specific_force_mps2).collect()
+}
+
+pub fn rates(seen: &[Measurements]) -> Vec<Sample<[f64; 3]>> {
+    seen.iter().filter_map(|z| z.angular_rate_radps).collect()
+}
+
+pub fn speeds(seen: &[Measurements], unit: usize) -> Vec<Sample<f64>> {
+    seen.iter()
+        .filter_map(|z| z.wheel_speed_mps[unit])
+        .collect()
+}
+
+/// Rolling at 1 m/s, working at 50 N·m, clamped at 8 MPa.
+pub fn rolling(train: &Train, t_s: f64) -> Truth {
+    let mut truth = standing(train, t_s);
+    for drive in &mut truth.drives {
+        drive.wheel_rate_radps = [1.0 / 0.17; 2];
+        drive.motor_torque_nm = 50.0;
+        drive.clamp_mpa = 8.0;
+    }
+    truth
+}

@@ -1,0 +1,32 @@
+//! Wheel speed: mean rate of the two friction wheels of a drive unit × their nominal radius, m/s.
+//!
+//! Slip is in it, as in a real encoder. A worn wheel is an error of scale (`scale_error`), an encoder's pulses are
+//! quantisation.
+
+use crate::plant::DriveState;
+use crate::train::Drive;
+
+/// Name in events and errors; `[i]` follows for a single unit.
+pub const NAME: &str = "wheel_speed";
+
+/// The ideal value, m/s.
+pub fn ideal(state: &DriveState, nominal: &Drive) -> f64 {
+    let [left, right] = state.wheel_rate_radps;
+    0.5 * (left + right) * nominal.wheel_radius_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::tests::train;
+
+    /// In a curve one wheel turns faster than the other; their mean stands for the middle of the unit.
+    #[test]
+    fn it_is_the_mean_rate_times_the_nominal_radius() {
+        let state = DriveState {
+            wheel_rate_radps: [9.0, 11.0],
+            ..DriveState::default()
+        };
+        assert!((ideal(&state, &train(1).drives[0]) - 1.7).abs() < 1e-15);
+    }
+}
