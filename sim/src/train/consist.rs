@@ -1,0 +1,617 @@
+//! A train file: units from front to rear, joined by drawbars, with a load below one of them.
+
+use super::look::half_turn;
+use super::unit::{Unit, check_wheel_limits};
+use super::unit_file::LoadFile;
+use super::{Body, Connection, ConnectionKind, Limits, Mount, Payload, Resistance, Train};
+use crate::checked::{NonNegative, Positive};
+use crate::error::Error;
+use crate::file::{input_error, read_yaml};
+use monorig_estimators::signals::MAX_DRIVES;
+use nalgebra::{Isometry3, Translation3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A train file, `assets/trains/*.yaml`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrainFile {
+    /// Format version, 1.
+    pub version: u32,
+    /// Name of the train.
+    pub name: String,
+    /// Units along the rail, front to rear.
+    pub consist: Vec<UnitEntry>,
+    /// Drawbars between neighbouring units.
+    pub drawbar: Drawbar,
+    /// The load.
+    #[serde(default)]
+    pub load: Option<LoadEntry>,
+    /// What differs from the units' files on every drive unit of this train.
+    #[serde(default)]
+    pub drive: DriveChange,
+    /// What the train can run on.
+    pub limits: LimitsFile,
+    /// Running resistance.
+    pub resistance: ResistanceFile,
+}
+
+/// A unit in the consist.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UnitEntry {
+    /// Name in this train, without `/`.
+    pub name: String,
+    /// Unit file, relative to this file.
+    pub unit: String,
+    /// Built in facing backwards.
+    #[serde(default)]
+    pub reversed: bool,
+}
+
+/// Drawbars between neighbouring units.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Drawbar {
+    /// N/m.
+    pub stiffness_npm: Positive,
+    /// N·s/m.
+    pub damping_nspm: NonNegative,
+}
+
+/// The load.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadEntry {
+    /// Name in this train, without `/`.
+    pub name: String,
+    /// Unit file, relative to this file.
+    pub unit: String,
+    /// Name of the unit it hangs below.
+    pub under: String,
+}
+
+/// What differs from the unit's file.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriveChange {
+    /// Largest motor torque, N·m.
+    pub torque_max_nm: Option<Positive>,
+    /// Motor power, kW.
+    pub power_kw: Option<Positive>,
+    /// Adhesion coefficient on a clean dry rail.
+    pub adhesion: Option<NonNegative>,
+    /// Nominal clamp pressure, MPa.
+    pub clamp_mpa: Option<NonNegative>,
+}
+
+/// What the train can run on.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsFile {
+    /// Least horizontal radius, m.
+    pub min_radius_horizontal_m: Positive,
+    /// Least vertical radius, m.
+    pub min_radius_vertical_m: Positive,
+    /// Steepest grade, degrees.
+    pub max_grade_deg: Positive,
+    /// Highest speed, m/s.
+    pub max_speed_mps: Positive,
+    /// Rated load, kg.
+    pub max_load_kg: NonNegative,
+}
+
+/// Running resistance of the whole train, each term of its own.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResistanceFile {
+    /// Rolling of the clamped friction wheels, per newton of clamp force.
+    pub clamped_wheel: NonNegative,
+    /// Rolling of the running wheels, per newton of wheel load.
+    pub running_wheel: NonNegative,
+    /// Rolling of the guide wheels, per newton of guide force.
+    pub guide_wheel: NonNegative,
+    /// Bearings of one rail-bound body, N.
+    pub bearing_n: NonNegative,
+    /// Bearings of one rail-bound body, N·s/m.
+    pub bearing_nspm: NonNegative,
+    /// Air drag ½ρ c_D A of the train, N·s²/m².
+    pub air_nspm2: NonNegative,
+}
+
+/// Read a train file and every unit it names.
+pub fn load(path: &Path) -> Result<Train, Error> {
+    let file: TrainFile = read_yaml(path)?;
+    if file.version != 1 {
+        return Err(input_error(
+            path,
+            "version",
+            format!("version {} is not known", file.version),
+            "version: 1",
+        ));
+    }
+    let mut builder = Builder {
+        path,
+        file: &file,
+        train: Train::default(),
+        spans: Vec::new(),
+        length_m: 0.0,
+    };
+    builder.check_names()?;
+    for i in 0..file.consist.len() {
+        builder.add(i)?;
+    }
+    builder.join()?;
+    if let Some(entry) = &file.load {
+        builder.hang(entry)?;
+    }
+    builder.finish()
+}
+
+/// A unit in place.
+struct Span {
+    unit: Unit,
+    turn: Isometry3<f64>,
+    /// Its first body.
+    first: usize,
+    /// Couplings at its front and rear: body and anchor.
+    couplings: [(usize, Vector3<f64>); 2],
+}
+
+struct Builder<'a> {
+    path: &'a Path,
+    file: &'a TrainFile,
+    train: Train,
+    spans: Vec<Span>,
+    length_m: f64,
+}
+
+impl Builder<'_> {
+    fn check_names(&self) -> Result<(), Error> {
+        let consist = self
+            .file
+            .consist
+            .iter()
+            .enumerate()
+            .map(|(i, e)| (format!("consist[{i}].name"), &e.name));
+        let load = self
+            .file
+            .load
+            .iter()
+            .map(|l| ("load.name".to_owned(), &l.name));
+        let mut seen: Vec<&str> = Vec::new();
+        for (key, name) in consist.chain(load) {
+            if name.is_empty() || name.contains('/') {
+                return Err(input_error(
+                    self.path,
+                    key,
+                    format!("`{name}` is no name for a unit"),
+                    "letters, digits and `_`; `/` separates unit and link",
+                ));
+            }
+            if seen.contains(&name.as_str()) {
+                return Err(input_error(
+                    self.path,
+                    key,
+                    format!("two units are named `{name}`"),
+                    "give each unit its own name",
+                ));
+            }
+            seen.push(name);
+        }
+        if self.file.consist.is_empty() {
+            return Err(input_error(
+                self.path,
+                "consist",
+                "there is no unit",
+                "a list of {name, unit}, front to rear",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Put the next unit behind the last one.
+    fn add(&mut self, index: usize) -> Result<(), Error> {
+        let entry = &self.file.consist[index];
+        let key = format!("consist[{index}].unit");
+        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
+        let Some(length) = unit.file.length_m else {
+            return Err(input_error(
+                self.path,
+                key,
+                "this unit's file gives no length_m",
+                "only the load goes without",
+            ));
+        };
+        let middle = -(self.length_m + 0.5 * length.get());
+        self.length_m += length.get();
+        let turn = if entry.reversed {
+            half_turn()
+        } else {
+            Isometry3::identity()
+        };
+        let first = self.train.bodies.len();
+        let couplings = match &unit.trolley {
+            None => {
+                self.add_bodies(&unit, &entry.name, middle, 0.0, &turn)?;
+                let body = first
+                    + unit
+                        .stations
+                        .iter()
+                        .position(|s| !s.is_empty())
+                        .ok_or_else(|| {
+                            input_error(
+                                self.path,
+                                key,
+                                "nothing holds this unit to the rail",
+                                "running wheels in its URDF, or `carried_by` in its file",
+                            )
+                        })?;
+                couplings(&unit, body, body, &turn)?
+            }
+            Some(trolley) => self.add_hung(&unit, trolley, &entry.name, middle, &turn)?,
+        };
+        self.spans.push(Span {
+            unit,
+            turn,
+            first,
+            couplings,
+        });
+        Ok(())
+    }
+
+    /// A hung unit, then its trolleys from front to rear.
+    fn add_hung(
+        &mut self,
+        unit: &Unit,
+        trolley: &Unit,
+        name: &str,
+        middle: f64,
+        turn: &Isometry3<f64>,
+    ) -> Result<[(usize, Vector3<f64>); 2], Error> {
+        let Some(carried) = &unit.file.carried_by else {
+            return Ok([(0, Vector3::zeros()); 2]);
+        };
+        let top = trolley.link("hanger")?.pose.translation.vector;
+        let mut hangers = Vec::new();
+        for link in &carried.links {
+            hangers.push(turn * unit.link(link)?.pose.translation.vector);
+        }
+        hangers.sort_by(|a, b| b.x.total_cmp(&a.x));
+        if hangers
+            .iter()
+            .any(|h| (h.z - hangers[0].z).abs() > 1e-6 || h.y.abs() > 1e-6)
+        {
+            return Err(input_error(
+                &unit.path,
+                "carried_by.links",
+                "hangers differ in height or are beside the middle",
+                "same z, y = 0",
+            ));
+        }
+        let hung = self.train.bodies.len();
+        self.add_bodies(unit, name, middle, top.z - hangers[0].z, turn)?;
+        let (mut front, mut rear) = (hung, hung);
+        for (i, anchor) in hangers.iter().enumerate() {
+            rear = self.train.bodies.len();
+            front = if i == 0 { rear } else { front };
+            let name = format!("{name}/trolley_{}", i + 1);
+            self.add_bodies(
+                trolley,
+                &name,
+                middle + anchor.x - top.x,
+                0.0,
+                &Isometry3::identity(),
+            )?;
+            self.train.connections.push(Connection {
+                kind: ConnectionKind::Hanger,
+                a: rear,
+                b: hung,
+                anchor_a: top,
+                anchor_b: *anchor,
+                k: carried.stiffness_npm.get(),
+                c: carried.damping_nspm.get(),
+                length_m: 0.0,
+            });
+        }
+        couplings(trolley, front, rear, &Isometry3::identity())
+    }
+
+    /// The bodies of one URDF, its floating ones included.
+    fn add_bodies(
+        &mut self,
+        unit: &Unit,
+        name: &str,
+        middle: f64,
+        height: f64,
+        turn: &Isometry3<f64>,
+    ) -> Result<(), Error> {
+        let first = self.train.bodies.len();
+        for (i, b) in unit.urdf.bodies.iter().enumerate() {
+            // A turned unit keeps x forward as the axis of its body frames: what is on them is turned instead.
+            let in_unit = turn * b.pose * turn.inverse();
+            let along = in_unit.translation.x;
+            let mass = b.mass.seen_from(turn);
+            let mut stations = unit.stations[i].clone();
+            stations
+                .iter_mut()
+                .for_each(|s| s.x_m = (turn * Vector3::new(s.x_m, 0.0, 0.0)).x);
+            stations.sort_by(|a, b| b.x_m.total_cmp(&a.x_m));
+            let mut shapes = b.shapes.clone();
+            for s in &mut shapes {
+                s.pose = turn * s.pose;
+                let side = usize::from(s.pose.translation.y < 0.0);
+                s.spins = s.spins.map(|_| (self.train.drives.len(), side));
+            }
+            self.train.bodies.push(Body {
+                name: if i == 0 {
+                    name.to_owned()
+                } else {
+                    format!("{name}/{}", b.root)
+                },
+                mass_kg: mass.mass_kg,
+                com: mass.com,
+                inertia: mass.inertia,
+                start_s: middle + along,
+                start_pose: Translation3::new(-along, 0.0, height) * in_unit,
+                stations,
+                shapes,
+            });
+        }
+        for p in &unit.urdf.places {
+            self.train.mounts.push(Mount {
+                name: format!("{name}/{}", p.link),
+                body: first + p.body,
+                pose: turn * p.pose,
+            });
+        }
+        for c in &unit.file.connections {
+            let (a, b) = (unit.link(&c.from)?, unit.link(&c.to)?);
+            let (a, anchor_a) = (first + a.body, turn * a.pose.translation.vector);
+            let (b, anchor_b) = (first + b.body, turn * b.pose.translation.vector);
+            let (k, cc) = (c.stiffness_npm.get(), c.damping_nspm.get());
+            let length_m = (self.at(a, &anchor_a) - self.at(b, &anchor_b)).norm();
+            self.train.connections.push(Connection {
+                kind: c.kind,
+                a,
+                b,
+                anchor_a,
+                anchor_b,
+                k,
+                c: cc,
+                length_m,
+            });
+        }
+        if let Some(mut drive) = unit.drive {
+            let change = &self.file.drive;
+            drive.body += first;
+            drive.contact = turn * drive.contact;
+            drive.torque_max_nm = change
+                .torque_max_nm
+                .map_or(drive.torque_max_nm, Positive::get);
+            drive.power_w = change.power_kw.map_or(drive.power_w, |p| 1e3 * p.get());
+            drive.adhesion = change.adhesion.map_or(drive.adhesion, NonNegative::get);
+            drive.clamp_mpa = change.clamp_mpa.map_or(drive.clamp_mpa, NonNegative::get);
+            check_wheel_limits(
+                self.path,
+                "drive",
+                &drive,
+                unit.wheel_rate_max_radps(),
+                unit.wheel_torque_max_nm(),
+            )?;
+            self.train.drives.push(drive);
+        }
+        Ok(())
+    }
+
+    /// Where a point of a body is at the start on a straight level rail, from the train's front.
+    fn at(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        let b = &self.train.bodies[body];
+        (b.start_pose * nalgebra::Point3::from(*point)).coords + Vector3::new(b.start_s, 0.0, 0.0)
+    }
+
+    /// Drawbars between neighbours.
+    fn join(&mut self) -> Result<(), Error> {
+        for (i, pair) in self.spans.windows(2).enumerate() {
+            let ((a, anchor_a), (b, anchor_b)) = (pair[0].couplings[1], pair[1].couplings[0]);
+            let bar = self.at(a, &anchor_a) - self.at(b, &anchor_b);
+            if bar.x < 0.02 {
+                let message = format!("its coupling is {:.3} m from that of the unit ahead", bar.x);
+                return Err(input_error(
+                    self.path,
+                    format!("consist[{}]", i + 1),
+                    message,
+                    "a drawbar of at least 0.02 m fits between them when length_m of both units is right",
+                ));
+            }
+            let Drawbar {
+                stiffness_npm,
+                damping_nspm,
+            } = self.file.drawbar;
+            self.train.connections.push(Connection {
+                kind: ConnectionKind::Drawbar,
+                a,
+                b,
+                anchor_a,
+                anchor_b,
+                k: stiffness_npm.get(),
+                c: damping_nspm.get(),
+                length_m: bar.norm(),
+            });
+        }
+        Ok(())
+    }
+
+    /// The load on its chains.
+    fn hang(&mut self, entry: &LoadEntry) -> Result<(), Error> {
+        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
+        let Some(LoadFile {
+            payload_link,
+            chain_links,
+            drop_m,
+            stiffness_npm,
+            damping_nspm,
+            offset_m,
+        }) = unit.file.load.clone()
+        else {
+            return Err(input_error(
+                self.path,
+                "load.unit",
+                "this unit's file has no `load`",
+                "payload_link, chain_links, drop_m, stiffness and damping",
+            ));
+        };
+        let Some((nominal, gear)) = unit.payload(&payload_link) else {
+            let help = "a link with mass that is not the only one: the rest is the lifting gear, which stays when the payload is gone";
+            return Err(input_error(
+                &unit.path,
+                "load.payload_link",
+                format!("`{payload_link}` cannot be the payload"),
+                help,
+            ));
+        };
+        let Some(above) = self.file.consist.iter().position(|e| e.name == entry.under) else {
+            return Err(input_error(
+                self.path,
+                "load.under",
+                format!("there is no unit `{}`", entry.under),
+                "the name of a unit of the consist",
+            ));
+        };
+        let Span {
+            unit: carrier,
+            turn,
+            first,
+            ..
+        } = &self.spans[above];
+        let (turn, first) = (*turn, *first);
+        let mut chains = Vec::new();
+        for link in &chain_links {
+            let (up, down) = (carrier.link(link)?, unit.link(link)?);
+            chains.push((
+                first + up.body,
+                turn * up.pose.translation.vector,
+                down.pose.translation.vector,
+            ));
+        }
+        let Some((body, up, down)) = chains.first().copied() else {
+            return Err(input_error(
+                &unit.path,
+                "load.chain_links",
+                "no chain holds the load",
+                "at least one link",
+            ));
+        };
+        let load = self.train.bodies.len();
+        let height = self.at(body, &up).z - drop_m.get() - down.z;
+        let middle = self.train.bodies[body].start_s + offset_m.get();
+        self.add_bodies(&unit, &entry.name, middle, height, &Isometry3::identity())?;
+        for (b, anchor_b, anchor_a) in chains {
+            self.train.connections.push(Connection {
+                kind: ConnectionKind::Chain,
+                a: b,
+                b: load,
+                anchor_a: anchor_b,
+                anchor_b: anchor_a,
+                k: stiffness_npm.get(),
+                c: damping_nspm.get(),
+                length_m: (self.at(b, &anchor_b) - self.at(load, &anchor_a)).norm(),
+            });
+        }
+        self.train.load = Some(load);
+        self.train.payload = Some(Payload {
+            mass_kg: nominal.mass_kg,
+            nominal,
+            gear,
+        });
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Train, Error> {
+        let Self {
+            path,
+            file,
+            mut train,
+            spans,
+            ..
+        } = self;
+        let count = train.drives.len();
+        if !(1..=MAX_DRIVES).contains(&count) {
+            return Err(input_error(
+                path,
+                "consist",
+                format!("{count} drive units"),
+                format!("at least one, at most {MAX_DRIVES}"),
+            ));
+        }
+        let fastest = spans
+            .iter()
+            .map(|s| s.unit.max_speed_mps)
+            .fold(f64::INFINITY, f64::min);
+        let speed = file.limits.max_speed_mps.get();
+        if speed > fastest {
+            return Err(input_error(
+                path,
+                "limits.max_speed_mps",
+                format!("the drive units reach {fastest:.2} m/s"),
+                "a speed the motors and wheels can turn at",
+            ));
+        }
+        if file.limits.max_grade_deg.get() >= 90.0 {
+            return Err(input_error(
+                path,
+                "limits.max_grade_deg",
+                "a rail this steep is a hoist",
+                "less than 90 degrees",
+            ));
+        }
+        let wheels = train
+            .bodies
+            .iter()
+            .flat_map(|b| b.stations.iter().map(move |s| b.start_s + s.x_m));
+        let (rear, front) = wheels.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| {
+            (lo.min(x), hi.max(x))
+        });
+        let r = file.resistance;
+        train.file = path.into();
+        train.name = file.name.clone();
+        train.limits = Limits {
+            min_radius_horizontal_m: file.limits.min_radius_horizontal_m.get(),
+            min_radius_vertical_m: file.limits.min_radius_vertical_m.get(),
+            max_grade_rad: file.limits.max_grade_deg.get().to_radians(),
+            max_speed_mps: speed,
+            length_m: front - rear,
+            max_load_kg: file.limits.max_load_kg.get(),
+        };
+        train.resistance = Resistance {
+            clamped_wheel: r.clamped_wheel.get(),
+            running_wheel: r.running_wheel.get(),
+            guide_wheel: r.guide_wheel.get(),
+            bearing_n: r.bearing_n.get(),
+            bearing_nspm: r.bearing_nspm.get(),
+            air_nspm2: r.air_nspm2.get(),
+        };
+        let load = train.load_mass_kg();
+        train.with_load_mass(load)
+    }
+}
+
+/// Front and rear couplings of the rail-bound bodies of a unit: its links `coupling_front` and `coupling_rear`.
+fn couplings(
+    unit: &Unit,
+    front: usize,
+    rear: usize,
+    turn: &Isometry3<f64>,
+) -> Result<[(usize, Vector3<f64>); 2], Error> {
+    let mut anchors = [
+        turn * unit.link("coupling_front")?.pose.translation.vector,
+        turn * unit.link("coupling_rear")?.pose.translation.vector,
+    ];
+    anchors.sort_by(|a, b| b.x.total_cmp(&a.x));
+    Ok([(front, anchors[0]), (rear, anchors[1])])
+}
+
+#[cfg(test)]
+#[path = "consist_tests.rs"]
+mod tests;
