@@ -1,124 +1,15 @@
-//! A train file: units from front to rear, joined by drawbars, with a load below one of them.
+//! A train file becomes a [`Train`]: units from front to rear, joined by drawbars, with a load below one of them.
 
 use super::look::half_turn;
+use super::train_file::{Drawbar, TrainFile};
 use super::unit::{Unit, check_wheel_limits};
-use super::unit_file::LoadFile;
-use super::{Body, Connection, ConnectionKind, Limits, Mount, Payload, Resistance, Train};
+use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use crate::checked::{NonNegative, Positive};
 use crate::error::Error;
 use crate::file::{input_error, read_yaml};
 use monorig_estimators::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// A train file, `assets/trains/*.yaml`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TrainFile {
-    /// Format version, 1.
-    pub version: u32,
-    /// Name of the train.
-    pub name: String,
-    /// Units along the rail, front to rear.
-    pub consist: Vec<UnitEntry>,
-    /// Drawbars between neighbouring units.
-    pub drawbar: Drawbar,
-    /// The load.
-    #[serde(default)]
-    pub load: Option<LoadEntry>,
-    /// What differs from the units' files on every drive unit of this train.
-    #[serde(default)]
-    pub drive: DriveChange,
-    /// What the train can run on.
-    pub limits: LimitsFile,
-    /// Running resistance.
-    pub resistance: ResistanceFile,
-}
-
-/// A unit in the consist.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct UnitEntry {
-    /// Name in this train, without `/`.
-    pub name: String,
-    /// Unit file, relative to this file.
-    pub unit: String,
-    /// Built in facing backwards.
-    #[serde(default)]
-    pub reversed: bool,
-}
-
-/// Drawbars between neighbouring units.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Drawbar {
-    /// N/m.
-    pub stiffness_npm: Positive,
-    /// N·s/m.
-    pub damping_nspm: NonNegative,
-}
-
-/// The load.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LoadEntry {
-    /// Name in this train, without `/`.
-    pub name: String,
-    /// Unit file, relative to this file.
-    pub unit: String,
-    /// Name of the unit it hangs below.
-    pub under: String,
-}
-
-/// What differs from the unit's file.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct DriveChange {
-    /// Largest motor torque, N·m.
-    pub torque_max_nm: Option<Positive>,
-    /// Motor power, kW.
-    pub power_kw: Option<Positive>,
-    /// Adhesion coefficient on a clean dry rail.
-    pub adhesion: Option<NonNegative>,
-    /// Nominal clamp pressure, MPa.
-    pub clamp_mpa: Option<NonNegative>,
-}
-
-/// What the train can run on.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LimitsFile {
-    /// Least horizontal radius, m.
-    pub min_radius_horizontal_m: Positive,
-    /// Least vertical radius, m.
-    pub min_radius_vertical_m: Positive,
-    /// Steepest grade, degrees.
-    pub max_grade_deg: Positive,
-    /// Highest speed, m/s.
-    pub max_speed_mps: Positive,
-    /// Rated load, kg.
-    pub max_load_kg: NonNegative,
-}
-
-/// Running resistance of the whole train, each term of its own.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ResistanceFile {
-    /// Rolling of the clamped friction wheels, per newton of clamp force.
-    pub clamped_wheel: NonNegative,
-    /// Rolling of the running wheels, per newton of wheel load.
-    pub running_wheel: NonNegative,
-    /// Rolling of the guide wheels, per newton of guide force.
-    pub guide_wheel: NonNegative,
-    /// Bearings of one rail-bound body, N.
-    pub bearing_n: NonNegative,
-    /// Bearings of one rail-bound body, N·s/m.
-    pub bearing_nspm: NonNegative,
-    /// Air drag ½ρ c_D A of the train, N·s²/m².
-    pub air_nspm2: NonNegative,
-}
 
 /// Read a train file and every unit it names.
 pub fn load(path: &Path) -> Result<Train, Error> {
@@ -150,20 +41,20 @@ pub fn load(path: &Path) -> Result<Train, Error> {
 }
 
 /// A unit in place.
-struct Span {
-    unit: Unit,
-    turn: Isometry3<f64>,
+pub(super) struct Span {
+    pub unit: Unit,
+    pub turn: Isometry3<f64>,
     /// Its first body.
-    first: usize,
+    pub first: usize,
     /// Couplings at its front and rear: body and anchor.
     couplings: [(usize, Vector3<f64>); 2],
 }
 
-struct Builder<'a> {
-    path: &'a Path,
-    file: &'a TrainFile,
-    train: Train,
-    spans: Vec<Span>,
+pub(super) struct Builder<'a> {
+    pub path: &'a Path,
+    pub file: &'a TrainFile,
+    pub train: Train,
+    pub spans: Vec<Span>,
     length_m: f64,
 }
 
@@ -261,65 +152,8 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A hung unit, then its trolleys from front to rear.
-    fn add_hung(
-        &mut self,
-        unit: &Unit,
-        trolley: &Unit,
-        name: &str,
-        middle: f64,
-        turn: &Isometry3<f64>,
-    ) -> Result<[(usize, Vector3<f64>); 2], Error> {
-        let Some(carried) = &unit.file.carried_by else {
-            return Ok([(0, Vector3::zeros()); 2]);
-        };
-        let top = trolley.link("hanger")?.pose.translation.vector;
-        let mut hangers = Vec::new();
-        for link in &carried.links {
-            hangers.push(turn * unit.link(link)?.pose.translation.vector);
-        }
-        hangers.sort_by(|a, b| b.x.total_cmp(&a.x));
-        if hangers
-            .iter()
-            .any(|h| (h.z - hangers[0].z).abs() > 1e-6 || h.y.abs() > 1e-6)
-        {
-            return Err(input_error(
-                &unit.path,
-                "carried_by.links",
-                "hangers differ in height or are beside the middle",
-                "same z, y = 0",
-            ));
-        }
-        let hung = self.train.bodies.len();
-        self.add_bodies(unit, name, middle, top.z - hangers[0].z, turn)?;
-        let (mut front, mut rear) = (hung, hung);
-        for (i, anchor) in hangers.iter().enumerate() {
-            rear = self.train.bodies.len();
-            front = if i == 0 { rear } else { front };
-            let name = format!("{name}/trolley_{}", i + 1);
-            self.add_bodies(
-                trolley,
-                &name,
-                middle + anchor.x - top.x,
-                0.0,
-                &Isometry3::identity(),
-            )?;
-            self.train.connections.push(Connection {
-                kind: ConnectionKind::Hanger,
-                a: rear,
-                b: hung,
-                anchor_a: top,
-                anchor_b: *anchor,
-                k: carried.stiffness_npm.get(),
-                c: carried.damping_nspm.get(),
-                length_m: 0.0,
-            });
-        }
-        couplings(trolley, front, rear, &Isometry3::identity())
-    }
-
     /// The bodies of one URDF, its floating ones included.
-    fn add_bodies(
+    pub fn add_bodies(
         &mut self,
         unit: &Unit,
         name: &str,
@@ -406,7 +240,7 @@ impl Builder<'_> {
     }
 
     /// Where a point of a body is at the start on a straight level rail, from the train's front.
-    fn at(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
+    pub fn at(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
         let b = &self.train.bodies[body];
         (b.start_pose * nalgebra::Point3::from(*point)).coords + Vector3::new(b.start_s, 0.0, 0.0)
     }
@@ -440,91 +274,6 @@ impl Builder<'_> {
                 length_m: bar.norm(),
             });
         }
-        Ok(())
-    }
-
-    /// The load on its chains.
-    fn hang(&mut self, entry: &LoadEntry) -> Result<(), Error> {
-        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
-        let Some(LoadFile {
-            payload_link,
-            chain_links,
-            drop_m,
-            stiffness_npm,
-            damping_nspm,
-            offset_m,
-        }) = unit.file.load.clone()
-        else {
-            return Err(input_error(
-                self.path,
-                "load.unit",
-                "this unit's file has no `load`",
-                "payload_link, chain_links, drop_m, stiffness and damping",
-            ));
-        };
-        let Some((nominal, gear)) = unit.payload(&payload_link) else {
-            let help = "a link with mass that is not the only one: the rest is the lifting gear, which stays when the payload is gone";
-            return Err(input_error(
-                &unit.path,
-                "load.payload_link",
-                format!("`{payload_link}` cannot be the payload"),
-                help,
-            ));
-        };
-        let Some(above) = self.file.consist.iter().position(|e| e.name == entry.under) else {
-            return Err(input_error(
-                self.path,
-                "load.under",
-                format!("there is no unit `{}`", entry.under),
-                "the name of a unit of the consist",
-            ));
-        };
-        let Span {
-            unit: carrier,
-            turn,
-            first,
-            ..
-        } = &self.spans[above];
-        let (turn, first) = (*turn, *first);
-        let mut chains = Vec::new();
-        for link in &chain_links {
-            let (up, down) = (carrier.link(link)?, unit.link(link)?);
-            chains.push((
-                first + up.body,
-                turn * up.pose.translation.vector,
-                down.pose.translation.vector,
-            ));
-        }
-        let Some((body, up, down)) = chains.first().copied() else {
-            return Err(input_error(
-                &unit.path,
-                "load.chain_links",
-                "no chain holds the load",
-                "at least one link",
-            ));
-        };
-        let load = self.train.bodies.len();
-        let height = self.at(body, &up).z - drop_m.get() - down.z;
-        let middle = self.train.bodies[body].start_s + offset_m.get();
-        self.add_bodies(&unit, &entry.name, middle, height, &Isometry3::identity())?;
-        for (b, anchor_b, anchor_a) in chains {
-            self.train.connections.push(Connection {
-                kind: ConnectionKind::Chain,
-                a: b,
-                b: load,
-                anchor_a: anchor_b,
-                anchor_b: anchor_a,
-                k: stiffness_npm.get(),
-                c: damping_nspm.get(),
-                length_m: (self.at(b, &anchor_b) - self.at(load, &anchor_a)).norm(),
-            });
-        }
-        self.train.load = Some(load);
-        self.train.payload = Some(Payload {
-            mass_kg: nominal.mass_kg,
-            nominal,
-            gear,
-        });
         Ok(())
     }
 
@@ -598,7 +347,7 @@ impl Builder<'_> {
 }
 
 /// Front and rear couplings of the rail-bound bodies of a unit: its links `coupling_front` and `coupling_rear`.
-fn couplings(
+pub(super) fn couplings(
     unit: &Unit,
     front: usize,
     rear: usize,
@@ -613,5 +362,6 @@ fn couplings(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 #[path = "consist_tests.rs"]
 mod tests;

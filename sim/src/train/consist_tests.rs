@@ -340,17 +340,18 @@ fn faults_of_train_and_unit_files_are_told() {
             "no power passes",
         ),
         (drive, "running_gear:", "walking_gear:", "walking_gear"),
-        (
-            drive,
-            "drive_unit.urdf",
-            "cab.urdf",
-            "holds this unit to the rail",
-        ),
+        (drive, "drive_unit.urdf", "cab.urdf", "0 friction wheels"),
         (
             drive,
             "drive_unit.urdf",
             "carrier_trolley.urdf",
             "0 friction wheels",
+        ),
+        (
+            "units/lifting_beam.yaml",
+            "carried_by:\n  trolley: carrier_trolley.yaml\n  links: [hanger_front, hanger_rear]\n  stiffness_npm: 4.0e+6\n  damping_nspm: 1.0e+4\n",
+            "",
+            "holds this unit to the rail",
         ),
         (
             "units/load.yaml",
@@ -386,7 +387,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "units/carrier_trolley.urdf",
             "running_wheel_front_left",
             "rolling_wheel_front_left",
-            "no pair",
+            "has no partner",
         ),
         (
             "units/carrier_trolley.urdf",
@@ -421,6 +422,39 @@ fn faults_of_train_and_unit_files_are_told() {
             ),
         }
     }
+}
+
+#[test]
+fn a_part_on_a_floating_joint_is_a_body_and_must_be_held() {
+    let folder = copy("floating-part");
+    let urdf = folder.0.join("units/drive_unit.urdf");
+    let yaml = folder.0.join("units/drive_unit.yaml");
+    let train = folder.0.join("trains/single_drive_unit.yaml");
+    let part = "<link name=\"tool_box\"><inertial><mass value=\"40\"/><inertia ixx=\"2\" ixy=\"0\" ixz=\"0\" iyy=\"2\" iyz=\"0\" izz=\"2\"/></inertial></link>\
+        <joint name=\"free\" type=\"floating\"><parent link=\"frame\"/><child link=\"tool_box\"/><origin xyz=\"0.2 0 -0.5\"/></joint></robot>";
+    let text = std::fs::read_to_string(&urdf).unwrap();
+    std::fs::write(&urdf, text.replace("</robot>", part)).unwrap();
+    let error = load(&train).unwrap_err().to_string();
+    assert!(error.contains("nothing holds `tool_box`"), "{error}");
+
+    let text = std::fs::read_to_string(&yaml).unwrap();
+    let held = "connections: [{kind: chain, from: frame, to: tool_box, stiffness_npm: 1.0e+5, damping_nspm: 100}]";
+    std::fs::write(&yaml, format!("{text}\n{held}\n")).unwrap();
+    let train = load(&train).unwrap();
+    assert!((train.total_mass_kg() - 2_540.0).abs() < 1e-6);
+    let index = train
+        .bodies
+        .iter()
+        .position(|b| b.name == "drive_1/tool_box")
+        .unwrap();
+    let part = &train.bodies[index];
+    assert!((part.start_s - train.bodies[0].start_s - 0.2).abs() < 1e-12);
+    assert_eq!(
+        part.start_pose.translation.vector,
+        Vector3::new(0.0, 0.0, -0.5)
+    );
+    let chain = train.connections.iter().find(|c| c.b == index).unwrap();
+    assert!((chain.length_m - (0.2_f64 * 0.2 + 0.5 * 0.5).sqrt()).abs() < 1e-12);
 }
 
 #[test]

@@ -90,6 +90,7 @@ fn steiner(mass_kg: f64, d: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion};

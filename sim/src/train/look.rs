@@ -3,7 +3,7 @@
 //! A `<collision>` equal to a `<visual>` of the same link makes that visual touchable; any other becomes a shape of its
 //! own that is fully transparent (alpha 0): there to be touched, not to be drawn.
 
-use super::urdf::File;
+use super::urdf_file::File;
 use super::{Geometry, Shape, stl};
 use crate::error::Error;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};

@@ -1,13 +1,17 @@
 //! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
 
 pub mod consist;
+mod hung;
 pub mod inertia;
 mod look;
 pub mod step_check;
 pub mod stl;
+pub mod train_file;
 pub mod unit;
 pub mod unit_file;
 pub mod urdf;
+mod urdf_file;
+mod urdf_tree;
 
 use crate::error::Error;
 use crate::file::input_error;

@@ -14,11 +14,14 @@ use nalgebra::{Matrix3, Vector3};
 const LARGEST: f64 = 3.0;
 const ITERATIONS: usize = 300;
 
-/// A spring-damper as seen by up to two bodies: unit velocity of its length per body motion (linear, angular).
+/// A body at one end of a spring, and what a unit of its velocity (linear, angular) adds to the spring's rate.
+type End = (usize, Vector3<f64>, Vector3<f64>);
+
+/// A spring-damper between two bodies, or a body and the rail.
 struct Spring {
     k: f64,
     c: f64,
-    ends: [Option<(usize, Vector3<f64>, Vector3<f64>)>; 2],
+    ends: [Option<End>; 2],
 }
 
 impl Train {
@@ -168,6 +171,7 @@ impl Train {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::super::{Body, Connection, Station};
     use super::*;

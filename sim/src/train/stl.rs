@@ -98,6 +98,7 @@ fn weld(corners: &[[f64; 3]]) -> Mesh {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -6,11 +6,12 @@
 
 use super::inertia::MassProperties;
 use super::look;
+use super::urdf_file::File;
+use super::urdf_tree::{Branch, tree};
 use super::{Geometry, Shape};
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::file::read_text;
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use std::collections::BTreeMap;
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::path::Path;
 use urdf_rs::{Joint, JointType, Link, Robot};
 
@@ -91,153 +92,6 @@ impl UrdfUnit {
     pub fn place(&self, link: &str) -> Option<&Place> {
         self.places.iter().find(|p| p.link == link)
     }
-}
-
-/// A file being read; makes errors that point into it.
-pub(super) struct File<'a> {
-    pub path: &'a Path,
-    pub text: String,
-}
-
-impl File<'_> {
-    /// An error at `<tag name="name"`.
-    pub fn fault(&self, tag: &str, name: &str, message: impl Into<String>, help: &str) -> Error {
-        let at = (!tag.is_empty())
-            .then(|| self.text.find(&format!("<{tag} name=\"{name}\"")))
-            .flatten()
-            .and_then(|i| self.text.get(..i));
-        InputError {
-            file: self.path.into(),
-            line: at.map(|before| before.matches('\n').count() + 1),
-            column: at.map(|before| before.len() - before.rfind('\n').map_or(0, |n| n + 1) + 1),
-            key: if tag.is_empty() {
-                String::new()
-            } else {
-                format!("{tag} `{name}`")
-            },
-            message: message.into(),
-            help: help.into(),
-        }
-        .into()
-    }
-
-    pub fn pose(&self, tag: &str, name: &str, p: &urdf_rs::Pose) -> Result<Isometry3<f64>, Error> {
-        let numbers = p.xyz.iter().chain(p.rpy.iter());
-        if numbers.clone().any(|x| !x.is_finite() || x.abs() > 1e6) {
-            return Err(self.fault(
-                tag,
-                name,
-                "an origin holds a number that is not finite or beyond 1e6",
-                "metres and radians",
-            ));
-        }
-        Ok(Isometry3::from_parts(
-            Translation3::from(p.xyz.0),
-            rotation(p.rpy.0),
-        ))
-    }
-}
-
-/// Rotation of fixed-axis roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll).
-fn rotation([roll, pitch, yaw]: [f64; 3]) -> UnitQuaternion<f64> {
-    let half = |angle: f64, axis: Vector3<f64>| {
-        let (s, c) = libm::sincos(0.5 * angle);
-        Quaternion::from_parts(c, axis * s)
-    };
-    UnitQuaternion::new_normalize(
-        half(yaw, Vector3::z()) * half(pitch, Vector3::y()) * half(roll, Vector3::x()),
-    )
-}
-
-/// A link and the joint above it (none for the root), as indices.
-type Branch = (usize, Option<usize>);
-
-/// Links in an order with parents before children, if they form one tree.
-fn tree(file: &File<'_>, robot: &Robot) -> Result<Vec<Branch>, Error> {
-    let mut index = BTreeMap::new();
-    for (i, link) in robot.links.iter().enumerate() {
-        if index.insert(link.name.as_str(), i).is_some() {
-            return Err(file.fault(
-                "link",
-                &link.name,
-                "two links have this name",
-                "give each link its own name",
-            ));
-        }
-    }
-    let mut above: Vec<Option<usize>> = vec![None; robot.links.len()];
-    let mut below: Vec<Vec<Branch>> = vec![Vec::new(); robot.links.len()];
-    let mut joint_names = BTreeMap::new();
-    for (j, joint) in robot.joints.iter().enumerate() {
-        if joint_names.insert(joint.name.as_str(), j).is_some() {
-            return Err(file.fault(
-                "joint",
-                &joint.name,
-                "two joints have this name",
-                "give each joint its own name",
-            ));
-        }
-        let find = |name: &str| {
-            index.get(name).copied().ok_or_else(|| {
-                file.fault(
-                    "joint",
-                    &joint.name,
-                    format!("there is no link `{name}`"),
-                    "parent and child must name links of this file",
-                )
-            })
-        };
-        let (parent, child) = (find(&joint.parent.link)?, find(&joint.child.link)?);
-        if let Some(first) = above[child].replace(j) {
-            let message = format!(
-                "link `{}` is already the child of joint `{}`",
-                joint.child.link, robot.joints[first].name
-            );
-            return Err(file.fault(
-                "joint",
-                &joint.name,
-                message,
-                "links form a tree: every link has one parent",
-            ));
-        }
-        below[parent].push((child, Some(j)));
-    }
-    let roots: Vec<usize> = (0..above.len()).filter(|i| above[*i].is_none()).collect();
-    let help = "links form a tree: exactly one link is nobody's child";
-    let root = match roots.as_slice() {
-        [] if robot.links.is_empty() => return Err(file.fault("", "", "there is no link", help)),
-        [] => {
-            return Err(file.fault(
-                "",
-                "",
-                "the links form a cycle: each is some joint's child",
-                help,
-            ));
-        }
-        [root] => *root,
-        several => {
-            let names: Vec<&str> = several
-                .iter()
-                .map(|i| robot.links[*i].name.as_str())
-                .collect();
-            return Err(file.fault("", "", format!("several roots: {}", names.join(", ")), help));
-        }
-    };
-    let mut order = vec![(root, None)];
-    let mut next = 0;
-    while let Some((link, _)) = order.get(next) {
-        order.extend(&below[*link]);
-        next += 1;
-    }
-    if let Some(i) = (0..above.len()).find(|i| order.iter().all(|(link, _)| link != i)) {
-        return Err(file.fault(
-            "link",
-            &robot.links[i].name,
-            "the links form a cycle that does not reach the root",
-            help,
-        ));
-    }
-    Ok(order)
 }
 
 fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Error> {
@@ -419,5 +273,6 @@ fn friction_wheel(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 #[path = "urdf_tests.rs"]
 pub(crate) mod tests;

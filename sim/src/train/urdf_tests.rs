@@ -1,3 +1,4 @@
+use super::super::urdf_file::rotation;
 use super::*;
 use std::path::PathBuf;
 
