@@ -126,20 +126,16 @@ impl Builder<'_> {
         let couplings = match &unit.trolley {
             None => {
                 self.add_bodies(&unit, &entry.name, middle, 0.0, &turn)?;
-                let body = first
-                    + unit
-                        .stations
-                        .iter()
-                        .position(|s| !s.is_empty())
-                        .ok_or_else(|| {
-                            input_error(
-                                self.path,
-                                key,
-                                "nothing holds this unit to the rail",
-                                "running wheels in its URDF, or `carried_by` in its file",
-                            )
-                        })?;
-                couplings(&unit, body, body, &turn)?
+                if unit.stations.iter().all(Vec::is_empty) {
+                    let help = "running wheels in its URDF, or `carried_by` in its file";
+                    return Err(input_error(
+                        self.path,
+                        key,
+                        "nothing holds this unit to the rail",
+                        help,
+                    ));
+                }
+                couplings(&unit, first, first, &turn)?
             }
             Some(trolley) => self.add_hung(&unit, trolley, &entry.name, middle, &turn)?,
         };
@@ -346,19 +342,20 @@ impl Builder<'_> {
     }
 }
 
-/// Front and rear couplings of the rail-bound bodies of a unit: its links `coupling_front` and `coupling_rear`.
+/// Front and rear couplings: its links `coupling_front` and `coupling_rear`, on bodies counted from `front` and `rear`.
 pub(super) fn couplings(
     unit: &Unit,
     front: usize,
     rear: usize,
     turn: &Isometry3<f64>,
 ) -> Result<[(usize, Vector3<f64>); 2], Error> {
-    let mut anchors = [
-        turn * unit.link("coupling_front")?.pose.translation.vector,
-        turn * unit.link("coupling_rear")?.pose.translation.vector,
-    ];
-    anchors.sort_by(|a, b| b.x.total_cmp(&a.x));
-    Ok([(front, anchors[0]), (rear, anchors[1])])
+    let end = |link| {
+        unit.link(link)
+            .map(|p| (p.body, turn * p.pose.translation.vector))
+    };
+    let (a, b) = (end("coupling_front")?, end("coupling_rear")?);
+    let (a, b) = if a.1.x >= b.1.x { (a, b) } else { (b, a) };
+    Ok([(front + a.0, a.1), (rear + b.0, b.1)])
 }
 
 #[cfg(test)]

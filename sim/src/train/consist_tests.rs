@@ -101,7 +101,7 @@ fn the_dx80_is_1_04_m_wide_and_1_45_m_high_and_within_18_1_m() {
     let (right, left) = range(1);
     assert!((left - right - 1.04).abs() < 0.01, "{right} … {left}");
     let (low, high) = range(2);
-    assert!((high - low - 1.45).abs() < 0.03, "{low} … {high}");
+    assert!((high - low - 1.45).abs() < 0.01, "{low} … {high}");
 }
 
 #[test]
