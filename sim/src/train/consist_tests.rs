@@ -78,6 +78,27 @@ fn the_dx80_is_what_its_data_sheet_says() {
 }
 
 #[test]
+fn running_resistance_at_19_t_is_0_02_of_the_weight() {
+    let train = dx80().with_load_mass(10_000.0).unwrap();
+    let (r, weight) = (train.resistance, train.total_mass_kg() * 9.81);
+    let clamp: f64 = train
+        .drives
+        .iter()
+        .map(|d| 2.0 * d.piston_area_m2 * d.clamp_mpa * 1e6)
+        .sum();
+    let on_rail = train
+        .bodies
+        .iter()
+        .filter(|b| !b.stations.is_empty())
+        .count() as f64;
+    let force = r.running_wheel * weight
+        + r.clamped_wheel * clamp
+        + on_rail * (r.bearing_n + r.bearing_nspm)
+        + r.air_nspm2;
+    assert!((force / weight - 0.02).abs() < 1e-3, "{}", force / weight);
+}
+
+#[test]
 fn the_dx80_is_1_04_m_wide_and_1_45_m_high_and_within_18_1_m() {
     let train = dx80();
     let own = train

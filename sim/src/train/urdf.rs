@@ -6,7 +6,7 @@
 
 use super::inertia::MassProperties;
 use super::look;
-use super::urdf_file::File;
+use super::urdf_file::{File, nesting};
 use super::urdf_tree::{Branch, tree};
 use super::{Geometry, Shape};
 use crate::error::Error;
@@ -14,6 +14,9 @@ use crate::file::read_text;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::path::Path;
 use urdf_rs::{Joint, JointType, Link, Robot};
+
+/// Deeper nesting is no URDF.
+const DEEPEST: usize = 50;
 
 /// What a URDF file says.
 #[derive(Clone, Debug)]
@@ -76,6 +79,10 @@ impl UrdfUnit {
             path,
             text: read_text(path)?,
         };
+        if nesting(&file.text) > DEEPEST {
+            let message = format!("elements are nested more than {DEEPEST} deep");
+            return Err(file.fault("", "", message, "URDF needs five levels"));
+        }
         let robot = urdf_rs::read_from_string(&file.text).map_err(|e| {
             file.fault(
                 "",

@@ -139,6 +139,7 @@ fn every_fault_of_a_tree_is_told_with_its_place() {
     };
     let cases: Vec<(String, &str, &str)> = vec![
         (String::new(), "there is no link", ""),
+        ("<a>".repeat(300_000), "nested", ""),
         ("<link".into(), "not a URDF file", ""),
         (a.clone() + &a, "two links have this name", "link `a`"),
         (
