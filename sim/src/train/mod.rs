@@ -9,15 +9,35 @@ pub mod hanging;
 pub mod motor;
 pub mod resistance;
 pub mod running_gear;
+pub mod consist;
+mod hung;
+pub mod inertia;
+mod look;
+pub mod step_check;
+pub mod stl;
+pub mod train_file;
+pub mod unit;
+pub mod unit_file;
+pub mod urdf;
+mod urdf_file;
+mod urdf_tree;
 
+use crate::error::Error;
+use crate::file::input_error;
+use inertia::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// A train ready to be put on a rail. Body frames: x forward, y left, z up.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Train {
+    /// The train file, for error messages.
+    pub file: PathBuf,
     /// Name of the consist.
     pub name: String,
-    /// One rigid body each, front to rear.
+    /// One rigid body each: unit by unit from front to rear (a hung unit, then its trolleys), the load last.
     pub bodies: Vec<Body>,
     /// Couplings, hangers, chains between bodies.
     pub connections: Vec<Connection>,
@@ -27,6 +47,8 @@ pub struct Train {
     pub mounts: Vec<Mount>,
     /// Index of the load's body.
     pub load: Option<usize>,
+    /// What the load's body is made of.
+    pub payload: Option<Payload>,
     /// What the train can run on.
     pub limits: Limits,
     /// Running resistance.
@@ -100,7 +122,8 @@ pub struct Connection {
 }
 
 /// What a connection can carry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ConnectionKind {
     /// Push and pull along the line between the anchors.
     Drawbar,
@@ -108,6 +131,106 @@ pub enum ConnectionKind {
     Hanger,
     /// Pull only.
     Chain,
+}
+
+/// The load's body: lifting gear, which is tare, and a payload on it that comes and goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Payload {
+    /// Mass of the payload now, kg; 0 = empty hook.
+    pub mass_kg: f64,
+    /// The payload at its nominal mass, in the body frame; another mass has the same shape and centre.
+    pub nominal: MassProperties,
+    /// Spreader, hooks and chains, in the body frame.
+    pub gear: MassProperties,
+}
+
+impl Payload {
+    /// The load's body with this payload mass, in the body frame.
+    pub fn body_with(&self, mass_kg: f64) -> MassProperties {
+        self.gear.plus(&self.nominal.scaled_to(mass_kg))
+    }
+}
+
+impl Train {
+    /// Read a train file and every unit it names. The load is the one in its URDF.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        consist::load(path)
+    }
+
+    /// Mass of everything, kg.
+    pub fn total_mass_kg(&self) -> f64 {
+        self.bodies.iter().map(|b| b.mass_kg).sum()
+    }
+
+    /// Mass of the payload, kg.
+    pub fn load_mass_kg(&self) -> f64 {
+        self.payload.map_or(0.0, |p| p.mass_kg)
+    }
+
+    /// Mass without payload, kg; the lifting gear counts as tare.
+    pub fn tare_kg(&self) -> f64 {
+        let empty_load = |i| {
+            self.payload
+                .filter(|_| self.load == Some(i))
+                .map(|p| p.gear.mass_kg)
+        };
+        self.bodies
+            .iter()
+            .enumerate()
+            .map(|(i, b)| empty_load(i).unwrap_or(b.mass_kg))
+            .sum()
+    }
+
+    /// Rotating masses reflected to the rim, Σ (2 J_wheel + i² J_motor) / r², kg.
+    pub fn rotating_mass_kg(&self) -> f64 {
+        let reflected = |d: &Drive| {
+            let inertia = 2.0 * d.wheel_inertia + d.gear_ratio * d.gear_ratio * d.motor_inertia;
+            inertia / (d.wheel_radius_m * d.wheel_radius_m)
+        };
+        self.drives.iter().map(reflected).sum()
+    }
+
+    /// The same train with another payload, kg; 0 = empty hook.
+    pub fn with_load_mass(mut self, mass_kg: f64) -> Result<Self, Error> {
+        let max = self.limits.max_load_kg;
+        if !(0.0..=max).contains(&mass_kg) {
+            let message = format!("a load of {mass_kg} kg on a train rated for {max} kg");
+            return Err(input_error(
+                &self.file,
+                "limits.max_load_kg",
+                message,
+                format!("a load mass from 0 to {max} kg"),
+            ));
+        }
+        let (Some(index), Some(payload)) = (self.load, &mut self.payload) else {
+            let help = "give the train file a `load`, or leave the load mass out";
+            return if mass_kg == 0.0 {
+                Ok(self)
+            } else {
+                Err(input_error(
+                    &self.file,
+                    "load",
+                    "this train carries no load",
+                    help,
+                ))
+            };
+        };
+        payload.mass_kg = mass_kg;
+        let now = payload.body_with(mass_kg);
+        let body = &mut self.bodies[index];
+        (body.mass_kg, body.com, body.inertia) = (now.mass_kg, now.com, now.inertia);
+        Ok(self)
+    }
+
+    /// Index of a mount by its full name `unit/link`; a bare `link` means the first that has it.
+    pub fn mount(&self, name: &str) -> Option<usize> {
+        let full = self.mounts.iter().position(|m| m.name == name);
+        full.or_else(|| {
+            self.mounts
+                .iter()
+                .position(|m| m.name.rsplit('/').next() == Some(name))
+        })
+    }
 }
 
 /// A drive unit: two friction wheels clamped to the web, one motor.
@@ -139,13 +262,13 @@ pub struct Drive {
     pub lag_s: f64,
     /// See above.
     pub rate_nmps: f64,
-    /// Clamp: piston area of the pair m², nominal pressure MPa, lag s.
+    /// Clamp: piston area of the pair m² (each wheel is pressed with pressure × this area), nominal pressure MPa, lag s.
     pub piston_area_m2: f64,
     /// See above.
     pub clamp_mpa: f64,
     /// See above.
     pub clamp_lag_s: f64,
-    /// LuGre: adhesion coefficient, bristle stiffness N/m, bristle damping N·s/m, rolling term κ (dimensionless).
+    /// LuGre: adhesion coefficient, bristle stiffness N/m, bristle damping N·s/m, rolling term κ 1/m.
     pub adhesion: f64,
     /// See above.
     pub sigma0: f64,
@@ -171,7 +294,7 @@ pub struct Mount {
 }
 
 /// What the train can run on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Least horizontal radius, m.
     pub min_radius_horizontal_m: f64,
@@ -188,7 +311,7 @@ pub struct Limits {
 }
 
 /// Running resistance, each term of its own.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Resistance {
     /// Rolling of the clamped friction wheels, per newton of clamp force.
     pub clamped_wheel: f64,

@@ -1,0 +1,81 @@
+//! A URDF file while it is read: errors that point into it, and poses.
+
+use crate::error::{Error, InputError};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::path::Path;
+
+/// A file being read; makes errors that point into it.
+pub(super) struct File<'a> {
+    pub path: &'a Path,
+    pub text: String,
+}
+
+impl File<'_> {
+    /// An error at `<tag name="name"`.
+    pub fn fault(&self, tag: &str, name: &str, message: impl Into<String>, help: &str) -> Error {
+        let at = (!tag.is_empty())
+            .then(|| self.text.find(&format!("<{tag} name=\"{name}\"")))
+            .flatten()
+            .and_then(|i| self.text.get(..i));
+        InputError {
+            file: self.path.into(),
+            line: at.map(|before| before.matches('\n').count() + 1),
+            column: at.map(|before| before.len() - before.rfind('\n').map_or(0, |n| n + 1) + 1),
+            key: if tag.is_empty() {
+                String::new()
+            } else {
+                format!("{tag} `{name}`")
+            },
+            message: message.into(),
+            help: help.into(),
+        }
+        .into()
+    }
+
+    pub fn pose(&self, tag: &str, name: &str, p: &urdf_rs::Pose) -> Result<Isometry3<f64>, Error> {
+        let numbers = p.xyz.iter().chain(p.rpy.iter());
+        if numbers.clone().any(|x| !x.is_finite() || x.abs() > 1e6) {
+            return Err(self.fault(
+                tag,
+                name,
+                "an origin holds a number that is not finite or beyond 1e6",
+                "metres and radians",
+            ));
+        }
+        Ok(Isometry3::from_parts(
+            Translation3::from(p.xyz.0),
+            rotation(p.rpy.0),
+        ))
+    }
+}
+
+/// Rotation of fixed-axis roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll).
+pub(super) fn rotation([roll, pitch, yaw]: [f64; 3]) -> UnitQuaternion<f64> {
+    let half = |angle: f64, axis: Vector3<f64>| {
+        let (s, c) = libm::sincos(0.5 * angle);
+        Quaternion::from_parts(c, axis * s)
+    };
+    UnitQuaternion::new_normalize(
+        half(yaw, Vector3::z()) * half(pitch, Vector3::y()) * half(roll, Vector3::x()),
+    )
+}
+
+/// How deep elements are nested; parsers call themselves once a level.
+pub(super) fn nesting(text: &str) -> usize {
+    let (mut depth, mut deepest, mut rest) = (0_usize, 0, text);
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        if rest.starts_with("!--") {
+            rest = rest.find("-->").map_or("", |end| &rest[end..]);
+            continue;
+        }
+        let tag = rest.split('>').next().unwrap_or_default();
+        if tag.starts_with('/') {
+            depth = depth.saturating_sub(1);
+        } else if !tag.starts_with(['?', '!']) && !tag.ends_with('/') {
+            depth += 1;
+            deepest = deepest.max(depth);
+        }
+    }
+    deepest
+}
