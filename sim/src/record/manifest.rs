@@ -83,6 +83,7 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::testing::TempDir;
 
     fn manifest(seed: u64, track: &str) -> Manifest {
         let inputs = BTreeMap::from([
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn reads_back() {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = TempDir::new();
         let path = dir.path().join("manifest.json");
         let sent = manifest(1, "x");
         std::fs::write(&path, sent.to_json()).unwrap();
