@@ -1,5 +1,9 @@
 //! What a run leaves behind: columns in chunks, handed to sinks (Parquet here, Rerun in `monorig-viz`).
 
+pub mod folder;
+pub mod manifest;
+pub mod parquet;
+
 use crate::error::Error;
 use crate::rail::Frame as RailFrame;
 use crate::train::Train;
@@ -59,4 +63,109 @@ pub trait Sink {
     fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error>;
     /// The run is over: close the file so that it can be read.
     fn finish(&mut self) -> Result<(), Error>;
+}
+
+#[cfg(test)]
+mod testing {
+    use super::*;
+    use std::path::{Path, PathBuf};
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// A folder that goes away with the test. (The crate `tempfile` would do, but as a dev-dependency it changes the
+    /// features of a crate far down, and with that the viewer is built a second time, for tests.)
+    pub struct TempDir(PathBuf);
+
+    impl TempDir {
+        pub fn new() -> Self {
+            static COUNT: AtomicU32 = AtomicU32::new(0);
+            let n = COUNT.fetch_add(1, Ordering::Relaxed);
+            let name = format!("monorig-sim-test-{}-{n}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+
+        pub fn path(&self) -> &Path {
+            &self.0
+        }
+    }
+
+    impl Drop for TempDir {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    /// A train without bodies: what a sink of columns needs.
+    pub fn sample_train() -> Train {
+        Train {
+            name: "none".into(),
+            bodies: vec![],
+            connections: vec![],
+            drives: vec![],
+            mounts: vec![],
+            load: None,
+            limits: crate::train::Limits {
+                min_radius_horizontal_m: 4.0,
+                min_radius_vertical_m: 10.0,
+                max_grade_rad: 0.5,
+                max_speed_mps: 2.4,
+                length_m: 18.1,
+                max_load_kg: 2e4,
+            },
+            resistance: crate::train::Resistance {
+                clamped_wheel: 0.0,
+                running_wheel: 0.0,
+                guide_wheel: 0.0,
+                bearing_n: 0.0,
+                bearing_nspm: 0.0,
+                air_nspm2: 0.0,
+            },
+        }
+    }
+
+    /// A layout with these channels.
+    pub fn layout_of<'a>(channels: &'a [Channel], train: &'a Train) -> Layout<'a> {
+        Layout {
+            scenario: "hill",
+            seed: 7,
+            why: "a test",
+            channels,
+            train,
+            rail: &[],
+            profile: &[],
+            obstacles: &[],
+        }
+    }
+
+    /// Noise-like values with gaps (NaN), an infinity and a negative zero, at 50 Hz.
+    pub fn sample_chunk(columns: usize, first_row: usize, rows: usize) -> Chunk {
+        let mut state = first_row as u64 + 1;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let value = |column: usize, row: usize, x: f64| match (column, row % 7) {
+            (1, 3) => f64::NAN,
+            (2, 0) => f64::INFINITY,
+            (2, 1) => -0.0,
+            _ => x + column as f64,
+        };
+        let values = (0..columns)
+            .map(|c| (0..rows).map(|r| value(c, r, noise())).collect())
+            .collect();
+        Chunk {
+            time_ns: (0..rows)
+                .map(|r| (first_row + r) as i64 * 20_000_000)
+                .collect(),
+            values,
+            events: vec![(
+                first_row as i64 * 20_000_000,
+                format!("chunk at row {first_row}"),
+            )],
+            ..Chunk::default()
+        }
+    }
 }

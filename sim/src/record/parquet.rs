@@ -1,0 +1,338 @@
+//! The columns of a run as an Apache Parquet file.
+//!
+//! One row group per [`Chunk`], one column per channel, after a column `time` (s). The unit of a column is its Arrow
+//! field metadata under `unit`; scenario and seed are schema metadata. NaN (no value in this row) is stored as null.
+//! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`.
+//! The same chunks give the same bytes: nothing in the file comes from a clock.
+
+use super::{Channel, Chunk, Layout, Sink};
+use crate::error::Error;
+use arrow::array::{ArrayRef, Float64Array};
+use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
+use arrow::record_batch::RecordBatch;
+use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use std::collections::HashMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Key of a column's unit in the Arrow field metadata.
+pub const UNIT: &str = "unit";
+/// Key of the events in the file metadata.
+pub const EVENTS: &str = "events";
+
+/// Writes a Parquet file under a temporary name beside its place, and moves it there when it is whole.
+///
+/// Dropped before [`Sink::finish`] (an error, an interrupt), it still closes the file and moves it: what was recorded
+/// up to then can be read.
+pub struct ParquetSink {
+    path: PathBuf,
+    partial: PathBuf,
+    open: Option<Open>,
+}
+
+/// A file that is being written.
+struct Open {
+    writer: ArrowWriter<File>,
+    schema: SchemaRef,
+    events: Vec<(i64, String)>,
+}
+
+impl ParquetSink {
+    /// A sink for `path`. Creates the temporary file, so that a folder that cannot be written shows before the run.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, Error> {
+        let path = path.into();
+        let mut name = std::ffi::OsString::from(".");
+        name.push(path.file_name().unwrap_or_default());
+        name.push(format!(".partial-{}", std::process::id()));
+        let partial = path.with_file_name(name);
+        File::create(&partial).map_err(io(&partial))?;
+        Ok(Self {
+            path,
+            partial,
+            open: None,
+        })
+    }
+}
+
+impl Sink for ParquetSink {
+    fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
+        let file = File::create(&self.partial).map_err(io(&self.partial))?;
+        let schema = schema(layout);
+        let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties()?))
+            .map_err(broken_write(&self.path))?;
+        self.open = Some(Open {
+            writer,
+            schema,
+            events: Vec::new(),
+        });
+        Ok(())
+    }
+
+    fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
+        let Some(open) = &mut self.open else {
+            return Err(not_begun(&self.path));
+        };
+        open.events.extend_from_slice(&chunk.events);
+        if chunk.time_ns.is_empty() {
+            return Ok(());
+        }
+        let seconds = chunk.time_ns.iter().map(|&ns| ns as f64 * 1e-9);
+        let time: ArrayRef = Arc::new(Float64Array::from_iter_values(seconds));
+        let values = chunk.values.iter().map(|v| column(v));
+        let columns = std::iter::once(time).chain(values).collect();
+        let batch = RecordBatch::try_new(open.schema.clone(), columns).map_err(|e| Error::Io {
+            path: self.path.clone(),
+            source: std::io::Error::new(std::io::ErrorKind::InvalidInput, e.to_string()),
+        })?;
+        open.writer
+            .write(&batch)
+            .and_then(|()| open.writer.flush())
+            .map_err(broken_write(&self.path))
+    }
+
+    fn finish(&mut self) -> Result<(), Error> {
+        let Some(mut open) = self.open.take() else {
+            return Err(not_begun(&self.path));
+        };
+        let events = serde_json::to_string(&open.events).map_err(|e| Error::Io {
+            path: self.path.clone(),
+            source: e.into(),
+        })?;
+        open.writer
+            .append_key_value_metadata(KeyValue::new(EVENTS.into(), events));
+        open.writer.close().map_err(broken_write(&self.path))?;
+        std::fs::rename(&self.partial, &self.path).map_err(io(&self.path))
+    }
+}
+
+impl Drop for ParquetSink {
+    fn drop(&mut self) {
+        if self.open.is_some() {
+            // Nobody is left to hear of an error; a file that could not be closed is removed below.
+            let _ = self.finish();
+        }
+        let _ = std::fs::remove_file(&self.partial);
+    }
+}
+
+/// `time` and one nullable column per channel.
+fn schema(layout: &Layout<'_>) -> SchemaRef {
+    let field = |name: &str, unit: &str, nullable| {
+        Field::new(name, DataType::Float64, nullable)
+            .with_metadata(HashMap::from([(UNIT.to_owned(), unit.to_owned())]))
+    };
+    let channels = layout
+        .channels
+        .iter()
+        .map(|Channel { path, unit }| field(path, unit, true));
+    let fields: Vec<Field> = std::iter::once(field("time", "s", false))
+        .chain(channels)
+        .collect();
+    let about = HashMap::from([
+        ("scenario".to_owned(), layout.scenario.to_owned()),
+        ("seed".to_owned(), layout.seed.to_string()),
+    ]);
+    Arc::new(Schema::new_with_metadata(fields, about))
+}
+
+/// NaN becomes null.
+fn column(values: &[f64]) -> ArrayRef {
+    if values.iter().any(|x| x.is_nan()) {
+        let sparse = values.iter().map(|&x| (!x.is_nan()).then_some(x));
+        Arc::new(sparse.collect::<Float64Array>())
+    } else {
+        Arc::new(Float64Array::from_iter_values(values.iter().copied()))
+    }
+}
+
+/// Floating-point noise has no repeated values, so no dictionary; the bytes of equal significance next to each other
+/// compress well, and fast.
+fn properties() -> Result<WriterProperties, Error> {
+    let level = ZstdLevel::try_new(1).map_err(broken_write(Path::new("channels.parquet")))?;
+    Ok(WriterProperties::builder()
+        .set_dictionary_enabled(false)
+        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
+        .set_compression(Compression::ZSTD(level))
+        .set_statistics_enabled(EnabledStatistics::None)
+        .build())
+}
+
+fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+    let path = path.to_owned();
+    move |source| Error::Io { path, source }
+}
+
+fn broken_write(path: &Path) -> impl FnOnce(ParquetError) -> Error {
+    let path = path.to_owned();
+    move |e| {
+        let source = match e {
+            ParquetError::External(inner) => match inner.downcast::<std::io::Error>() {
+                Ok(source) => *source,
+                Err(other) => std::io::Error::other(other),
+            },
+            other => std::io::Error::other(other),
+        };
+        Error::Io { path, source }
+    }
+}
+
+fn not_begun(path: &Path) -> Error {
+    io(path)(std::io::Error::other(
+        "recording was not begun, or is finished",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::testing::{TempDir, layout_of, sample_chunk, sample_train};
+    use arrow::array::Array;
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+    fn channels(n: usize) -> Vec<Channel> {
+        (0..n)
+            .map(|i| Channel {
+                path: format!("sensors/imu/channel_{i}"),
+                unit: if i % 2 == 0 { "m/s²" } else { "rad" },
+            })
+            .collect()
+    }
+
+    fn record(path: &Path, channels: &[Channel], chunks: &[Chunk]) {
+        let train = sample_train();
+        let mut sink = ParquetSink::create(path).unwrap();
+        sink.begin(&layout_of(channels, &train)).unwrap();
+        for chunk in chunks {
+            sink.chunk(chunk).unwrap();
+        }
+        sink.finish().unwrap();
+    }
+
+    /// What was sent is what is read: every bit of every value, nulls for NaN, units, one row group a chunk, events.
+    #[test]
+    fn reads_back_what_was_sent() {
+        let dir = TempDir::new();
+        let path = dir.path().join("channels.parquet");
+        let channels = channels(5);
+        let chunks = [sample_chunk(5, 0, 40), sample_chunk(5, 40, 3)];
+        record(&path, &channels, &chunks);
+
+        let names: Vec<_> = std::fs::read_dir(dir.path()).unwrap().collect();
+        assert_eq!(names.len(), 1, "a temporary file was left: {names:?}");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(&path).unwrap()).unwrap();
+        assert_eq!(reader.metadata().num_row_groups(), 2);
+        let schema = reader.schema().clone();
+        assert_eq!(schema.metadata()["seed"], "7");
+        assert_eq!(schema.field(0).name(), "time");
+        for (field, channel) in schema.fields().iter().skip(1).zip(&channels) {
+            assert_eq!(field.name(), &channel.path);
+            assert_eq!(field.metadata()[UNIT], channel.unit);
+        }
+        let pairs = reader.metadata().file_metadata().key_value_metadata();
+        let events = pairs.unwrap().iter().find(|kv| kv.key == EVENTS).unwrap();
+        let events: Vec<(i64, String)> =
+            serde_json::from_str(events.value.as_ref().unwrap()).unwrap();
+        assert_eq!(
+            events,
+            [chunks[0].events.clone(), chunks[1].events.clone()].concat()
+        );
+
+        let batches: Vec<RecordBatch> = reader.build().unwrap().map(|b| b.unwrap()).collect();
+        let read = arrow::compute::concat_batches(&schema, &batches).unwrap();
+        for c in 0..6 {
+            let sent: Vec<f64> = chunks
+                .iter()
+                .flat_map(|k| match c {
+                    0 => k.time_ns.iter().map(|&t| t as f64 * 1e-9).collect(),
+                    _ => k.values[c - 1].clone(),
+                })
+                .collect();
+            let got = read
+                .column(c)
+                .as_any()
+                .downcast_ref::<Float64Array>()
+                .unwrap();
+            assert_eq!(got.len(), sent.len());
+            for (i, &x) in sent.iter().enumerate() {
+                assert_eq!(got.is_null(i), x.is_nan());
+                assert!(x.is_nan() || got.value(i).to_bits() == x.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn same_chunks_same_bytes() {
+        let dir = TempDir::new();
+        let (a, b) = (dir.path().join("a"), dir.path().join("b"));
+        let chunks = [sample_chunk(4, 0, 100)];
+        record(&a, &channels(4), &chunks);
+        record(&b, &channels(4), &chunks);
+        assert_eq!(std::fs::read(a).unwrap(), std::fs::read(b).unwrap());
+    }
+
+    /// An interrupted run leaves a file that can be read.
+    #[test]
+    fn dropped_is_closed() {
+        let dir = TempDir::new();
+        let path = dir.path().join("channels.parquet");
+        let train = sample_train();
+        let channels = channels(2);
+        {
+            let mut sink = ParquetSink::create(&path).unwrap();
+            sink.begin(&layout_of(&channels, &train)).unwrap();
+            sink.chunk(&sample_chunk(2, 0, 10)).unwrap();
+        }
+        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(&path).unwrap()).unwrap();
+        assert_eq!(reader.metadata().file_metadata().num_rows(), 10);
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn wrong_shape_and_bad_folder_are_errors() {
+        let dir = TempDir::new();
+        let missing = dir.path().join("no/such/folder/channels.parquet");
+        assert!(
+            matches!(ParquetSink::create(&missing), Err(Error::Io { path, .. })
+            if path.starts_with(dir.path()))
+        );
+
+        let path = dir.path().join("channels.parquet");
+        let train = sample_train();
+        let channels = channels(3);
+        let mut sink = ParquetSink::create(&path).unwrap();
+        assert!(sink.chunk(&sample_chunk(3, 0, 10)).is_err());
+        sink.begin(&layout_of(&channels, &train)).unwrap();
+        assert!(sink.chunk(&sample_chunk(2, 0, 10)).is_err());
+    }
+
+    /// A full disk is an error that names the file (Linux offers one: /dev/full; a write to it fails with ENOSPC).
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn full_disk_is_an_error() {
+        let dir = TempDir::new();
+        let path = dir.path().join("channels.parquet");
+        let train = sample_train();
+        let channels = channels(3);
+        let mut sink = ParquetSink::create(&path).unwrap();
+        std::fs::remove_file(&sink.partial).unwrap();
+        std::os::unix::fs::symlink("/dev/full", &sink.partial).unwrap();
+        let result = sink
+            .begin(&layout_of(&channels, &train))
+            .and_then(|()| sink.chunk(&sample_chunk(3, 0, 5000)))
+            .and_then(|()| sink.finish());
+        match result {
+            Err(Error::Io { path: p, source }) => {
+                assert_eq!(p, path);
+                assert_eq!(source.kind(), std::io::ErrorKind::StorageFull, "{source}");
+            }
+            other => panic!("{other:?}"),
+        }
+        drop(sink);
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,406 @@
+//! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file.
+//!
+//! Three tabs. *Overview*: the train from a camera that follows it, events, and estimates against truth. *Sensors*:
+//! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot follows from its
+//! path and unit, so a new channel finds its place.
+
+use crate::series::Series;
+use crate::stream::{TIMELINE, entity};
+use nalgebra::{Isometry3, Vector3};
+use rerun::blueprint::components::{
+    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, LinkAxis,
+    PanelState, PlayState, RootContainer, RowShare,
+};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+};
+use rerun::external::uuid::Uuid;
+use rerun::{AsComponents, EntityPath};
+
+/// Entities of the blueprint store, in order.
+type Entities = Vec<(EntityPath, Box<dyn AsComponents>)>;
+
+/// First of the ids of views and containers; they count up from here, so that they are the same in every recording.
+/// The 3-D view has this one.
+pub const FIRST_ID: u128 = 0x6d6f_6e6f_7269_6700_0000_0000_0000_0001;
+
+/// Where the camera starts, and what it follows.
+pub struct Camera {
+    follow: EntityPath,
+    eye: Vector3<f64>,
+    target: Vector3<f64>,
+}
+
+impl Camera {
+    /// Beside and a little above a body of a train of this length, on its left, looking slightly forward.
+    pub fn beside(follow: EntityPath, body: &Isometry3<f64>, length_m: f64) -> Self {
+        let target = body.translation.vector;
+        let ahead = body.rotation * Vector3::x();
+        let heading = Vector3::new(ahead.x, ahead.y, 0.0);
+        let heading = heading.try_normalize(1e-9).unwrap_or(Vector3::x());
+        let left = Vector3::z().cross(&heading);
+        let far = length_m.max(4.0);
+        let eye =
+            target + left * (0.42 * far) + heading * (0.34 * far) + Vector3::z() * (0.14 * far);
+        Self {
+            follow,
+            eye,
+            target,
+        }
+    }
+}
+
+/// The plots, in order. A plot that no line goes to is left out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Plot {
+    Mass,
+    Slope,
+    Speed,
+    Traction,
+    Sway,
+    Rail,
+    SpecificForce,
+    AngularRate,
+    Torque,
+    WheelSpeed,
+    Slip,
+    Clamp,
+    DriveForce,
+}
+
+const OVERVIEW: [(Plot, &str); 5] = [
+    (Plot::Mass, "Total mass, kg (truth, estimates ±2σ)"),
+    (Plot::Slope, "Slope, ° (truth, estimates ±2σ)"),
+    (
+        Plot::Speed,
+        "Speed, m/s (reference, truth, measured, estimates)",
+    ),
+    (Plot::Traction, "Traction, resistance, brake, N"),
+    (Plot::Sway, "Sway of the load, °"),
+];
+const SENSORS: [(Plot, &str); 8] = [
+    (Plot::SpecificForce, "Specific force, m/s²"),
+    (Plot::AngularRate, "Angular rate, rad/s"),
+    (Plot::Torque, "Motor torque, N·m"),
+    (Plot::WheelSpeed, "Wheel speed, m/s"),
+    (Plot::Slip, "Slip, m/s"),
+    (Plot::DriveForce, "Traction of each drive, N"),
+    (Plot::Clamp, "Clamp pressure, MPa"),
+    (Plot::Rail, "Off the rail and clearance, m"),
+];
+
+/// Where a line is drawn outside the *Filters* tab.
+fn plot(s: &Series) -> Option<Plot> {
+    let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
+    let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
+    if matches!(group, "internals") || leaf.ends_with("_sd") {
+        return None;
+    }
+    match (s.unit.as_str(), group) {
+        ("kg", "truth") if is(&["total"]) => Some(Plot::Mass),
+        ("kg", "estimates") => Some(Plot::Mass),
+        ("°", _) if is(&["grade", "pitch", "slope"]) => Some(Plot::Slope),
+        ("°", _) if is(&["sway"]) => Some(Plot::Sway),
+        ("m/s", _) if is(&["slip"]) => Some(Plot::Slip),
+        ("m/s", "sensors") => Some(Plot::WheelSpeed),
+        ("m/s", "truth" | "control") if whole => Some(Plot::Speed),
+        ("m/s", "estimates") if is(&["speed"]) => Some(Plot::Speed),
+        ("N", _) if whole => Some(Plot::Traction),
+        ("N", _) => Some(Plot::DriveForce),
+        ("N·m", _) => Some(Plot::Torque),
+        ("MPa", _) => Some(Plot::Clamp),
+        ("m/s²", "sensors") => Some(Plot::SpecificForce),
+        ("rad/s", "sensors") => Some(Plot::AngularRate),
+        ("m", "truth") if is(&["off_rail", "clearance"]) => Some(Plot::Rail),
+        _ => None,
+    }
+}
+
+/// The whole layout.
+pub fn entities(series: &[Series], camera: Option<&Camera>) -> Entities {
+    let mut b = Builder {
+        next: FIRST_ID,
+        out: Vec::new(),
+    };
+    let world = b.world(camera);
+    let events = b.text_views();
+    let scene = b.container(
+        ContainerKind::Vertical,
+        "Train",
+        vec![world, events],
+        &[4.0, 1.0],
+    );
+    let on = |p: Plot| lines(series, |s| plot(s) == Some(p));
+    let mut speeds = on(Plot::Speed);
+    // One measured wheel speed is enough to see what the estimators get.
+    speeds.extend(on(Plot::WheelSpeed).into_iter().take(1));
+    let plots = OVERVIEW
+        .iter()
+        .map(|&(p, title)| match p {
+            Plot::Speed => (title, speeds.clone()),
+            p => (title, on(p)),
+        })
+        .collect();
+    let plots = b.plots(ContainerKind::Vertical, "Estimates", plots);
+    let overview = b.container(
+        ContainerKind::Horizontal,
+        "Overview",
+        [Some(scene), plots].into_iter().flatten().collect(),
+        &[3.0, 2.0],
+    );
+    let sensors = SENSORS.iter().map(|&(p, title)| (title, on(p))).collect();
+    let sensors = b.plots(ContainerKind::Grid, "Sensors", sensors);
+    let filters = filters(&mut b, series);
+    let tabs = [Some(overview.clone()), sensors, filters];
+    let root = b.tabs(tabs.into_iter().flatten().collect(), overview);
+    b.frame(root);
+    b.out
+}
+
+/// One plot of each estimator's consistency, and one of each of its internal quantities by unit.
+fn filters(b: &mut Builder, series: &[Series]) -> Option<Placed> {
+    let mut names: Vec<&str> = Vec::new();
+    for s in series
+        .iter()
+        .filter(|s| matches!(s.group(), "internals" | "estimates"))
+    {
+        if !names.contains(&s.owner()) {
+            names.push(s.owner());
+        }
+    }
+    let mut plots = Vec::new();
+    for name in names {
+        let own = |s: &Series| s.owner() == name && s.is_raw();
+        let innovation = |s: &Series| own(s) && ["innovation", "nis"].contains(&s.leaf());
+        let inside = |s: &Series| own(s) && s.group() == "internals" && !innovation(s);
+        plots.push((
+            format!("{name}: innovation, NIS"),
+            lines(series, innovation),
+        ));
+        let mut units: Vec<&str> = Vec::new();
+        for s in series.iter().filter(|s| inside(s)) {
+            if !units.contains(&s.unit.as_str()) {
+                units.push(&s.unit);
+            }
+        }
+        for unit in units {
+            let title = format!("{name}: internals [{unit}]");
+            plots.push((title, lines(series, |s| inside(s) && s.unit == unit)));
+        }
+    }
+    let plots = plots.iter().map(|(t, l)| (t.as_str(), l.clone())).collect();
+    b.plots(ContainerKind::Grid, "Filters", plots)
+}
+
+fn lines(series: &[Series], wanted: impl Fn(&Series) -> bool) -> Vec<EntityPath> {
+    series
+        .iter()
+        .filter(|s| wanted(s))
+        .map(|s| s.entity.clone())
+        .collect()
+}
+
+/// Path of a view or container in the blueprint store, and its id.
+#[derive(Clone)]
+struct Placed {
+    path: EntityPath,
+    id: Uuid,
+}
+
+struct Builder {
+    next: u128,
+    out: Entities,
+}
+
+impl Builder {
+    fn place(&mut self, kind: &str) -> Placed {
+        let id = Uuid::from_u128(self.next);
+        self.next += 1;
+        let path = entity([kind, &id.to_string()]);
+        Placed { path, id }
+    }
+
+    fn add(&mut self, path: EntityPath, what: impl AsComponents + 'static) {
+        self.out.push((path, Box::new(what)));
+    }
+
+    fn view(&mut self, class: &str, name: &str, contents: &[EntityPath]) -> Placed {
+        let place = self.place("view");
+        let query: Vec<String> = contents.iter().map(|e| format!("+ {e}")).collect();
+        let query = query.iter().map(String::as_str);
+        self.property(&place, "ViewContents", ViewContents::new(query));
+        let blueprint = ViewBlueprint::new(class)
+            .with_display_name(name)
+            .with_space_origin("/");
+        self.add(place.path.clone(), blueprint);
+        place
+    }
+
+    fn property(&mut self, view: &Placed, name: &str, what: impl AsComponents + 'static) {
+        self.add(view.path.join(&entity([name])), what);
+    }
+
+    /// The scene. Its id is the first.
+    fn world(&mut self, camera: Option<&Camera>) -> Placed {
+        let all = [entity(["world", "**"])];
+        let place = self.view("3D", "Train", &all);
+        let everything = ViewContents::new(["+ /world/**"]);
+        self.property(&place, "ViewContents", everything);
+        if let Some(c) = camera {
+            let point = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
+            let controls = EyeControls3D::new()
+                .with_position(point(&c.eye))
+                .with_look_target(point(&c.target))
+                .with_eye_up([0.0, 0.0, 1.0])
+                .with_tracking_entity(c.follow.to_string().as_str());
+            self.property(&place, "EyeControls3D", controls);
+        }
+        self.property(&place, "LineGrid3D", LineGrid3D::new().with_visible(false));
+        let background = Background::new(BackgroundKind::GradientDark);
+        self.property(&place, "Background", background);
+        place
+    }
+
+    fn text_views(&mut self) -> Placed {
+        let events = self.view("TextLog", "Events", &[entity(["events"])]);
+        let about = self.view("TextDocument", "About", &[entity(["about"])]);
+        self.tabs(vec![events.clone(), about], events)
+    }
+
+    /// A container of plots; none of them if nothing is in them.
+    fn plots(
+        &mut self,
+        kind: ContainerKind,
+        name: &str,
+        plots: Vec<(&str, Vec<EntityPath>)>,
+    ) -> Option<Placed> {
+        let filled = plots.into_iter().filter(|(_, lines)| !lines.is_empty());
+        let views: Vec<Placed> = filled
+            .map(|(title, lines)| self.plot(title, &lines))
+            .collect();
+        (!views.is_empty()).then(|| self.container(kind, name, views, &[]))
+    }
+
+    fn plot(&mut self, title: &str, lines: &[EntityPath]) -> Placed {
+        let place = self.view("TimeSeries", title, lines);
+        let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
+        self.property(&place, "TimeAxis", axis);
+        let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
+        self.property(&place, "PlotLegend", legend);
+        place
+    }
+
+    fn container(
+        &mut self,
+        kind: ContainerKind,
+        name: &str,
+        contents: Vec<Placed>,
+        shares: &[f32],
+    ) -> Placed {
+        let place = self.place("container");
+        let mut blueprint = ContainerBlueprint::new(kind)
+            .with_display_name(name)
+            .with_contents(contents.iter().map(included));
+        if kind == ContainerKind::Vertical && !shares.is_empty() {
+            blueprint = blueprint.with_row_shares(shares.iter().map(|&s| RowShare(s.into())));
+        } else if !shares.is_empty() {
+            blueprint = blueprint.with_col_shares(shares.iter().map(|&s| ColumnShare(s.into())));
+        }
+        self.add(place.path.clone(), blueprint);
+        place
+    }
+
+    fn tabs(&mut self, contents: Vec<Placed>, active: Placed) -> Placed {
+        let place = self.place("container");
+        let active = ActiveTab(active.path.to_string().as_str().into());
+        let blueprint = ContainerBlueprint::new(ContainerKind::Tabs)
+            .with_contents(contents.iter().map(included))
+            .with_active_tab(active);
+        self.add(place.path.clone(), blueprint);
+        place
+    }
+
+    /// What is around the views: panels closed, time running.
+    fn frame(&mut self, root: Placed) {
+        let viewport = ViewportBlueprint::new()
+            .with_root_container(RootContainer(root.id.into()))
+            .with_auto_layout(false)
+            .with_auto_views(false);
+        self.add(entity(["viewport"]), viewport);
+        for panel in ["blueprint_panel", "selection_panel"] {
+            let hidden = PanelBlueprint::new().with_state(PanelState::Collapsed);
+            self.add(entity([panel]), hidden);
+        }
+        let time = TimePanelBlueprint::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline(TIMELINE)
+            .with_play_state(PlayState::Playing);
+        self.add(entity(["time_panel"]), time);
+    }
+}
+
+fn included(place: &Placed) -> IncludedContent {
+    IncludedContent(place.path.to_string().as_str().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::series::plan;
+    use monorig_sim::record::Channel;
+
+    fn of(path: &str, unit: &'static str) -> Vec<Option<Plot>> {
+        let channels = [Channel {
+            path: path.into(),
+            unit,
+        }];
+        plan(&channels).iter().map(plot).collect()
+    }
+
+    #[test]
+    fn lines_find_their_plots() {
+        assert_eq!(of("truth/total_mass", "kg"), [Some(Plot::Mass)]);
+        assert_eq!(of("estimates/jekf/total_mass_sd", "kg"), [None]);
+        // Radians are for the computer, degrees for the eye.
+        assert_eq!(of("truth/grade_at_imu", "rad"), [None, Some(Plot::Slope)]);
+        assert_eq!(of("control/reference_speed", "m/s"), [Some(Plot::Speed)]);
+        assert_eq!(
+            of("sensors/drive_1/wheel_speed", "m/s"),
+            [Some(Plot::WheelSpeed)]
+        );
+        assert_eq!(of("truth/drive_1/traction", "N"), [Some(Plot::DriveForce)]);
+        assert_eq!(of("internals/jekf/gain", "kg"), [None]);
+    }
+
+    /// Every view and container is the content of exactly one container, but for the root: nothing is lost, nothing
+    /// is there twice.
+    #[test]
+    fn ids_are_unique_and_fixed() {
+        let channels = [
+            ("truth/total_mass", "kg"),
+            ("truth/grade_at_imu", "rad"),
+            ("sensors/imu/specific_force_x", "m/s²"),
+            ("internals/jekf/gain", "1"),
+        ]
+        .map(|(path, unit)| Channel {
+            path: path.into(),
+            unit,
+        });
+        let paths = || -> Vec<String> {
+            let all = entities(&plan(&channels), None);
+            all.iter().map(|(path, _)| path.to_string()).collect()
+        };
+        assert_eq!(paths(), paths());
+        let mut places: Vec<String> = paths()
+            .into_iter()
+            .filter(|p| p.split('/').count() == 3)
+            .collect();
+        let n = places.len();
+        places.sort();
+        places.dedup();
+        assert_eq!(places.len(), n);
+        let first = Uuid::from_u128(FIRST_ID);
+        assert!(places.contains(&format!("/view/{first}")), "{places:?}");
+    }
+}

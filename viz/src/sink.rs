@@ -1,0 +1,124 @@
+//! The sink: scene, then chunks, then the end.
+
+use crate::blueprint;
+use crate::columns::{Columns, isometry};
+use crate::live::Live;
+use crate::scene;
+use crate::stream::Stream;
+use monorig_sim::error::Error;
+use monorig_sim::record::{Chunk, Layout, Sink};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// Chunks of this length suit a recording that goes to a file only, s.
+pub const CHUNK_S: f64 = 30.0;
+/// Chunks of this length suit a recording that is watched, s: shorter ones cost more.
+pub const LIVE_CHUNK_S: f64 = 10.0;
+
+/// Writes a `.rrd` file, and shows the run in a viewer if there is one.
+///
+/// The same layout and chunks give the same messages: their ids count up, and no clock is read. Of the file's bytes
+/// only the order of the two entries in its index (data, viewer layout) may differ, which Rerun's encoder leaves open.
+///
+/// Dropped before [`Sink::finish`] (an error, an interrupt), it still closes the file.
+pub struct RerunSink {
+    path: PathBuf,
+    live: Option<Live>,
+    open: Option<Open>,
+}
+
+/// A recording that is being written.
+struct Open {
+    stream: Stream,
+    columns: Columns,
+    /// Index of the body the camera follows, and how far away it starts, m; none once the layout is sent.
+    camera: Option<(usize, f64)>,
+    bodies: Vec<String>,
+}
+
+impl RerunSink {
+    /// A recording in a file.
+    pub fn file(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            live: None,
+            open: None,
+        }
+    }
+
+    /// A recording in a file and in the viewer at `address`. If none answers within 0.3 s the run is recorded without
+    /// ([`RerunSink::live_state`] tells).
+    pub fn live(path: impl Into<PathBuf>, address: SocketAddr) -> Self {
+        Self {
+            live: Live::connect(address),
+            ..Self::file(path)
+        }
+    }
+
+    /// Whether a viewer is watching; none if there is none, or it took nothing for seconds and was given up.
+    pub fn live_state(&self) -> Option<&Live> {
+        let open = self.open.as_ref().and_then(|o| o.stream.live());
+        self.live.as_ref().or(open).filter(|live| !live.gave_up())
+    }
+
+    /// Where the file is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Sink for RerunSink {
+    fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
+        let id = format!("{}-{}", layout.scenario, layout.seed);
+        let mut stream = Stream::create(&self.path, &id, self.live.take())?;
+        let wheels = scene::log(&mut stream, layout)?;
+        let columns = Columns::begin(&mut stream, layout, wheels)?;
+        let middle = layout.train.bodies.len() / 2;
+        let follow = layout.train.load.unwrap_or(middle);
+        self.open = Some(Open {
+            stream,
+            columns,
+            camera: Some((follow, layout.train.limits.length_m)),
+            bodies: layout.train.bodies.iter().map(|b| b.name.clone()).collect(),
+        });
+        Ok(())
+    }
+
+    fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
+        let Some(open) = &mut self.open else {
+            return Err(not_begun(&self.path));
+        };
+        open.layout(Some(chunk))?;
+        open.columns.log(&mut open.stream, chunk)
+    }
+
+    fn finish(&mut self) -> Result<(), Error> {
+        let Some(open) = &mut self.open else {
+            return Err(not_begun(&self.path));
+        };
+        open.layout(None)?;
+        open.stream.finish()
+    }
+}
+
+impl Open {
+    /// Send the viewer's layout, once: with the first poses, since the camera starts beside the train.
+    fn layout(&mut self, chunk: Option<&Chunk>) -> Result<(), Error> {
+        let Some((body, length_m)) = self.camera.take() else {
+            return Ok(());
+        };
+        let pose = chunk.and_then(|c| c.poses.get(body)?.first());
+        let camera = self.bodies.get(body).zip(pose).map(|(name, pose)| {
+            blueprint::Camera::beside(scene::body_entity(name), &isometry(pose), length_m)
+        });
+        let entities = blueprint::entities(self.columns.series(), camera.as_ref());
+        self.stream.blueprint(entities)
+    }
+}
+
+fn not_begun(path: &Path) -> Error {
+    Error::Io {
+        path: path.into(),
+        source: std::io::Error::other("recording was not begun"),
+    }
+}
