@@ -36,11 +36,6 @@ impl Member {
         }
     }
 
-    /// The hoist says that the load was changed.
-    pub fn load_changed(&mut self) {
-        self.estimator.load_changed();
-    }
-
     /// Steps it refused, with the first reason, if any.
     pub fn refusals(&self) -> Option<(String, u64, String)> {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))

@@ -5,6 +5,7 @@ pub mod checked;
 pub mod control;
 pub mod error;
 pub mod file;
+mod nearness;
 pub mod plant;
 pub mod point_mass;
 pub mod rail;

@@ -207,7 +207,7 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
         efficiency: first.map_or(1.0, |d| d.efficiency_drive),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: belief.running_resistance.map_or(train.nominal_running_resistance(), f64::from),
+        running_resistance: belief.running_resistance.map_or(train.nominal_running_resistance(nominal_mass(train), scenario.file.physics.gravity_mps2.get()), f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
     }
 }
@@ -215,8 +215,8 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let pairs: Vec<(&str, f64)> = params.iter().map(|(k, v)| (k.as_str(), *v)).collect();
-        let estimator = crane::build(name, vehicle, &pairs).map_err(|e| {
+        let pairs = params.iter().map(|(k, v)| (k.as_str(), *v));
+        let estimator = crane::build(name, vehicle, pairs).map_err(|e| {
             input_error(&scenario.path, format!("estimators.{name}"), e.to_string(), "see `monorig schema scenario`")
         })?;
         bank.push(Member::new(name.clone(), estimator));

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::plant::{Plant, Truth};
 use crate::rig::Rig;
 use crate::scenario::FeedForward;
-use crate::sensors::Suite;
+use crate::sensors::{Sensors, Suite};
 use crate::timeline::Timeline;
 use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements};
 
@@ -204,7 +204,7 @@ impl Loop {
         let (t, front) = (truth.t_s, self.front(truth));
         self.reference = cycle.at(t, front, self.dt_s);
         self.perception = self.perceive(truth, bank);
-        let load_changed = timeline.apply(t, plant, controller);
+        timeline.apply(t, plant, controller);
         self.command = controller.control(&self.reference, &self.perception, timeline.emergency_brake(), self.dt_s);
         plant.step(&self.command, self.dt_s)?;
         self.steps += 1;
@@ -214,9 +214,6 @@ impl Loop {
         self.z = Measurements { t_s: truth.t_s, ..Measurements::default() };
         sensors.measure(truth, &mut self.z)?;
         self.sampled = any_new(&self.z);
-        if load_changed {
-            bank.iter_mut().for_each(Member::load_changed);
-        }
         if self.sampled {
             for (old, new) in self.wheel_speed.iter_mut().zip(&self.z.wheel_speed_mps) {
                 if let Some(s) = new {

@@ -37,7 +37,7 @@ pub struct ScenarioFile {
     pub vehicle: VehicleBelief,
     /// Estimators by name, with their parameters.
     #[serde(default)]
-    pub estimators: BTreeMap<String, serde_json::Value>,
+    pub estimators: BTreeMap<String, BTreeMap<String, f64>>,
     /// The estimator whose output the controller sees.
     #[serde(default)]
     pub in_loop: Option<String>,
@@ -47,6 +47,9 @@ pub struct ScenarioFile {
     /// Obstacles and walls.
     #[serde(default)]
     pub surroundings: Vec<Obstacle>,
+    /// The roadway around the rail; none = open space.
+    #[serde(default)]
+    pub roadway: Option<Roadway>,
     /// Seeds to run: a number, `1..10`, or a list.
     #[serde(default)]
     pub seeds: Option<serde_json::Value>,
@@ -254,6 +257,18 @@ pub struct Obstacle {
     pub size_m: [Positive; 3],
 }
 
+/// A rectangular roadway that follows the rail.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Roadway {
+    /// Clear width, the rail in the middle, m.
+    pub width_m: Positive,
+    /// Height of the walls above the rail's line, m.
+    pub above_m: NonNegative,
+    /// Depth of the floor below the rail's line, m.
+    pub below_m: Positive,
+}
+
 /// Recording rates.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -301,4 +316,17 @@ impl Default for Record {
             pose_rate_hz: Positive::new(25.0),
         }
     }
+}
+/// TEMP
+pub struct Scenario { /// a
+ pub path: std::path::PathBuf, /// b
+ pub file: ScenarioFile }
+impl Scenario {
+ fn rel(&self, s:&str)->std::path::PathBuf { self.path.parent().unwrap().join(s) }
+ /// t
+ pub fn track_path(&self)->std::path::PathBuf { self.rel(&self.file.track) }
+ /// t
+ pub fn train_path(&self)->std::path::PathBuf { self.rel(&self.file.train) }
+ /// t
+ pub fn sensors_path(&self)->std::path::PathBuf { self.rel(&self.file.sensors) }
 }

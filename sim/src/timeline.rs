@@ -30,15 +30,13 @@ impl Timeline {
         Self { events: list, next: 0, brake: 0.0, happened: Vec::new() }
     }
 
-    /// Make happen what is due at `t`; whether the load was changed, which the vehicle's hoist would tell the estimators.
-    pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) -> bool {
+    /// Make happen what is due at `t`.
+    pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) {
         self.happened.clear();
-        let mut load_changed = false;
         while let Some((_, e)) = self.events.get(self.next).filter(|(at, _)| *at <= t) {
             match e {
                 Event::LoadMass { load_mass_kg, .. } => {
                     plant.set_load_mass(load_mass_kg.get());
-                    load_changed = true;
                     self.happened.push(format!("load is now {} kg", load_mass_kg.get()));
                 }
                 Event::ClampPressure { clamp_mpa, .. } => {
@@ -60,7 +58,6 @@ impl Timeline {
             }
             self.next += 1;
         }
-        load_changed
     }
 
     /// Share of the brake asked for by hand.

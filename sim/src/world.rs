@@ -5,16 +5,16 @@
 //! told in `docs/src/design.md`.
 
 use crate::error::Error;
+use crate::nearness::Fixed;
 use crate::plant::{DriveState, MountState, Plant, Truth};
 use crate::rail::{Cursor, Rail};
 use crate::surroundings::Block;
 use crate::train::adhesion::Zone;
 use crate::train::body_state::{BodyState, Wrench};
 use crate::train::dynamics::{Dynamics, Sums};
-use crate::train::{Body, Geometry, Shape, Train};
+use crate::train::{Body, Geometry, Train};
 use monorig_estimators::signals::Command;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use parry3d::query;
 use rapier3d::math::{Matrix, Pose, Rotation, Vector};
 use rapier3d::prelude::{
     ColliderBuilder, ColliderHandle, FrictionModel, Group, InteractionGroups, InteractionTestMode, MassProperties,
@@ -29,8 +29,20 @@ const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
 /// Speed below which it has settled, m/s.
 const SETTLED: f64 = 1e-7;
+/// Collisions are computed while a part of the train is nearer than the margin to what it may touch, m; while it is farther,
+/// it is looked at again when it could have come nearer, at the latest after the time to cross the reach.
+const TOUCH_REACH: f64 = 0.3;
+const TOUCH_MARGIN: f64 = 0.02;
+/// Faster than anything on a rail, m/s.
+const FASTEST: f64 = 6.0;
+/// Clearance beyond this is not looked for, m.
+const CLEARANCE_REACH: f64 = 5.0;
+/// Friction of steel and rock where parts touch.
+const FRICTION: f64 = 0.4;
 /// Pieces of rail given to the collision detection, m.
 const RAIL_PIECE: f64 = 2.0;
+/// Distance of the cross-sections of their mesh, m.
+const RAIL_STEP: f64 = 0.5;
 
 const TRAIN: Group = Group::GROUP_1;
 const LOAD: Group = Group::GROUP_2;
@@ -62,8 +74,11 @@ pub struct World {
     dynamics: Dynamics,
     physics: PhysicsWorld,
     handles: Vec<RigidBodyHandle>,
-    train_colliders: Vec<ColliderHandle>,
-    around: Vec<ColliderHandle>,
+    parts: Vec<Part>,
+    rail_mesh: Fixed,
+    blocks: Fixed,
+    touchable: bool,
+    next_look_s: f64,
     states: Vec<BodyState>,
     wrenches: Vec<Wrench>,
     truth: Truth,
@@ -75,6 +90,15 @@ pub struct World {
     lost_j: f64,
     rail_impulse: Vector3<f64>,
     time: Clock,
+}
+
+/// A part of the train that can touch something.
+struct Part {
+    body: usize,
+    pose: Pose,
+    shape: SharedShape,
+    collider: ColliderHandle,
+    hung: bool,
 }
 
 /// The load below the middle of the upper anchors of its chains.
@@ -166,9 +190,9 @@ impl World {
         p.contact_recycling = false;
         p.friction_model = FrictionModel::Coulomb;
 
-        let around = insert_surroundings(&mut physics, &rail, &options.blocks);
+        let (rail_mesh, blocks) = insert_surroundings(&mut physics, &rail, &options.blocks);
         let mut handles = Vec::new();
-        let mut train_colliders = Vec::new();
+        let mut parts = Vec::new();
         for (i, b) in train.bodies.iter().enumerate() {
             let f = rail.frame(options.front_m + b.start_s);
             let x_wr = Isometry3::from_parts(
@@ -185,9 +209,16 @@ impl World {
                 let own = if Some(i) == train.load { LOAD } else { TRAIN };
                 // What runs on the rail would collide with it for ever; what hangs below may touch it.
                 let with = if b.stations.is_empty() { AROUND | RAIL } else { AROUND };
-                if let Some(collider) = collider(shape, groups(own, with)) {
-                    train_colliders.push(physics.colliders.insert_with_parent(collider, handle, &mut physics.bodies));
-                }
+                let Some((s, turn)) = shared_shape(&shape.geometry) else { continue };
+                let pose = pose_to_rapier(&shape.pose) * turn;
+                let collider = ColliderBuilder::new(s.clone())
+                    .position(pose)
+                    .density(0.0)
+                    .friction(FRICTION)
+                    .collision_groups(groups(own, with))
+                    .enabled(false);
+                let collider = physics.colliders.insert_with_parent(collider, handle, &mut physics.bodies);
+                parts.push(Part { body: i, pose, shape: s, collider, hung: b.stations.is_empty() });
             }
             handles.push(handle);
         }
@@ -205,8 +236,11 @@ impl World {
             rail,
             physics,
             handles,
-            train_colliders,
-            around,
+            parts,
+            rail_mesh,
+            blocks,
+            touchable: false,
+            next_look_s: 0.0,
             states: Vec::with_capacity(n),
             wrenches: vec![Wrench::ZERO; n],
             truth: Truth::default(),
@@ -293,8 +327,39 @@ impl World {
             b.add_force(to_rapier(&w.force), false);
             b.add_torque(to_rapier(&w.torque), false);
         }
+        self.watch_for_touch();
         self.physics.integration_parameters.dt = dt;
         self.physics.step();
+    }
+
+    /// A part where it is now.
+    fn posed<'a>(&self, part: &'a Part) -> (Pose, &'a SharedShape) {
+        (*self.physics.bodies[self.handles[part.body]].position() * part.pose, &part.shape)
+    }
+
+    /// Wake the colliders when something could touch before the next look, let them sleep otherwise.
+    fn watch_for_touch(&mut self) {
+        if self.truth.t_s < self.next_look_s {
+            return;
+        }
+        let mut least = TOUCH_REACH;
+        for part in &self.parts {
+            let (pose, shape) = self.posed(part);
+            least = self.blocks.distance(&pose, shape, least);
+            if part.hung {
+                least = self.rail_mesh.distance(&pose, shape, least);
+            }
+        }
+        self.next_look_s = self.truth.t_s + ((least - TOUCH_MARGIN) / FASTEST).max(0.0);
+        let touchable = least <= TOUCH_MARGIN;
+        if touchable != self.touchable {
+            self.touchable = touchable;
+            for part in &self.parts {
+                if let Some(c) = self.physics.colliders.get_mut(part.collider) {
+                    c.set_enabled(touchable);
+                }
+            }
+        }
     }
 
     fn read_states(&mut self) {
@@ -468,62 +533,46 @@ impl Plant for World {
     }
 
     fn look_around(&mut self) {
-        let mut least = f64::INFINITY;
-        for a in &self.train_colliders {
-            let Some(a) = self.physics.colliders.get(*a) else { continue };
-            let near = a.compute_aabb();
-            for b in &self.around {
-                let Some(b) = self.physics.colliders.get(*b) else { continue };
-                let gap = aabb_gap(&near, &b.compute_aabb());
-                if gap < least
-                    && let Ok(d) = query::distance(a.position(), a.shape(), b.position(), b.shape())
-                {
-                    least = least.min(d.distance);
-                }
-            }
+        if self.blocks.is_empty() {
+            return;
         }
-        self.truth.clearance_m = least;
+        let mut least = CLEARANCE_REACH;
+        for part in &self.parts {
+            let (pose, shape) = self.posed(part);
+            least = self.blocks.distance(&pose, shape, least);
+        }
+        self.truth.clearance_m = if least < CLEARANCE_REACH { least } else { f64::INFINITY };
     }
-}
-
-/// A lower bound on the distance of two boxes, m.
-fn aabb_gap(a: &parry3d::bounding_volume::Aabb, b: &parry3d::bounding_volume::Aabb) -> f64 {
-    (a.mins - b.maxs).max(b.mins - a.maxs).max(Vector::ZERO).length()
 }
 
 fn groups(of: Group, with: Group) -> InteractionGroups {
     InteractionGroups::new(of, with, InteractionTestMode::And)
 }
 
-fn collider(shape: &Shape, groups: InteractionGroups) -> Option<ColliderBuilder> {
-    let (s, turn) = shared_shape(&shape.geometry)?;
-    Some(
-        ColliderBuilder::new(s)
-            .position(pose_to_rapier(&shape.pose) * turn)
-            .density(0.0)
-            .friction(0.4)
-            .restitution(0.0)
-            .collision_groups(groups),
-    )
-}
-
-/// The rail as a fixed body of mesh pieces, obstacles and walls as boxes; handles of the latter.
-fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]) -> Vec<ColliderHandle> {
+/// The rail as a fixed body of mesh pieces, obstacles and walls as boxes; the same shapes for questions of distance.
+fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]) -> (Fixed, Fixed) {
     let fixed = physics.bodies.insert(RigidBodyBuilder::fixed());
-    for (vertices, triangles) in rail.mesh(RAIL_PIECE) {
-        let points = vertices.iter().map(|v| Vector::new(v[0], v[1], v[2])).collect();
-        if let Ok(shape) = SharedShape::trimesh(points, triangles) {
-            let piece = ColliderBuilder::new(shape).collision_groups(groups(RAIL, TRAIN | LOAD));
-            physics.colliders.insert_with_parent(piece, fixed, &mut physics.bodies);
+    let mut insert = |pose: Pose, shape: &SharedShape, of: Group| {
+        let collider = ColliderBuilder::new(shape.clone())
+            .position(pose)
+            .friction(FRICTION)
+            .collision_groups(groups(of, TRAIN | LOAD));
+        physics.colliders.insert_with_parent(collider, fixed, &mut physics.bodies);
+    };
+    let mut mesh = Vec::new();
+    for piece in rail.mesh(RAIL_STEP, RAIL_PIECE) {
+        let points = piece.vertices.iter().map(|v| Vector::new(v[0], v[1], v[2])).collect();
+        if let Ok(shape) = SharedShape::trimesh(points, piece.triangles) {
+            insert(Pose::IDENTITY, &shape, RAIL);
+            mesh.push((Pose::IDENTITY, shape));
         }
     }
-    let mut handles = Vec::new();
+    let mut boxes = Vec::new();
     for b in blocks {
-        let block = ColliderBuilder::cuboid(b.size.x / 2.0, b.size.y / 2.0, b.size.z / 2.0)
-            .position(pose_to_rapier(&b.pose))
-            .friction(0.4)
-            .collision_groups(groups(AROUND, TRAIN | LOAD));
-        handles.push(physics.colliders.insert_with_parent(block, fixed, &mut physics.bodies));
+        let shape = SharedShape::cuboid(b.size.x / 2.0, b.size.y / 2.0, b.size.z / 2.0);
+        let pose = pose_to_rapier(&b.pose);
+        insert(pose, &shape, AROUND);
+        boxes.push((pose, shape));
     }
-    handles
+    (Fixed::new(mesh), Fixed::new(boxes))
 }

@@ -2,7 +2,8 @@
 
 use super::{Channel, Chunk, Layout, Sink};
 use crate::error::Error;
-use crate::run::{Frame, Member, Observer};
+use crate::bank::Member;
+use crate::run::{Frame, Observer};
 use crate::scenario::Record;
 use monorig_estimators::signals::{MAX_DRIVES, Measurements};
 

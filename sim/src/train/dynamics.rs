@@ -84,6 +84,8 @@ pub struct Dynamics {
     pub gravity: f64,
     /// Two cursors per rail-bound body, in the order of the stations.
     cursors: Vec<Cursor>,
+    /// Rolling resistance of each station.
+    rolling: Vec<SlidingContact>,
     /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for hung bodies.
     carried: Vec<f64>,
     web_half: f64,
@@ -114,13 +116,14 @@ impl Dynamics {
                 v_t: 0.0,
             })
             .collect();
-        let web_half = rail.profile().web_m() / 2.0;
+        let web_half = rail.profile().web_m / 2.0;
         let mut this = Self {
             train,
             drives,
             zones: Vec::new(),
             clamp_limit_mpa: f64::INFINITY,
             gravity,
+            rolling: vec![SlidingContact::default(); cursors.len()],
             cursors,
             carried: Vec::new(),
             web_half,
@@ -162,7 +165,7 @@ impl Dynamics {
     pub fn forces(&mut self, rail: &Rail, bodies: &[BodyState], command: &Command, dt: f64, out: &mut [Wrench]) -> Sums {
         out.fill(Wrench::ZERO);
         let mut sums = Sums::default();
-        self.running_gear(rail, bodies, out, &mut sums);
+        self.running_gear(rail, bodies, dt, out, &mut sums);
         self.drive_units(rail, bodies, command, dt, out, &mut sums);
         for w in out.iter() {
             sums.external += w.force;
@@ -176,19 +179,20 @@ impl Dynamics {
         sums
     }
 
-    fn running_gear(&mut self, rail: &Rail, bodies: &[BodyState], out: &mut [Wrench], sums: &mut Sums) {
+    fn running_gear(&mut self, rail: &Rail, bodies: &[BodyState], dt: f64, out: &mut [Wrench], sums: &mut Sums) {
         let res = &self.train.resistance;
-        let mut cursors = self.cursors.iter_mut();
+        let mut stations = self.cursors.iter_mut().zip(&mut self.rolling);
         let mut air_v = None;
         for (i, spec) in self.train.bodies.iter().enumerate() {
             let body = &bodies[i];
             let mut sin = 0.0;
             for (k, st) in spec.stations.iter().enumerate() {
-                let Some(cursor) = cursors.next() else { return };
+                let Some((cursor, rolling)) = stations.next() else { return };
                 let at = body.p + body.r.column(0) * st.x_m;
                 let f = rail.track(&at, cursor);
                 let g = grip(st, body, &at, &f);
-                let mut against = resistance::rolling(res, &g);
+                let held = rolling.step(&resistance::ROLLING, resistance::rolling(res, &g), g.v_t, dt);
+                let mut against = 0.0;
                 if k == 0 {
                     against += resistance::bearing(res, g.v_t);
                 }
@@ -196,11 +200,11 @@ impl Dynamics {
                     air_v = Some(g.v_t);
                     against += resistance::air(res, g.v_t);
                 }
-                let force = g.force - f.t * against;
+                let force = g.force + f.t * (held - against);
                 out[i].add(body, &force, &at);
                 out[i].torque += f.t * g.roll;
-                sums.resistance_n += against;
-                sums.loss_w += g.loss + against * g.v_t;
+                sums.resistance_n += against - held;
+                sums.loss_w += g.loss + against * g.v_t + rolling.loss;
                 sums.wheel_load_n += g.wheel_load;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
                 sin += f.t.z;
@@ -293,6 +297,9 @@ impl Dynamics {
                 let f = rail.track(&at, &mut cursor);
                 e += running_gear::stored(st, &bodies[i], &at, &f);
             }
+        }
+        for r in &self.rolling {
+            e += 0.5 * resistance::ROLLING.sigma0 * r.z * r.z;
         }
         for c in &self.train.connections {
             e += coupling::stored(c, &bodies[c.a], &bodies[c.b]);

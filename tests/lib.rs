@@ -1,0 +1,84 @@
+//! What the tests of the whole rig share: trains and tracks from the assets, worlds on them.
+
+
+use monorig_estimators::signals::{Command, MAX_DRIVES};
+use monorig_sim::plant::Plant;
+use monorig_sim::rail::{Rail, profile::Profile, track::TrackFile};
+use monorig_sim::train::Train;
+use monorig_sim::world::{World, WorldOptions};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub const G: f64 = 9.81;
+
+pub fn asset(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name)
+}
+
+pub fn train(name: &str) -> Train {
+    Train::load(&asset(&format!("trains/{name}.yaml"))).expect("train")
+}
+
+/// A track from the YAML lines that follow its name.
+pub fn track(yaml: &str) -> Arc<Rail> {
+    let file: TrackFile = serde_yaml::from_str(&format!("version: 1\nname: test\nprofile: none\n{yaml}")).expect("track");
+    let profile = Profile::load(&asset("rails/i140e.yaml")).expect("profile");
+    Arc::new(Rail::build(&file, profile, Path::new("test.yaml")).expect("rail"))
+}
+
+/// A straight track of constant grade, degrees.
+pub fn slope(deg: f64) -> Arc<Rail> {
+    track(&format!("vertical: [{{kind: grade, grade_deg: {deg}, length_m: 400}}]\n"))
+}
+
+pub fn asset_track(name: &str) -> Arc<Rail> {
+    Arc::new(Rail::load(&asset(&format!("tracks/{name}.yaml"))).expect("track"))
+}
+
+pub fn imu(train: &Train) -> usize {
+    train.mounts.iter().position(|m| m.name.ends_with("/imu_link")).expect("imu mount")
+}
+
+pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
+    let imu = imu(train);
+    WorldOptions { front_m, speed_mps, gravity_mps2: G, imu, mounts: vec![imu], zones: vec![], blocks: vec![] }
+}
+
+pub fn world(train: &Train, rail: &Arc<Rail>, front_m: f64, speed_mps: f64) -> World {
+    World::new(train.clone(), rail.clone(), &options(train, front_m, speed_mps)).expect("world")
+}
+
+/// All motors at the same torque, clamps at their nominal pressure.
+pub fn torque(train: &Train, nm: f64) -> Command {
+    Command { motor_torque_nm: [nm; MAX_DRIVES], clamp_pressure_mpa: train.drives[0].clamp_mpa, brake: 0.0 }
+}
+
+pub fn run(w: &mut World, c: &Command, seconds: f64, dt: f64) {
+    for _ in 0..(seconds / dt).round() as usize {
+        w.step(c, dt).expect("step");
+    }
+}
+
+/// A PI speed controller of the test's own: torque for each motor.
+pub struct Cruise {
+    pub speed: f64,
+    pub integral: f64,
+    pub torque_max: f64,
+    pub gain: f64,
+}
+
+impl Cruise {
+    pub fn new(train: &Train, speed: f64) -> Self {
+        let d = &train.drives[0];
+        let total: f64 = train.bodies.iter().map(|b| b.mass_kg).sum();
+        let gain = total * d.wheel_radius_m / (d.gear_ratio * train.drives.len() as f64);
+        Self { speed, integral: 0.0, torque_max: d.torque_max_nm, gain }
+    }
+
+    pub fn command(&mut self, train: &Train, w: &World, dt: f64) -> Command {
+        let e = self.speed - w.truth().speed_mps;
+        self.integral += e * dt;
+        let t = self.gain * (2.0 * e + 0.8 * self.integral);
+        torque(train, t.clamp(-self.torque_max, self.torque_max))
+    }
+}
