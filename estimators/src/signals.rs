@@ -105,3 +105,16 @@ pub struct Estimate {
     /// Status.
     pub flags: Flags,
 }
+
+impl Estimate {
+    /// Whether every number of it is finite.
+    pub fn is_finite(&self) -> bool {
+        let values = [self.total_mass_kg, self.grade_rad, self.speed_mps];
+        self.t_s.is_finite()
+            && values
+                .iter()
+                .all(|v| v.value.is_finite() && v.sd.is_finite())
+            && self.innovation.is_finite()
+            && self.nis.is_finite()
+    }
+}

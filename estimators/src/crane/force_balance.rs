@@ -1,0 +1,117 @@
+//! Longitudinal force balance of a monorail crane (Liu et al. 2023, eq. 1–7):
+//!
+//! (M + J) v̇ = F − M g sin θ − sgn(v) μ M g cos θ
+//!
+//! F traction at the rims, N; M total mass, kg; J rotating masses reflected to the rim, Σ J/r², kg; μ running resistance.
+//! The paper prints the inertia factor as 1 + 4 J g/(R² M); with J in kg·m², the unit its table 3 gives, that g is stray:
+//! it would make the rotating masses ten times what they are. Eq. 2 (T = F r) lacks gear, efficiency and the number of drive units.
+//!
+//! With the specific force f = v̇ + g sin θ that an accelerometer reads, the balance loses its slope but for a cosine:
+//! F − J v̇ = M f + sgn(v) μ M g cos θ.
+
+use crate::{
+    Real,
+    real::{GRAVITY, cos, sin, sqrt},
+    signals::Vehicle,
+};
+
+/// The constants of the balance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceBalance {
+    rim_per_motor: Real,
+    efficiency: Real,
+    /// Rotating masses reflected to the rim, kg.
+    pub rotating_mass_kg: Real,
+}
+
+impl ForceBalance {
+    /// From the vehicle's nominal values.
+    pub fn new(vehicle: &Vehicle) -> Self {
+        Self {
+            rim_per_motor: vehicle.gear_ratio / vehicle.wheel_radius_m,
+            efficiency: vehicle.efficiency,
+            rotating_mass_kg: vehicle.rotating_mass_kg,
+        }
+    }
+
+    /// Traction at the rims, N, from the sum of all motor torques, N·m: F = T i η / r while the motors drive, T i / (η r)
+    /// while the train drives them.
+    pub fn traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
+        let efficiency = if motor_torque_nm * speed_mps >= 0.0 {
+            self.efficiency
+        } else {
+            1.0 / self.efficiency
+        };
+        motor_torque_nm * self.rim_per_motor * efficiency
+    }
+
+    /// Acceleration v̇, m/s². `resistance` is sgn(v) μ.
+    pub fn acceleration(
+        &self,
+        traction_n: Real,
+        mass_kg: Real,
+        theta: Real,
+        resistance: Real,
+    ) -> Real {
+        let weight = mass_kg * GRAVITY;
+        (traction_n - weight * (sin(theta) + resistance * cos(theta)))
+            / (mass_kg + self.rotating_mass_kg)
+    }
+
+    /// ∂v̇/∂θ, m/s² per rad.
+    pub fn acceleration_by_theta(&self, mass_kg: Real, theta: Real, resistance: Real) -> Real {
+        -mass_kg * GRAVITY * (cos(theta) - resistance * sin(theta))
+            / (mass_kg + self.rotating_mass_kg)
+    }
+
+    /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop through a filter.
+    pub fn cosine(specific_force_mps2: Real, acceleration_mps2: Real) -> Real {
+        let sine = ((specific_force_mps2 - acceleration_mps2) / GRAVITY).clamp(-0.7, 0.7);
+        sqrt(1.0 - sine * sine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    #[test]
+    fn the_balance_balances() {
+        let balance = ForceBalance::new(&vehicle());
+        let (mass, theta, mu): (Real, Real, Real) = (15_000.0, 0.1, 0.02);
+        let hold = mass * GRAVITY * (theta.sin() + mu * theta.cos());
+        assert!(balance.acceleration(hold, mass, theta, mu).abs() < 1e-12);
+        let surplus = balance.acceleration(hold + 1600.0, mass, theta, mu)
+            * (mass + balance.rotating_mass_kg);
+        assert!((surplus - 1600.0).abs() < 1e-9);
+        // F − J v̇ = M f + μ M g cos θ
+        let a = balance.acceleration(2e4, mass, theta, mu);
+        let f = a + GRAVITY * theta.sin();
+        assert!(
+            (2e4 - balance.rotating_mass_kg * a
+                - mass * (f + mu * GRAVITY * ForceBalance::cosine(f, a)))
+            .abs()
+                < 1e-8
+        );
+    }
+
+    #[test]
+    fn jacobian_equals_central_difference() {
+        let balance = ForceBalance::new(&vehicle());
+        for theta in [-0.5, -0.1, 0.0, 0.2, 0.5] {
+            let at = |theta| balance.acceleration(3e4, 2e4, theta, -0.03);
+            let difference = (at(theta + 1e-6) - at(theta - 1e-6)) / 2e-6;
+            assert!((difference - balance.acceleration_by_theta(2e4, theta, -0.03)).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn power_is_lost_in_the_gear_both_ways() {
+        let balance = ForceBalance::new(&vehicle());
+        let (torque, speed) = (300.0, 1.0);
+        let motor_power = |v: Real, t: Real| t * balance.rim_per_motor * v;
+        assert!(balance.traction(torque, speed) * speed < motor_power(speed, torque));
+        assert!(balance.traction(-torque, speed) * speed < motor_power(speed, -torque));
+    }
+}

@@ -1,0 +1,350 @@
+//! From samples to signals: checks every number, holds each channel while it is fresh, merges the drive units.
+
+use crate::{
+    Error, Real,
+    signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle},
+};
+
+/// What the pipelines work with. `None` = not known now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// Median wheel speed, m/s, if at least one drive unit sent a new sample.
+    pub new_speed_mps: Option<Real>,
+    /// Median of the fresh wheel speeds, m/s.
+    pub speed_mps: Option<Real>,
+    /// Sum of all motor torques, N·m.
+    pub motor_torque_nm: Option<Real>,
+    /// Specific force along the train, m/s².
+    pub specific_force_mps2: Option<Real>,
+    /// Specific force to the left, m/s².
+    pub lateral_force_mps2: Option<Real>,
+    /// Rate of the pitch angle, rad/s, + when the grade grows.
+    pub pitch_rate_radps: Option<Real>,
+    /// Share of the clamp brake commanded, 0…1.
+    pub brake: Real,
+}
+
+/// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Held {
+    stamp_s: Real,
+    arrived_s: Real,
+    period_s: Real,
+    value: Option<Real>,
+}
+
+impl Held {
+    /// Takes a new sample; a sample not younger than the last one is skipped. Tells whether it was taken.
+    fn take(&mut self, sample: Option<Sample<Real>>, now_s: Real) -> bool {
+        let Some(sample) = sample else { return false };
+        if self.value.is_some() {
+            if sample.t_s <= self.stamp_s {
+                return false;
+            }
+            // A gap after lost samples must not pass for a long sample period.
+            let gap = now_s - self.arrived_s;
+            self.period_s = if self.period_s > 0.0 {
+                gap.min(1.1 * self.period_s)
+            } else {
+                gap
+            };
+        }
+        (self.stamp_s, self.arrived_s, self.value) = (sample.t_s, now_s, Some(sample.value));
+        true
+    }
+
+    fn fresh(&self, now_s: Real, dt_s: Real) -> Option<Real> {
+        self.value
+            .filter(|_| now_s - self.arrived_s <= 3.0 * self.period_s.max(dt_s) + 1e-9)
+    }
+}
+
+/// Holds the channels of one estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrontEnd {
+    drives: usize,
+    last_s: Option<Real>,
+    torque: [Held; MAX_DRIVES],
+    speed: [Held; MAX_DRIVES],
+    forward: Held,
+    left: Held,
+    pitch_rate: Held,
+}
+
+impl FrontEnd {
+    /// For a train of `vehicle.drives` drive units.
+    pub fn new(vehicle: &Vehicle) -> Self {
+        Self {
+            drives: vehicle.drives.min(MAX_DRIVES),
+            last_s: None,
+            torque: Default::default(),
+            speed: Default::default(),
+            forward: Held::default(),
+            left: Held::default(),
+            pitch_rate: Held::default(),
+        }
+    }
+
+    /// Checks one step's input and turns it into signals. On an error nothing is changed.
+    pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
+        self.check(z, u, dt)?;
+        let now = z.t_s;
+        self.last_s = Some(now);
+        self.forward.take(
+            z.specific_force_mps2.map(|s| Sample {
+                t_s: s.t_s,
+                value: first(s.value),
+            }),
+            now,
+        );
+        self.left.take(
+            z.specific_force_mps2.map(|s| Sample {
+                t_s: s.t_s,
+                value: second(s.value),
+            }),
+            now,
+        );
+        self.pitch_rate.take(
+            z.angular_rate_radps.map(|s| Sample {
+                t_s: s.t_s,
+                value: -second(s.value),
+            }),
+            now,
+        );
+        for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
+            held.take(sample, now);
+        }
+        let mut new_speed = false;
+        for (held, sample) in self
+            .speed
+            .iter_mut()
+            .zip(z.wheel_speed_mps)
+            .take(self.drives)
+        {
+            new_speed |= held.take(sample, now);
+        }
+
+        let speed_mps = median(
+            self.speed
+                .iter()
+                .take(self.drives)
+                .filter_map(|held| held.fresh(now, dt)),
+        );
+        Ok(Reading {
+            new_speed_mps: speed_mps.filter(|_| new_speed),
+            speed_mps,
+            motor_torque_nm: self.total_torque(now, dt),
+            specific_force_mps2: self.forward.fresh(now, dt),
+            lateral_force_mps2: self.left.fresh(now, dt),
+            pitch_rate_radps: self.pitch_rate.fresh(now, dt),
+            brake: u.brake,
+        })
+    }
+
+    /// Sum of the torques; if up to half of the drive units are silent, the others stand for them (equal shares).
+    fn total_torque(&self, now: Real, dt: Real) -> Option<Real> {
+        let fresh = || {
+            self.torque
+                .iter()
+                .take(self.drives)
+                .filter_map(|held| held.fresh(now, dt))
+        };
+        let count = fresh().count();
+        (count > 0 && 2 * count >= self.drives)
+            .then(|| fresh().sum::<Real>() * self.drives as Real / count as Real)
+    }
+
+    fn check(&self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
+        if !(dt > 0.0 && dt <= 1.0) {
+            return Err(Error::TimeStep(dt));
+        }
+        if !z.t_s.is_finite() {
+            return Err(Error::NotFinite("time"));
+        }
+        if let Some(last_s) = self.last_s
+            && z.t_s <= last_s
+        {
+            return Err(Error::OutOfOrder { t_s: z.t_s, last_s });
+        }
+        for s in z.specific_force_mps2.iter() {
+            check_sample("specific force", s.t_s, &s.value, 1e3)?;
+        }
+        for s in z.angular_rate_radps.iter() {
+            check_sample("angular rate", s.t_s, &s.value, 1e3)?;
+        }
+        for s in z.motor_torque_nm.iter().flatten() {
+            check_sample("motor torque", s.t_s, &[s.value], 1e5)?;
+        }
+        for s in z.wheel_speed_mps.iter().flatten() {
+            check_sample("wheel speed", s.t_s, &[s.value], 1e2)?;
+        }
+        check_sample("brake command", 0.0, &[u.brake], 1e2)
+    }
+}
+
+fn check_sample(signal: &'static str, t_s: Real, values: &[Real], most: Real) -> Result<(), Error> {
+    if !t_s.is_finite() || values.iter().any(|v| !v.is_finite()) {
+        return Err(Error::NotFinite(signal));
+    }
+    if values.iter().any(|v| v.abs() > most) {
+        Err(Error::OutOfRange(signal))
+    } else {
+        Ok(())
+    }
+}
+
+fn first([x, _, _]: [Real; 3]) -> Real {
+    x
+}
+
+fn second([_, y, _]: [Real; 3]) -> Real {
+    y
+}
+
+/// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.
+fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
+    let mut sorted = [Real::INFINITY; MAX_DRIVES];
+    let mut count = 0;
+    for (place, value) in sorted.iter_mut().zip(values) {
+        *place = value;
+        count += 1;
+    }
+    sorted.sort_unstable_by(Real::total_cmp);
+    let upper = *sorted.get(count / 2)?;
+    let lower = *sorted.get(count.checked_sub(1)? / 2)?;
+    Some(0.5 * (lower + upper))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    fn with_speed(t_s: Real, speeds: &[Real]) -> Measurements {
+        let mut z = Measurements {
+            t_s,
+            ..Default::default()
+        };
+        for (place, value) in z.wheel_speed_mps.iter_mut().zip(speeds) {
+            *place = Some(Sample { t_s, value: *value });
+        }
+        z
+    }
+
+    #[test]
+    fn median_ignores_one_slipping_wheel() {
+        assert_eq!(median([1.0, 9.0, 1.1].into_iter()), Some(1.1));
+        assert_eq!(median([1.0, 2.0].into_iter()), Some(1.5));
+        assert_eq!(median(core::iter::empty()), None);
+    }
+
+    #[test]
+    fn a_silent_channel_is_held_for_three_periods_only() {
+        let mut front = FrontEnd::new(&vehicle());
+        let u = Command::default();
+        for k in 1..=10 {
+            front
+                .read(&with_speed(k as Real * 0.05, &[1.0]), &u, 0.05)
+                .unwrap();
+        }
+        let silent = |t_s| Measurements {
+            t_s,
+            ..Default::default()
+        };
+        let reading = front.read(&silent(0.6), &u, 0.05).unwrap();
+        assert_eq!(
+            (reading.speed_mps, reading.new_speed_mps),
+            (Some(1.0), None)
+        );
+        assert_eq!(front.read(&silent(0.66), &u, 0.05).unwrap().speed_mps, None);
+    }
+
+    #[test]
+    fn missing_torques_are_made_up_from_the_others_down_to_half() {
+        let u = Command::default();
+        let read = |count: usize| {
+            let mut z = Measurements {
+                t_s: 1.0,
+                ..Default::default()
+            };
+            for place in z.motor_torque_nm.iter_mut().take(count) {
+                *place = Some(Sample {
+                    t_s: 1.0,
+                    value: 100.0,
+                });
+            }
+            FrontEnd::new(&vehicle())
+                .read(&z, &u, 0.01)
+                .unwrap()
+                .motor_torque_nm
+        };
+        assert_eq!(vehicle().drives, 8);
+        assert_eq!(
+            (read(8), read(4), read(3)),
+            (Some(800.0), Some(800.0), None)
+        );
+    }
+
+    #[test]
+    fn bad_input_is_named_and_changes_nothing() {
+        let mut front = FrontEnd::new(&vehicle());
+        let u = Command::default();
+        front.read(&with_speed(1.0, &[1.0]), &u, 0.01).unwrap();
+        let before = front;
+        let good = with_speed(2.0, &[1.0]);
+        for dt in [0.0, -0.1, 2.0, Real::NAN, Real::INFINITY] {
+            assert!(matches!(front.read(&good, &u, dt), Err(Error::TimeStep(_))));
+        }
+        for t in [1.0, 0.5, -1e9] {
+            let z = Measurements { t_s: t, ..good };
+            assert!(matches!(
+                front.read(&z, &u, 0.01),
+                Err(Error::OutOfOrder { .. })
+            ));
+        }
+        assert_eq!(
+            front.read(&with_speed(2.0, &[Real::NAN]), &u, 0.01),
+            Err(Error::NotFinite("wheel speed"))
+        );
+        assert_eq!(
+            front.read(&with_speed(2.0, &[1e9]), &u, 0.01),
+            Err(Error::OutOfRange("wheel speed"))
+        );
+        let z = Measurements {
+            specific_force_mps2: Some(Sample {
+                t_s: 2.0,
+                value: [0.0, Real::INFINITY, 0.0],
+            }),
+            ..good
+        };
+        assert_eq!(
+            front.read(&z, &u, 0.01),
+            Err(Error::NotFinite("specific force"))
+        );
+        let brake = Command {
+            brake: Real::NAN,
+            ..u
+        };
+        assert_eq!(
+            front.read(&good, &brake, 0.01),
+            Err(Error::NotFinite("brake command"))
+        );
+        assert_eq!(front, before);
+    }
+
+    #[test]
+    fn a_grade_that_grows_is_a_positive_pitch_rate() {
+        let z = Measurements {
+            t_s: 1.0,
+            angular_rate_radps: Some(Sample {
+                t_s: 1.0,
+                value: [0.0, -0.1, 0.0],
+            }),
+            ..Default::default()
+        };
+        let reading = FrontEnd::new(&vehicle())
+            .read(&z, &Command::default(), 0.01)
+            .unwrap();
+        assert_eq!(reading.pitch_rate_radps, Some(0.1));
+    }
+}

@@ -1,0 +1,317 @@
+//! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias left free.
+//!
+//! F − J v̇ = M (f + s μ₀ g c) + r s g c + a,  s = sgn v, c = cos θ
+//!
+//! Parameters: M total mass; r = M (μ − μ₀); a = −M b, b the accelerometer's bias. In one driving direction only r s g + a is
+//! seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression good in
+//! both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
+//! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
+//!
+//! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
+//! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
+//! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
+//!
+//! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
+
+use nalgebra::{SVector, vector};
+
+use super::{force_balance::ForceBalance, front_end::Reading, params::params};
+use crate::{
+    Real,
+    conditioning::MatchedFilter,
+    gaussian::Gaussian,
+    real::{GRAVITY, lag, sqrt},
+    rls::{Forgetting, Outcome, Rls},
+    signals::{Value, Vehicle},
+};
+
+/// What stands for the acceleration beside the mass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AccelSource {
+    /// The accelerometer, which reads v̇ + g sin θ.
+    SpecificForce,
+    /// The derivative of wheel speed, v̇.
+    Kinematic,
+}
+
+params! {
+    /// Parameters of the mass regression.
+    MassParams {
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
+        accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias.";
+        kinematic ["-"] = 0.0, 0.0 => 1.0, "0: regress on the specific force; 1: on the derivative of wheel speed, which needs a constant slope.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
+        excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
+        unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
+        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
+    }
+}
+
+/// Size of one residual, in standard deviations, that the cumulated sum takes as ordinary.
+const ORDINARY: Real = 1.5;
+
+/// The mass regression: conditioning, gates, recursion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassRegression {
+    params: MassParams,
+    /// Parameters divided by the first mass: [M, r, a]/M₀.
+    rls: Rls<3>,
+    mass0_kg: Real,
+    mu0: Real,
+    range_kg: [Real; 2],
+    force: MatchedFilter,
+    speed: MatchedFilter,
+    specific_force: MatchedFilter,
+    running_s: Real,
+    since_sample_s: Real,
+    regressor: RunningDeviation,
+    sums: [Real; 2],
+    excited: bool,
+    saturated: bool,
+    outcome: Outcome,
+    resets: u32,
+}
+
+/// Exponentially weighted mean and variance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct RunningDeviation {
+    mean: Option<Real>,
+    variance: Real,
+}
+
+impl RunningDeviation {
+    fn add(&mut self, value: Real, share: Real) {
+        let Some(mean) = self.mean else {
+            self.mean = Some(value);
+            return;
+        };
+        let away = value - mean;
+        self.mean = Some(mean + share * away);
+        self.variance = (1.0 - share) * (self.variance + share * away * away);
+    }
+}
+
+impl MassRegression {
+    /// From the vehicle, the parameters and the way to forget.
+    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<3>) -> Self {
+        let [low, high] = vehicle.mass_range_kg;
+        let mass0_kg = if params.mass0_kg > 0.0 {
+            params.mass0_kg
+        } else {
+            0.5 * (low + high)
+        }
+        .clamp(low, high);
+        let mu0 = vehicle.running_resistance;
+        // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
+        let free_sd = if params.kinematic < 0.5 {
+            params.accel_bias_sd_mps2
+        } else {
+            0.1 * GRAVITY
+        };
+        let sd = vector![params.mass_sd, params.mu_sd * mu0, free_sd];
+        Self {
+            params,
+            rls: Rls::new(Gaussian::independent(vector![1.0, 0.0, 0.0], sd), policy),
+            mass0_kg,
+            mu0,
+            range_kg: vehicle.mass_range_kg,
+            force: MatchedFilter::new(params.cutoff_hz),
+            speed: MatchedFilter::new(params.cutoff_hz),
+            specific_force: MatchedFilter::new(params.cutoff_hz),
+            running_s: 0.0,
+            since_sample_s: 0.0,
+            regressor: RunningDeviation::default(),
+            sums: [0.0; 2],
+            excited: false,
+            saturated: false,
+            outcome: Outcome {
+                lambda: 1.0,
+                ..Outcome::default()
+            },
+            resets: 0,
+        }
+    }
+
+    /// One step. `running` tells that the force balance holds now: moving, brake released.
+    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let (Some(torque), Some(speed), Some(f)) = (
+            reading.motor_torque_nm,
+            reading.speed_mps,
+            reading.specific_force_mps2.or(self.kinematic_stand_in()),
+        ) else {
+            self.running_s = 0.0;
+            self.excited = false;
+            return;
+        };
+        self.force.step(balance.traction(torque, speed), dt);
+        self.speed.step(speed, dt);
+        self.specific_force.step(f, dt);
+        if !running {
+            (self.running_s, self.excited) = (0.0, false);
+            return;
+        }
+        self.running_s += dt;
+        self.since_sample_s += dt;
+        if self.running_s >= self.params.settle_s
+            && self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9
+        {
+            self.sample(balance, self.since_sample_s);
+            self.since_sample_s = 0.0;
+        }
+    }
+
+    fn sample(&mut self, balance: &ForceBalance, period_s: Real) {
+        let (Some(force), Some(speed), Some(f)) = (
+            self.force.value(),
+            self.speed.value(),
+            self.specific_force.value(),
+        ) else {
+            return;
+        };
+        let acceleration = self.speed.rate();
+        let (f, cosine) = match self.source() {
+            AccelSource::SpecificForce => (f, ForceBalance::cosine(f, acceleration)),
+            AccelSource::Kinematic => (acceleration, 1.0),
+        };
+        self.regressor
+            .add(f, lag(period_s.min(60.0), self.params.excitation_memory_s));
+        self.excited = sqrt(self.regressor.variance) > self.params.excitation_mps2;
+
+        let against = if speed < 0.0 { -GRAVITY } else { GRAVITY } * cosine;
+        let y = (force - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
+        let h = vector![f + against * self.mu0, against, 1.0];
+        let weight = if self.excited {
+            1.0
+        } else {
+            self.params.unexcited_weight
+        };
+        if weight <= 0.0 {
+            return;
+        }
+        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 / weight;
+        let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
+            return;
+        };
+        self.outcome = outcome;
+        self.clamp();
+        if self.excited {
+            self.watch_load(outcome.normalised / self.rls.spread().max(1.0));
+        }
+    }
+
+    /// Keeps the mass in its range.
+    fn clamp(&mut self) {
+        let [low, high] = self.range_kg;
+        let inside = self
+            .rls
+            .belief
+            .x
+            .x
+            .clamp(low / self.mass0_kg, high / self.mass0_kg);
+        self.saturated = inside != self.rls.belief.x.x;
+        self.rls.belief.x.x = inside;
+    }
+
+    /// Two-sided cumulated sum (Page 1954): residuals that keep to one side mean that the load is another one.
+    fn watch_load(&mut self, normalised: Real) {
+        let [up, down] = self.sums;
+        let (up, down) = (
+            (up + normalised - ORDINARY).max(0.0),
+            (down - normalised - ORDINARY).max(0.0),
+        );
+        self.sums = [up, down];
+        if self.params.load_change > 0.0 && up.max(down) > self.params.load_change {
+            self.rls.reopen(&vector![1.0, 0.0, 0.0]);
+            self.sums = [0.0; 2];
+            self.resets = self.resets.saturating_add(1);
+        }
+    }
+
+    /// Which acceleration stands beside the mass.
+    pub fn source(&self) -> AccelSource {
+        if self.params.kinematic < 0.5 {
+            AccelSource::SpecificForce
+        } else {
+            AccelSource::Kinematic
+        }
+    }
+
+    /// Without an accelerometer the kinematic form still works.
+    fn kinematic_stand_in(&self) -> Option<Real> {
+        (self.source() == AccelSource::Kinematic).then_some(0.0)
+    }
+
+    /// The total mass, kg. Valid once its standard deviation is below a tenth of it and no limit acts.
+    pub fn mass_kg(&self) -> Value {
+        let value = self.rls.belief.x.x * self.mass0_kg;
+        let sd = sqrt(self.covariance().m11) * self.mass0_kg;
+        Value {
+            value,
+            sd,
+            valid: sd < 0.1 * value && !self.saturated,
+        }
+    }
+
+    /// The running-resistance coefficient as far as it is told from the accelerometer's bias.
+    pub fn running_resistance(&self) -> Real {
+        (self.mu0 + self.rls.belief.x.y / self.rls.belief.x.x).clamp(0.0, 1.0)
+    }
+
+    /// Accelerometer bias, m/s², as far as it is told from the running resistance.
+    pub fn accel_bias_mps2(&self) -> Real {
+        -self.rls.belief.x.z / self.rls.belief.x.x
+    }
+
+    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance:
+    /// sin θ + s μ c = F/(M g) at steady speed.
+    pub fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
+        let m = self.rls.belief.x.x;
+        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + direction * self.rls.belief.x.y / (m * m);
+        let gradient: SVector<Real, 3> = vector![by_m, -direction / m, 0.0];
+        sqrt(gradient.dot(&(self.covariance() * gradient)))
+    }
+
+    /// Covariance, widened if the residuals are larger than expected.
+    fn covariance(&self) -> nalgebra::Matrix3<Real> {
+        let spread = self.rls.spread().max(1.0);
+        self.rls.belief.P * (spread * spread)
+    }
+
+    /// Whether the regression is excited and learns.
+    pub fn excited(&self) -> bool {
+        self.excited
+    }
+
+    /// Whether the wind-up limit acts: forgetting would have made a parameter less certain than it was at the start.
+    pub fn limited(&self) -> bool {
+        self.outcome.limited
+    }
+
+    /// Whether the mass is held at an end of its range.
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// Forgetting factor of the last update.
+    pub fn lambda(&self) -> Real {
+        self.outcome.lambda
+    }
+
+    /// A-priori residual of the last update, N.
+    pub fn residual_n(&self) -> Real {
+        self.outcome.residual * self.mass0_kg
+    }
+
+    /// How often a change of load was seen.
+    pub fn resets(&self) -> u32 {
+        self.resets
+    }
+}

@@ -1,0 +1,152 @@
+//! Estimators of a crane's mass and slope, constructed by name.
+//!
+//! A pipeline reads samples through [`front_end`], knows the [`force_balance`], and puts algorithms of this crate together.
+//! To add one: write its file, and give it a line in [`NAMES`], [`key_groups`], [`build`] and [`AnyEstimator`].
+
+pub mod dffrls_aekf;
+pub mod force_balance;
+pub mod front_end;
+pub mod mass_regression;
+pub mod mass_then_slope;
+pub mod params;
+pub mod slope_filter;
+#[cfg(test)]
+pub(crate) mod testing;
+
+use crate::{
+    Error, Real,
+    signals::{Command, Estimate, MAX_DRIVES, Measurements, Vehicle},
+};
+use dffrls_aekf::{DffrlsAekf, DffrlsAekfParams};
+use params::{Key, ParamError};
+
+/// An estimator of mass and slope.
+pub trait Estimator {
+    /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
+
+    /// Back to the state it was built in.
+    fn reset(&mut self);
+
+    /// Names of its internal quantities, for plots.
+    fn internals(&self) -> &'static [&'static str];
+
+    /// Writes the internal quantities, in the order of their names, into `values`; as many as fit.
+    fn internal_values(&self, values: &mut [Real]);
+}
+
+/// Names [`build`] knows.
+pub const NAMES: &[&str] = &["dffrls_aekf"];
+
+/// The parameters of a named estimator, in groups; `None` if there is no such estimator.
+pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
+    match name {
+        "dffrls_aekf" => Some(DffrlsAekfParams::KEYS),
+        _ => None,
+    }
+}
+
+/// The parameters of a named estimator; `None` if there is no such estimator.
+pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
+    key_groups(name).map(|groups| groups.iter().copied().flatten())
+}
+
+/// Builds an estimator by name, with the parameters named in `settings` and the defaults of the rest.
+pub fn build<'a>(
+    name: &str,
+    vehicle: &Vehicle,
+    settings: impl IntoIterator<Item = (&'a str, Real)>,
+) -> Result<AnyEstimator, ParamError> {
+    check(vehicle)?;
+    match name {
+        "dffrls_aekf" => {
+            let mut params = DffrlsAekfParams::default();
+            settings
+                .into_iter()
+                .try_for_each(|(key, value)| params.set(key, value))?;
+            Ok(AnyEstimator::DffrlsAekf(DffrlsAekf::new(vehicle, params)))
+        }
+        _ => Err(ParamError::UnknownEstimator),
+    }
+}
+
+fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
+    let [low, high] = vehicle.mass_range_kg;
+    let positive = |value: Real| value > 0.0 && value.is_finite();
+    for (field, good) in [
+        ("tare_kg", positive(vehicle.tare_kg)),
+        ("drives", (1..=MAX_DRIVES).contains(&vehicle.drives)),
+        ("wheel_radius_m", positive(vehicle.wheel_radius_m)),
+        ("gear_ratio", positive(vehicle.gear_ratio)),
+        (
+            "efficiency",
+            positive(vehicle.efficiency) && vehicle.efficiency <= 1.0,
+        ),
+        (
+            "rotating_mass_kg",
+            vehicle.rotating_mass_kg >= 0.0 && vehicle.rotating_mass_kg.is_finite(),
+        ),
+        (
+            "running_resistance",
+            (0.0..=1.0).contains(&vehicle.running_resistance),
+        ),
+        (
+            "mass_range_kg",
+            positive(low) && high > low && high.is_finite(),
+        ),
+    ] {
+        if !good {
+            return Err(ParamError::Vehicle(field));
+        }
+    }
+    Ok(())
+}
+
+/// Any of the named estimators, without a heap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AnyEstimator {
+    /// Liu et al. 2023.
+    DffrlsAekf(DffrlsAekf),
+}
+
+impl AnyEstimator {
+    fn inner(&self) -> &dyn Estimator {
+        match self {
+            AnyEstimator::DffrlsAekf(estimator) => estimator,
+        }
+    }
+
+    fn inner_mut(&mut self) -> &mut dyn Estimator {
+        match self {
+            AnyEstimator::DffrlsAekf(estimator) => estimator,
+        }
+    }
+}
+
+impl Estimator for AnyEstimator {
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
+        self.inner_mut().step(z, u, dt)
+    }
+
+    fn reset(&mut self) {
+        self.inner_mut().reset();
+    }
+
+    fn internals(&self) -> &'static [&'static str] {
+        self.inner().internals()
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.inner().internal_values(values);
+    }
+}
+
+/// Copies as much of `from` as fits.
+fn copy_into(values: &mut [Real], from: &[Real]) {
+    for (place, value) in values.iter_mut().zip(from) {
+        *place = *value;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,257 @@
+//! Slope from the force balance: extended Kalman filter with state [v, θ] and wheel speed as its only measurement
+//! (Liu et al. 2023, eq. 23–29, with sin θ and cos θ in place of θ and 1).
+//!
+//! v⁻ = v + dt v̇(F, M, θ, μ),  θ⁻ = θ,  z = v + noise
+//!
+//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass, running
+//! resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade is 0.1°); it
+//! lags a change of slope by about a second, as a slope must first change the speed; standing or braking it knows nothing new.
+//! The accelerometer, which reads the slope directly, is not used.
+
+use nalgebra::{Matrix1, Matrix2, Vector2, matrix, vector};
+
+use super::{force_balance::ForceBalance, params::params};
+use crate::{
+    Real, ekf,
+    gaussian::{Correction, Gaussian},
+    real::{GRAVITY, PI},
+    sage_husa::SageHusa,
+};
+
+params! {
+    /// Parameters of the slope filter.
+    SlopeParams {
+        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
+        q_theta ["rad²/s"] = 3e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+    }
+}
+
+/// Largest grade angle the filter goes to, rad: no monorail climbs more.
+const STEEPEST: Real = PI / 3.0;
+
+/// What a prediction step is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Traction at the rims, N.
+    pub traction_n: Real,
+    /// Total mass, kg.
+    pub mass_kg: Real,
+    /// Running resistance with the sign of the speed: sgn(v) μ.
+    pub resistance: Real,
+}
+
+/// The filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeFilter {
+    params: SlopeParams,
+    balance: ForceBalance,
+    belief: Gaussian<2>,
+    R: Matrix1<Real>,
+    adaptive: Option<SageHusa<1>>,
+    started: bool,
+    saturated: bool,
+    last: Option<Correction<1, 2>>,
+}
+
+impl SlopeFilter {
+    /// With a constant measurement noise, or with one that `fading` (the factor b or κ of Sage & Husa) adapts between a hundredth
+    /// and a hundred times the nominal variance.
+    pub fn new(balance: ForceBalance, params: SlopeParams, fading: Option<Real>) -> Self {
+        let sd = params.wheel_speed_sd_mps;
+        let rad = PI / 180.0;
+        let x = vector![0.0, params.grade0_deg * rad];
+        let R = Matrix1::new(sd * sd);
+        Self {
+            params,
+            balance,
+            belief: Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]),
+            R,
+            adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
+            started: false,
+            saturated: false,
+            last: None,
+        }
+    }
+
+    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says nothing: the
+    /// slope is kept and its tie to the speed is cut.
+    pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
+        let Some(drive) = drive else {
+            self.belief.P.m12 = 0.0;
+            self.belief.P.m21 = 0.0;
+            self.belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
+            return;
+        };
+        let (x_next, F) = self.transition(&self.belief.x, &drive, dt);
+        let Q = Matrix2::from_diagonal(&vector![self.params.q_v * dt, self.params.q_theta * dt]);
+        ekf::predict(&mut self.belief, x_next, &F, &Q);
+    }
+
+    /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
+    fn transition(
+        &self,
+        x: &Vector2<Real>,
+        drive: &Drive,
+        dt: Real,
+    ) -> (Vector2<Real>, Matrix2<Real>) {
+        let (v, theta) = (x.x, x.y);
+        let v_dot =
+            self.balance
+                .acceleration(drive.traction_n, drive.mass_kg, theta, drive.resistance);
+        let by_theta = self
+            .balance
+            .acceleration_by_theta(drive.mass_kg, theta, drive.resistance);
+        (
+            vector![v + dt * v_dot, theta],
+            matrix![1.0, dt * by_theta; 0.0, 1.0],
+        )
+    }
+
+    /// Corrects by a wheel speed. `adapt` lets the measurement noise learn from it.
+    pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) {
+        if !self.started {
+            self.belief.x.x = wheel_speed_mps;
+            self.started = true;
+        }
+        let H = matrix![1.0, 0.0];
+        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
+        let z = vector![wheel_speed_mps];
+        let z_predicted = H * self.belief.x;
+        let Some(correction) = ekf::update(&mut self.belief, z, z_predicted, &H, &R) else {
+            return;
+        };
+        self.last = Some(correction);
+        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        self.saturated = inside != self.belief.x.y;
+        self.belief.x.y = inside;
+        if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt) {
+            noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
+            self.saturated |= noise.limited();
+        }
+    }
+
+    /// Belief about [v in m/s, θ in rad].
+    pub fn belief(&self) -> &Gaussian<2> {
+        &self.belief
+    }
+
+    /// Innovation (m/s) and NIS of the last measurement.
+    pub fn innovation(&self) -> (Real, Real) {
+        self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis))
+    }
+
+    /// Standard deviation of wheel speed in use, m/s.
+    pub fn measurement_sd(&self) -> Real {
+        crate::real::sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+    }
+
+    /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// Traction that keeps the speed at the estimated slope, N: what the slope's uncertainty is reckoned at.
+    pub fn steady_traction_n(&self, drive: &Drive) -> Real {
+        let theta = self.belief.x.y;
+        drive.mass_kg
+            * GRAVITY
+            * (crate::real::sin(theta) + drive.resistance * crate::real::cos(theta))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        crane::testing::vehicle,
+        testing::{Random, chi_square_band},
+    };
+
+    fn filter(fading: Option<Real>) -> SlopeFilter {
+        SlopeFilter::new(
+            ForceBalance::new(&vehicle()),
+            SlopeParams::default(),
+            fading,
+        )
+    }
+
+    #[test]
+    fn jacobian_equals_central_differences() {
+        let filter = filter(None);
+        let drive = Drive {
+            traction_n: 2e4,
+            mass_kg: 2e4,
+            resistance: 0.02,
+        };
+        for theta in [-0.4, 0.0, 0.3] {
+            let x = vector![0.7, theta];
+            let (_, F) = filter.transition(&x, &drive, 0.1);
+            for (column, step) in [vector![1e-5, 0.0], vector![0.0, 1e-5]].iter().enumerate() {
+                let difference = (filter.transition(&(x + step), &drive, 0.1).0
+                    - filter.transition(&(x - step), &drive, 0.1).0)
+                    / 2e-5;
+                assert!((F.column(column) - difference).norm() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn error_is_chi_square_when_the_world_is_the_model() {
+        // The plant: (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white force noise; θ a random walk of the filter's own strength.
+        let (mass, mu, dt): (Real, Real, Real) = (12_000.0, 0.02, 0.01);
+        let params = SlopeParams::default();
+        let runs = 100;
+        let mut nees = 0.0;
+        for run in 0..runs {
+            let mut random = Random::new(500 + run as u64);
+            let mut filter = filter(None);
+            let (mut v, mut theta) = (0.5, params.grade0_sd_deg.to_radians() * random.normal());
+            filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+            for _ in 0..500 {
+                let force = mass * 9.81 * (theta.sin() + mu * theta.cos()) + 5e3 * (0.8 - v);
+                filter.predict(
+                    Some(Drive {
+                        traction_n: force,
+                        mass_kg: mass,
+                        resistance: mu,
+                    }),
+                    dt,
+                );
+                v += dt * (force - mass * 9.81 * (theta.sin() + mu * theta.cos()))
+                    / (mass + vehicle().rotating_mass_kg)
+                    + (params.q_v * dt).sqrt() * random.normal();
+                theta += (params.q_theta * dt).sqrt() * random.normal();
+                filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+            }
+            let error = filter.belief.x - vector![v, theta];
+            nees +=
+                error.dot(&filter.belief.P.cholesky().unwrap().solve(&error)) / 2.0 / runs as Real;
+        }
+        let (low, high) = chi_square_band(2 * runs);
+        assert!((low..high).contains(&nees), "{nees} not in {low}…{high}");
+    }
+
+    #[test]
+    fn standing_keeps_the_slope() {
+        let mut filter = filter(Some(0.998));
+        let drive = Drive {
+            traction_n: 5e3,
+            mass_kg: 1e4,
+            resistance: 0.02,
+        };
+        for _ in 0..100 {
+            filter.predict(Some(drive), 0.01);
+            filter.update(0.5, true);
+        }
+        let theta = filter.belief.x.y;
+        assert!(theta != 0.0);
+        for k in 0..1000 {
+            filter.predict(None, 0.01);
+            filter.update(0.01 * (k % 3) as Real, false);
+        }
+        assert_eq!(filter.belief.x.y, theta);
+    }
+}

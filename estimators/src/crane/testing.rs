@@ -1,0 +1,193 @@
+//! A simulated crane for the tests: one degree of freedom, written from the physics and not from the filters' code.
+
+use crate::{
+    Real,
+    crane::Estimator,
+    signals::{Command, Estimate, Measurements, Sample, Vehicle},
+    testing::Random,
+};
+use std::vec::Vec;
+
+/// What the estimators are told.
+pub fn vehicle() -> Vehicle {
+    Vehicle {
+        tare_kg: 5_000.0,
+        drives: 8,
+        wheel_radius_m: 0.17,
+        gear_ratio: 20.0,
+        efficiency: 0.9,
+        rotating_mass_kg: 1_045.0,
+        running_resistance: 0.02,
+        mass_range_kg: [5_000.0, 27_000.0],
+    }
+}
+
+/// The crane as it is, its sensors and its speed control.
+#[derive(Clone, Copy)]
+pub struct World {
+    pub mass_kg: Real,
+    /// Load picked up or set down at an instant: (s, total mass after it).
+    pub mass_change: Option<(Real, Real)>,
+    pub mu: Real,
+    pub accel_bias: Real,
+    pub torque_gain: Real,
+    pub disturbance: Real,
+    pub speed_sd: Real,
+    pub accel_sd: Real,
+    pub torque_noise: Real,
+    /// Grade angle, rad, at a chainage, m.
+    pub grade: fn(Real) -> Real,
+    /// Speed asked for, m/s, at an instant, s.
+    pub speed: fn(Real) -> Real,
+    pub seconds: Real,
+    /// Speed at the start, m/s; the torque then starts at what keeps it.
+    pub start_mps: Real,
+    pub seed: u64,
+}
+
+/// A start, a level piece, a transition to 8°, back to level.
+pub fn world(seed: u64) -> World {
+    World {
+        mass_kg: 15_000.0,
+        mass_change: None,
+        mu: 0.02,
+        accel_bias: 0.0,
+        torque_gain: 1.0,
+        disturbance: 0.02,
+        speed_sd: 0.005,
+        accel_sd: 0.007,
+        torque_noise: 0.01,
+        grade: |s| 8f64.to_radians() * (smooth((s - 15.0) / 8.0) - smooth((s - 40.0) / 8.0)),
+        speed: |t| (0.25 * (t - 1.0)).clamp(0.0, 1.0),
+        seconds: 60.0,
+        start_mps: 0.0,
+        seed,
+    }
+}
+
+/// 0 below 0, 1 above 1, smooth between.
+pub fn smooth(x: Real) -> Real {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// What was true and what was estimated, at one instant.
+#[derive(Clone, Copy)]
+pub struct Row {
+    pub t: Real,
+    pub mass: Real,
+    pub theta: Real,
+    pub estimate: Estimate,
+}
+
+pub const DT: Real = 0.005;
+
+impl World {
+    /// Drives the crane for its time; `estimator` sees IMU at 200 Hz, torque and wheel speed at 100 Hz.
+    pub fn run(&self, estimator: &mut impl Estimator) -> Vec<Row> {
+        let vehicle = vehicle();
+        let mut random = Random::new(self.seed);
+        let (mut s, mut v, mut push) = (0.0, self.start_mps, 0.0);
+        let mut force = if v == 0.0 {
+            0.0
+        } else {
+            self.steady_force((self.grade)(0.0))
+        };
+        let mut integral = force;
+        let mut rows = Vec::new();
+        for k in 1..=(self.seconds / DT) as usize {
+            let t = k as Real * DT;
+            let mass = self
+                .mass_change
+                .filter(|(at, _)| t >= *at)
+                .map_or(self.mass_kg, |(_, after)| after);
+            // speed control and motor lag
+            let lack = (self.speed)(t) - v;
+            integral += 1.5e4 * lack * DT;
+            force += (3e4 * lack + integral - force) * DT / 0.15;
+            // (M + J) v̇ = F − M g sin θ − friction + disturbance, with friction that holds a standing train
+            let theta = (self.grade)(s);
+            push += -push * DT / 0.3 + self.disturbance * (2.0 * DT / 0.3).sqrt() * random.normal();
+            let drive = force - mass * 9.81 * theta.sin() + mass * push;
+            let friction = self.mu * mass * 9.81 * theta.cos();
+            let stands = v.abs() < 1e-9 && drive.abs() < friction;
+            let direction = if v.abs() > 1e-9 {
+                v.signum()
+            } else {
+                drive.signum()
+            };
+            let net = if stands {
+                0.0
+            } else {
+                drive - direction * friction
+            };
+            let mut a = net / (mass + vehicle.rotating_mass_kg);
+            if v != 0.0 && (v + a * DT) * v < 0.0 && drive.abs() < friction {
+                a = -v / DT;
+            }
+            v += a * DT;
+            s += v * DT;
+
+            let mut z = Measurements {
+                t_s: t,
+                ..Default::default()
+            };
+            let f = a + 9.81 * theta.sin() + self.accel_bias + self.accel_sd * random.normal();
+            z.specific_force_mps2 = Some(Sample {
+                t_s: t,
+                value: [f, 0.0, -9.81 * theta.cos()],
+            });
+            if k % 2 == 0 {
+                let loss = if force * v >= 0.0 {
+                    1.0 / vehicle.efficiency
+                } else {
+                    vehicle.efficiency
+                };
+                let torque = force * vehicle.wheel_radius_m / vehicle.gear_ratio * loss
+                    / vehicle.drives as Real;
+                for i in 0..vehicle.drives {
+                    let noise = self.torque_noise * (50.0 + torque.abs()) * random.normal();
+                    z.motor_torque_nm[i] = Some(Sample {
+                        t_s: t,
+                        value: torque * self.torque_gain + noise,
+                    });
+                    z.wheel_speed_mps[i] = Some(Sample {
+                        t_s: t,
+                        value: v + self.speed_sd * random.normal(),
+                    });
+                }
+            }
+            let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+            rows.push(Row {
+                t,
+                mass,
+                theta,
+                estimate,
+            });
+        }
+        rows
+    }
+
+    /// Traction, N, that keeps a forward speed on a grade.
+    fn steady_force(&self, theta: Real) -> Real {
+        self.mass_kg * 9.81 * (theta.sin() + self.mu * theta.cos())
+    }
+}
+
+/// Largest mass error, as a share of the mass, from an instant on.
+pub fn mass_error(rows: &[Row], from_s: Real) -> Real {
+    rows.iter()
+        .filter(|row| row.t >= from_s)
+        .map(|row| (row.estimate.total_mass_kg.value / row.mass - 1.0).abs())
+        .fold(0.0, Real::max)
+}
+
+/// Root mean square of the grade error, deg, from an instant on.
+pub fn grade_error_deg(rows: &[Row], from_s: Real) -> Real {
+    let errors: Vec<Real> = rows
+        .iter()
+        .filter(|row| row.t >= from_s)
+        .map(|row| (row.estimate.grade_rad.value - row.theta).to_degrees())
+        .collect();
+    crate::testing::rms(&errors)
+}

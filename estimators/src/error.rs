@@ -1,0 +1,41 @@
+//! Why an estimator refuses an input. A refused input leaves the estimator as it was.
+
+use core::fmt;
+
+use crate::Real;
+
+/// The refusal of one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Error {
+    /// The time step is not a number, not positive, or longer than a second.
+    TimeStep(Real),
+    /// The step's instant is not after the previous one.
+    OutOfOrder {
+        /// Instant of the refused step, s.
+        t_s: Real,
+        /// Instant of the step before it, s.
+        last_s: Real,
+    },
+    /// A number of the named signal is NaN or infinite.
+    NotFinite(&'static str),
+    /// A number of the named signal is beyond what any crane can do.
+    OutOfRange(&'static str),
+    /// The step would have left the state without a finite value.
+    Diverged,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::TimeStep(dt) => write!(out, "time step {dt} s is not in 0…1 s"),
+            Error::OutOfOrder { t_s, last_s } => {
+                write!(out, "step at {t_s} s comes after one at {last_s} s")
+            }
+            Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
+            Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),
+            Error::Diverged => write!(out, "the step would leave the state without a finite value"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

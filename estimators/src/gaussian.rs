@@ -1,0 +1,223 @@
+//! A Gaussian belief and its correction by a measurement: written once, used by every filter here.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::{
+    Real,
+    real::{PI, ln},
+};
+
+/// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaussian<const N: usize> {
+    /// Mean.
+    pub x: SVector<Real, N>,
+    /// Covariance.
+    pub P: SMatrix<Real, N, N>,
+}
+
+/// What a measurement of `M` numbers did to a belief about `N`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction<const M: usize, const N: usize> {
+    /// Innovation: measured minus predicted.
+    pub y: SVector<Real, M>,
+    /// Innovation covariance S = H P Hᵀ + R, before the correction.
+    pub S: SMatrix<Real, M, M>,
+    /// Gain K = P Hᵀ S⁻¹.
+    pub K: SMatrix<Real, N, M>,
+    /// Normalised innovation squared yᵀ S⁻¹ y; of mean `M` when the filter is consistent.
+    pub nis: Real,
+    /// ln of the density of `y` under N(0, S).
+    pub log_likelihood: Real,
+}
+
+impl<const N: usize> Gaussian<N> {
+    /// The belief with mean `x` and independent standard deviations `sd`.
+    pub fn independent(x: SVector<Real, N>, sd: SVector<Real, N>) -> Self {
+        Self {
+            x,
+            P: SMatrix::from_diagonal(&sd.component_mul(&sd)),
+        }
+    }
+
+    /// Correction by an innovation `y` of a measurement with Jacobian `H` and noise `R`.
+    ///
+    /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for any
+    /// gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
+    pub fn correct<const M: usize>(
+        &mut self,
+        y: SVector<Real, M>,
+        H: &SMatrix<Real, M, N>,
+        R: &SMatrix<Real, M, M>,
+    ) -> Option<Correction<M, N>> {
+        let PHt = self.P * H.transpose();
+        let S = H * PHt + R;
+        let factor = S.cholesky()?;
+        let K = factor.solve(&PHt.transpose()).transpose();
+        let nis = y.dot(&factor.solve(&y));
+        let half_log_det: Real = factor.l_dirty().diagonal().iter().map(|l| ln(*l)).sum();
+        let log_likelihood = -0.5 * (nis + M as Real * ln(2.0 * PI)) - half_log_det;
+        if !nis.is_finite() || !log_likelihood.is_finite() {
+            return None;
+        }
+
+        self.x += K * y;
+        let A = SMatrix::identity() - K * H;
+        self.P = A * self.P * A.transpose() + K * R * K.transpose();
+        self.symmetrise();
+        Some(Correction {
+            y,
+            S,
+            K,
+            nis,
+            log_likelihood,
+        })
+    }
+
+    /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.
+    pub fn correct_scalar(
+        &mut self,
+        y: Real,
+        h: &SVector<Real, N>,
+        r: Real,
+    ) -> Option<Correction<1, N>> {
+        self.correct(SVector::repeat(y), &h.transpose(), &SMatrix::repeat(r))
+    }
+
+    /// Removes the asymmetry that rounding leaves: P ← ½ (P + Pᵀ).
+    pub fn symmetrise(&mut self) {
+        self.P = (self.P + self.P.transpose()) * 0.5;
+    }
+
+    /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).
+    /// Tells whether a limit acted.
+    pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
+        let variance = self.P.diagonal();
+        let shrink = variance.zip_map(most, |now, most| {
+            if now > most && now > 0.0 {
+                crate::real::sqrt(most / now)
+            } else {
+                1.0
+            }
+        });
+        if shrink.iter().all(|s| *s >= 1.0) {
+            return false;
+        }
+        let D = SMatrix::from_diagonal(&shrink);
+        self.P = D * self.P * D;
+        true
+    }
+
+    /// Whether every number of it is finite.
+    pub fn is_finite(&self) -> bool {
+        self.x.iter().chain(self.P.iter()).all(|v| v.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+    use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, matrix, vector};
+
+    #[test]
+    fn correction_equals_the_information_form() {
+        // Oracle: P⁺ = (P⁻¹ + Hᵀ R⁻¹ H)⁻¹ and x⁺ = x + P⁺ Hᵀ R⁻¹ y.
+        let P: Matrix3<Real> = matrix![2.0, 0.3, 0.1; 0.3, 1.0, -0.2; 0.1, -0.2, 0.5];
+        let H = matrix![1.0, 0.5, 0.0; 0.0, 1.0, -2.0];
+        let R: Matrix2<Real> = matrix![0.2, 0.05; 0.05, 0.4];
+        let y: Vector2<Real> = vector![0.7, -0.4];
+        let mut belief = Gaussian {
+            x: vector![1.0, 2.0, 3.0],
+            P,
+        };
+        let correction = belief.correct(y, &H, &R).unwrap();
+        let P_oracle = (P.try_inverse().unwrap() + H.transpose() * R.try_inverse().unwrap() * H)
+            .try_inverse()
+            .unwrap();
+        let x_oracle: Vector3<Real> =
+            vector![1.0, 2.0, 3.0] + P_oracle * H.transpose() * R.try_inverse().unwrap() * y;
+        assert!((belief.P - P_oracle).norm() < 1e-12);
+        assert!((belief.x - x_oracle).norm() < 1e-12);
+        let S = H * P * H.transpose() + R;
+        assert!((correction.nis - (y.transpose() * S.try_inverse().unwrap() * y).x).abs() < 1e-12);
+        let log_density = -0.5 * correction.nis - 0.5 * (S.determinant() * (2.0 * PI).powi(2)).ln();
+        assert!((correction.log_likelihood - log_density).abs() < 1e-12);
+    }
+
+    #[test]
+    fn joseph_form_stays_positive_over_a_hundred_thousand_random_steps() {
+        let mut random = Random::new(1);
+        let mut belief = Gaussian::<3>::independent(Vector3::zeros(), vector![1e3, 1.0, 1e-3]);
+        for step in 0..100_000 {
+            let h = vector![
+                random.normal(),
+                10.0 * random.normal(),
+                1e3 * random.normal()
+            ];
+            let r = 10f64.powf(-8.0 + 10.0 * random.uniform());
+            belief.correct_scalar(random.normal(), &h, r).unwrap();
+            if step % 7 == 0 {
+                let F = Matrix3::identity() + 0.01 * Matrix3::from_fn(|_, _| random.normal());
+                belief.P = F * belief.P * F.transpose() + Matrix3::identity() * 1e-9;
+                belief.symmetrise();
+                belief.limit_variance(&vector![1e6, 1e3, 1.0]);
+            }
+            assert_eq!(belief.P, belief.P.transpose());
+            assert!(
+                belief.P.cholesky().is_some(),
+                "not positive definite at step {step}: {}",
+                belief.P
+            );
+        }
+        assert!(belief.is_finite());
+    }
+
+    #[test]
+    fn a_measurement_never_increases_a_variance() {
+        let mut random = Random::new(2);
+        let mut belief = Gaussian::<2>::independent(Vector2::zeros(), vector![3.0, 4.0]);
+        for _ in 0..1000 {
+            let before = belief.P.diagonal();
+            belief
+                .correct_scalar(1.0, &vector![random.normal(), random.normal()], 0.1)
+                .unwrap();
+            assert!(
+                belief
+                    .P
+                    .diagonal()
+                    .zip_map(&before, |a, b| a <= b * (1.0 + 1e-12))
+                    .iter()
+                    .all(|ok| *ok)
+            );
+        }
+    }
+
+    #[test]
+    fn an_impossible_noise_is_refused_and_changes_nothing() {
+        let mut belief = Gaussian::<2>::independent(Vector2::zeros(), vector![1.0, 1.0]);
+        let before = belief;
+        assert!(
+            belief
+                .correct_scalar(1.0, &vector![1.0, 0.0], -5.0)
+                .is_none()
+        );
+        assert!(
+            belief
+                .correct_scalar(Real::NAN, &vector![1.0, 0.0], 1.0)
+                .is_none()
+        );
+        assert_eq!(belief, before);
+    }
+
+    #[test]
+    fn variance_limit_keeps_correlations() {
+        let mut belief = Gaussian {
+            x: Vector2::zeros(),
+            P: matrix![4.0, 1.0; 1.0, 1.0],
+        };
+        assert!(belief.limit_variance(&vector![1.0, 2.0]));
+        assert!((belief.P - matrix![1.0, 0.5; 0.5, 1.0]).norm() < 1e-15);
+        assert!(!belief.limit_variance(&vector![1.0, 2.0]));
+    }
+}

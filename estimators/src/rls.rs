@@ -1,0 +1,394 @@
+//! Recursive least squares: one recursion, several ways to forget.
+//!
+//! y(k) = hᵀ(k) χ + e(k). A step first forgets, then corrects:
+//!
+//! | policy | forgetting | source |
+//! |---|---|---|
+//! | [`Forgetting::None`] | λ = 1 | Plackett 1950 |
+//! | [`Forgetting::Constant`] | λ constant | Åström & Wittenmark 1995 |
+//! | [`Forgetting::Dynamic`] | λ = δ + (1 − δ) exp(−σ Δ), Δ = size of the residual | Liu et al. 2023, eq. 19 |
+//! | [`Forgetting::Multiple`] | one λ for each parameter, each with a variance of its own | Vahidi, Stefanopoulou & Peng 2005, eq. 14–18 |
+//! | [`Forgetting::TimeLaw`] | λ = 1 − a bᵏ | patent CN 111507019 B, with a = 0.05 and b = 0.98 |
+//!
+//! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
+//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::{
+    Real,
+    gaussian::Gaussian,
+    real::{exp, pow, sqrt},
+};
+
+/// How old samples lose weight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Forgetting<const N: usize> {
+    /// All samples weigh the same.
+    None,
+    /// A sample's weight falls by this factor at each new one.
+    Constant(Real),
+    /// Forgets more when the residual is large: λ = floor + (1 − floor) exp(−sharpness · Δ), where Δ is the residual in units
+    /// of its own running standard deviation, so that `sharpness` has no unit.
+    Dynamic {
+        /// Smallest λ (the paper's δ).
+        floor: Real,
+        /// How fast λ falls with the residual (the paper's σ).
+        sharpness: Real,
+        /// λ while the running deviation of the residual is not yet known.
+        first: Real,
+    },
+    /// One factor for each parameter; correlations between parameters are not kept.
+    Multiple([Real; N]),
+    /// λ = 1 − loss · decayᵏ at update k = 1, 2, …: forgets early samples and then settles.
+    TimeLaw {
+        /// Loss of weight at k = 0.
+        loss: Real,
+        /// Factor from one update to the next.
+        decay: Real,
+    },
+}
+
+/// Number of updates the running deviation of the residual looks back on.
+const SPREAD_MEMORY: Real = 50.0;
+/// Updates after which the running deviation is trusted.
+const SPREAD_KNOWN: u32 = 10;
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// A-priori residual y − hᵀχ, in the unit of y.
+    pub residual: Real,
+    /// The same divided by the standard deviation predicted for it.
+    pub normalised: Real,
+    /// Forgetting factor used (the smallest, where there are several).
+    pub lambda: Real,
+    /// Whether a variance was cut back to its prior (wind-up limit).
+    pub limited: bool,
+}
+
+/// Recursive least squares for `N` parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rls<const N: usize> {
+    /// Parameters χ and their covariance, for residuals of the variance given to [`Rls::update`].
+    pub belief: Gaussian<N>,
+    prior: SVector<Real, N>,
+    policy: Forgetting<N>,
+    /// Running variance of the normalised residual: 1 when the noise variance given is right.
+    spread: Real,
+    updates: u32,
+}
+
+impl<const N: usize> Rls<N> {
+    /// Starts from a belief about the parameters; no variance will ever exceed that of the start (wind-up limit).
+    pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
+        Self {
+            belief: prior,
+            prior: prior.P.diagonal(),
+            policy,
+            spread: 1.0,
+            updates: 0,
+        }
+    }
+
+    /// One sample: `y` = `h`ᵀχ + noise of variance `r`. `remember` suspends forgetting (use it while `h` carries no
+    /// information, so that P cannot wind up). `None`, and nothing changed, if the numbers allow no update.
+    pub fn update(
+        &mut self,
+        y: Real,
+        h: &SVector<Real, N>,
+        r: Real,
+        remember: bool,
+    ) -> Option<Outcome> {
+        let residual = y - h.dot(&self.belief.x);
+        let predicted = sqrt(r + h.dot(&(self.belief.P * h)));
+        let normalised = residual / predicted;
+        if !normalised.is_finite() {
+            return None;
+        }
+
+        let mut next = *self;
+        let lambda = if remember {
+            1.0
+        } else {
+            self.lambda(normalised)
+        };
+        match self.policy {
+            Forgetting::Multiple(lambdas) => {
+                let lambdas = if remember {
+                    SVector::repeat(1.0)
+                } else {
+                    SVector::from(lambdas)
+                };
+                next.update_multiple(residual, h, r, &lambdas)?;
+            }
+            _ => {
+                next.belief.P /= lambda;
+                next.belief.correct_scalar(residual, h, r)?;
+            }
+        }
+        let limited = next.belief.limit_variance(&self.prior);
+        // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
+        let square = (normalised * normalised).min(25.0 * next.spread.max(1e-12));
+        next.spread += (square - next.spread) / SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        next.updates = self.updates.saturating_add(1);
+        if !next.belief.is_finite() {
+            return None;
+        }
+        *self = next;
+        Some(Outcome {
+            residual,
+            normalised,
+            lambda,
+            limited,
+        })
+    }
+
+    /// Vahidi et al. 2005, eq. 14–18, for any number of parameters: each has its own variance and factor, the gains share
+    /// one denominator D = r + Σ Pᵢ hᵢ² / λᵢ.
+    fn update_multiple(
+        &mut self,
+        residual: Real,
+        h: &SVector<Real, N>,
+        r: Real,
+        lambdas: &SVector<Real, N>,
+    ) -> Option<()> {
+        let P = self.belief.P.diagonal().component_div(lambdas);
+        let D = r + P.dot(&h.component_mul(h));
+        if !(D > 0.0 && D.is_finite()) {
+            return None;
+        }
+        self.belief.x += P.component_mul(h) * (residual / D);
+        let P = P.zip_map(h, |P, h| P * r / (r + P * h * h));
+        self.belief.P = SMatrix::from_diagonal(&P);
+        Some(())
+    }
+
+    fn lambda(&self, normalised: Real) -> Real {
+        match self.policy {
+            Forgetting::None => 1.0,
+            Forgetting::Constant(lambda) => lambda,
+            Forgetting::Dynamic { first, .. } if self.updates < SPREAD_KNOWN => first,
+            Forgetting::Dynamic {
+                floor, sharpness, ..
+            } => {
+                let size = normalised.abs() / sqrt(self.spread.max(1e-12));
+                floor + (1.0 - floor) * exp(-sharpness * size)
+            }
+            Forgetting::Multiple(lambdas) => lambdas.iter().copied().fold(1.0, Real::min),
+            Forgetting::TimeLaw { loss, decay } => {
+                1.0 - loss * pow(decay, self.updates as Real + 1.0)
+            }
+        }
+    }
+
+    /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
+    pub fn spread(&self) -> Real {
+        sqrt(self.spread)
+    }
+
+    /// Updates made so far.
+    pub fn updates(&self) -> u32 {
+        self.updates
+    }
+
+    /// Gives the parameters for which `which` is not 0 their prior variance back and forgets their correlations.
+    pub fn reopen(&mut self, which: &SVector<Real, N>) {
+        let kept = which.map(|w| if w == 0.0 { 1.0 } else { 0.0 });
+        let D = SMatrix::from_diagonal(&kept);
+        let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);
+        self.belief.P = D * self.belief.P * D + SMatrix::from_diagonal(&opened);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+    use nalgebra::{Matrix2, Vector2, vector};
+    use std::vec::Vec;
+
+    const PRIOR_SD: [Real; 2] = [10.0, 20.0];
+
+    fn samples(count: usize) -> Vec<(Real, Vector2<Real>)> {
+        let mut random = Random::new(7);
+        (0..count)
+            .map(|_| {
+                let h = vector![1.0 + random.normal(), random.normal()];
+                (3.0 * h.x - 2.0 * h.y + 0.1 * random.normal(), h)
+            })
+            .collect()
+    }
+
+    fn prior() -> Gaussian<2> {
+        Gaussian::independent(vector![1.0, 1.0], PRIOR_SD.into())
+    }
+
+    /// Batch weighted least squares with the prior as a first, equally forgotten, measurement.
+    fn batch(samples: &[(Real, Vector2<Real>)], lambdas: &[Real], r: Real) -> Vector2<Real> {
+        let mut information: Matrix2<Real> = prior().P.try_inverse().unwrap();
+        let mut vector = information * prior().x;
+        for ((y, h), lambda) in samples.iter().zip(lambdas) {
+            information = information * *lambda + h * h.transpose() / r;
+            vector = vector * *lambda + h * *y / r;
+        }
+        information.try_inverse().unwrap() * vector
+    }
+
+    #[test]
+    fn equals_batch_weighted_least_squares() {
+        let samples = samples(200);
+        let constant: Vec<Real> = samples.iter().map(|_| 0.98).collect();
+        let time: Vec<Real> = (1..=200).map(|k| 1.0 - 0.05 * 0.98f64.powi(k)).collect();
+        let ones: Vec<Real> = samples.iter().map(|_| 1.0).collect();
+        for (policy, lambdas) in [
+            (Forgetting::None, ones),
+            (Forgetting::Constant(0.98), constant),
+            (
+                Forgetting::TimeLaw {
+                    loss: 0.05,
+                    decay: 0.98,
+                },
+                time,
+            ),
+        ] {
+            let mut rls = Rls::new(prior(), policy);
+            rls.prior *= 100.0; // no wind-up limit: the batch has none
+            for (y, h) in &samples {
+                let outcome = rls.update(*y, h, 0.01, false).unwrap();
+                assert!(!outcome.limited);
+            }
+            let oracle = batch(&samples, &lambdas, 0.01);
+            assert!(
+                (rls.belief.x - oracle).norm() < 1e-9,
+                "{policy:?}: {} against {oracle}",
+                rls.belief.x
+            );
+        }
+    }
+
+    #[test]
+    fn dynamic_forgetting_equals_batch_with_the_factors_it_chose() {
+        let samples = samples(200);
+        let mut rls = Rls::new(
+            prior(),
+            Forgetting::Dynamic {
+                floor: 0.95,
+                sharpness: 1.0,
+                first: 0.98,
+            },
+        );
+        rls.prior *= 100.0; // no wind-up limit: the batch has none
+        let lambdas: Vec<Real> = samples
+            .iter()
+            .map(|(y, h)| rls.update(*y, h, 0.01, false).unwrap().lambda)
+            .collect();
+        assert!(lambdas.iter().all(|l| (0.95..=1.0).contains(l)));
+        assert!(
+            lambdas.iter().skip(20).any(|l| *l < 0.97)
+                && lambdas.iter().skip(20).any(|l| *l > 0.99)
+        );
+        assert!((rls.belief.x - batch(&samples, &lambdas, 0.01)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn multiple_forgetting_with_one_parameter_is_constant_forgetting() {
+        let prior = Gaussian::<1>::independent(vector![1.0], vector![10.0]);
+        let mut multiple = Rls::new(prior, Forgetting::Multiple([0.97]));
+        let mut constant = Rls::new(prior, Forgetting::Constant(0.97));
+        for (y, h) in samples(100) {
+            multiple.update(y, &vector![h.x], 0.01, false).unwrap();
+            constant.update(y, &vector![h.x], 0.01, false).unwrap();
+            assert!((multiple.belief.x - constant.belief.x).norm() < 1e-10);
+            assert!((multiple.belief.P - constant.belief.P).norm() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn multiple_forgetting_follows_the_parameter_that_moves() {
+        let mut random = Random::new(8);
+        let mut rls = Rls::new(prior(), Forgetting::Multiple([1.0, 0.9]));
+        for k in 0..2000 {
+            let drift = (k as Real * 0.005).sin() * 5.0;
+            let h = vector![1.0 + random.normal(), 1.0];
+            rls.update(3.0 * h.x + drift, &h, 0.01, false).unwrap();
+            if k > 500 {
+                assert!(
+                    (rls.belief.x.y - drift).abs() < 0.6,
+                    "{k}: {} {drift}",
+                    rls.belief.x
+                );
+                assert!((rls.belief.x.x - 3.0).abs() < 0.4, "{k}: {}", rls.belief.x);
+            }
+        }
+    }
+
+    #[test]
+    fn an_unexcited_regressor_cannot_wind_up_the_covariance() {
+        let mut rls = Rls::new(prior(), Forgetting::Constant(0.9));
+        for _ in 0..10_000 {
+            rls.update(1.0, &vector![1.0, 0.0], 0.01, false).unwrap();
+        }
+        let allowed = Vector2::from(PRIOR_SD).component_mul(&Vector2::from(PRIOR_SD));
+        assert!(
+            rls.belief
+                .P
+                .diagonal()
+                .zip_map(&allowed, |p, most| p <= most * 1.000_001)
+                .iter()
+                .all(|ok| *ok)
+        );
+    }
+
+    #[test]
+    fn dynamic_forgetting_catches_up_with_a_jump_before_plain_least_squares() {
+        let mut dynamic = Rls::new(
+            prior(),
+            Forgetting::Dynamic {
+                floor: 0.9,
+                sharpness: 0.3,
+                first: 0.98,
+            },
+        );
+        let mut plain = Rls::new(prior(), Forgetting::None);
+        for (k, (y, h)) in samples(400).iter().enumerate() {
+            let y = if k < 300 { *y } else { y + h.x };
+            dynamic.update(y, h, 0.01, false).unwrap();
+            plain.update(y, h, 0.01, false).unwrap();
+        }
+        assert!((dynamic.belief.x.x - 4.0).abs() < 0.1);
+        assert!((plain.belief.x.x - 4.0).abs() > 0.4);
+    }
+
+    #[test]
+    fn refuses_numbers_it_cannot_use_and_keeps_its_state() {
+        let mut rls = Rls::new(prior(), Forgetting::None);
+        let before = rls;
+        assert!(
+            rls.update(Real::NAN, &vector![1.0, 0.0], 1.0, false)
+                .is_none()
+        );
+        assert!(
+            rls.update(1.0, &vector![Real::INFINITY, 0.0], 1.0, false)
+                .is_none()
+        );
+        assert!(
+            rls.update(1.0, &vector![1.0, 0.0], Real::NAN, false)
+                .is_none()
+        );
+        assert_eq!(rls, before);
+    }
+
+    #[test]
+    fn reopening_touches_only_the_named_parameter() {
+        let mut rls = Rls::new(prior(), Forgetting::None);
+        for (y, h) in samples(50) {
+            rls.update(y, &h, 0.01, false).unwrap();
+        }
+        let kept = rls.belief.P.m22;
+        rls.reopen(&vector![1.0, 0.0]);
+        assert_eq!(rls.belief.P.m11, 100.0);
+        assert_eq!(rls.belief.P.m12, 0.0);
+        assert_eq!(rls.belief.P.m22, kept);
+    }
+}
