@@ -79,6 +79,8 @@ impl Cruise {
         let e = self.speed - w.truth().speed_mps;
         self.integral += e * dt;
         let t = self.gain * (2.0 * e + 0.8 * self.integral);
-        torque(train, t.clamp(-self.torque_max, self.torque_max))
+        // Downhill the motors alone may not hold the train: the brake takes what is too fast.
+        let brake = ((-e - 0.05) / 0.5).clamp(0.0, 1.0);
+        Command { brake, ..torque(train, t.clamp(-self.torque_max, self.torque_max)) }
     }
 }

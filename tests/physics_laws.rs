@@ -355,7 +355,7 @@ fn halving_the_step_halves_the_error() {
 #[test]
 fn specific_force_is_smooth_at_constant_speed() {
     // Change of specific force at the IMU from step to step, noise off, on straights and constant slopes.
-    let train = train("dx80_176y");
+    let train = train("dx80_176y").with_load_mass(10_000.0).unwrap();
     let i = imu(&train);
     for (deg, speed) in [(0.0, 2.0), (8.0, 0.5), (-15.0, 0.5)] {
         let rail = slope(deg);

@@ -100,6 +100,9 @@ pub struct SpeedController {
 
 /// Below this speed a train asked to stand is held with the brake, m/s.
 const HOLD_SPEED: f64 = 0.01;
+/// Overspeed from which the brake helps the motors, and that over which it comes on fully, m/s.
+const OVERSPEED: f64 = 0.15;
+const OVERSPEED_FULL: f64 = 0.6;
 /// The brake is released this long after torque was asked for, s: the motors carry the train by then.
 const RELEASE_S: f64 = 0.4;
 
@@ -169,7 +172,10 @@ impl SpeedController {
         for t in c.motor_torque_nm.iter_mut().take(v.drives.min(MAX_DRIVES)) {
             *t = limited;
         }
-        c.brake = if self.holding { 1.0 } else { 0.0 };
+        // Downhill the motors alone may not hold the train: the brake takes what is too fast.
+        let overspeed = p.speed_mps.abs() - r.speed_mps.abs();
+        let service = ((overspeed - OVERSPEED) / OVERSPEED_FULL).clamp(0.0, 1.0);
+        c.brake = if self.holding { 1.0 } else { service };
         c
     }
 }

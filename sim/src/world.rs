@@ -29,12 +29,16 @@ const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
 /// Speed below which it has settled, m/s.
 const SETTLED: f64 = 1e-7;
-/// Collisions are computed while a part of the train is nearer than the margin to what it may touch, m; while it is farther,
-/// it is looked at again when it could have come nearer, at the latest after the time to cross the reach.
+/// For so many steps, so that a turning point of a swing is not taken for rest.
+const SETTLED_STEPS: u32 = 500;
+/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next look.
+/// Looks are `LOOK_S` apart or farther, as far as distances up to the reach allow.
 const TOUCH_REACH: f64 = 0.3;
-const TOUCH_MARGIN: f64 = 0.02;
-/// Faster than anything on a rail, m/s.
+const TOUCH_MARGIN: f64 = 0.01;
+const LOOK_S: f64 = 0.02;
+/// Faster than anything along a rail, and than anything that hangs from it moves across it, m/s.
 const FASTEST: f64 = 6.0;
+const FASTEST_SWAY: f64 = 0.3;
 /// Clearance beyond this is not looked for, m.
 const CLEARANCE_REACH: f64 = 5.0;
 /// Friction of steel and rock where parts touch.
@@ -75,7 +79,7 @@ pub struct World {
     physics: PhysicsWorld,
     handles: Vec<RigidBodyHandle>,
     parts: Vec<Part>,
-    rail_mesh: Fixed,
+    rail_hull: Fixed,
     blocks: Fixed,
     touchable: bool,
     next_look_s: f64,
@@ -190,7 +194,7 @@ impl World {
         p.contact_recycling = false;
         p.friction_model = FrictionModel::Coulomb;
 
-        let (rail_mesh, blocks) = insert_surroundings(&mut physics, &rail, &options.blocks);
+        let (rail_hull, blocks) = insert_surroundings(&mut physics, &rail, &options.blocks);
         let mut handles = Vec::new();
         let mut parts = Vec::new();
         for (i, b) in train.bodies.iter().enumerate() {
@@ -237,7 +241,7 @@ impl World {
             physics,
             handles,
             parts,
-            rail_mesh,
+            rail_hull,
             blocks,
             touchable: false,
             next_look_s: 0.0,
@@ -268,6 +272,7 @@ impl World {
         for u in &mut self.dynamics.drives {
             u.brake.value = u.spec.brake_max_n;
         }
+        let mut quiet = 0;
         for _ in 0..(SETTLE_S / dt) as usize {
             self.advance(&command, dt);
             let mut fastest: f64 = 0.0;
@@ -279,7 +284,8 @@ impl World {
                 b.set_angvel(w, false);
             }
             self.read_states();
-            if fastest < SETTLED {
+            quiet = if fastest < SETTLED { quiet + 1 } else { 0 };
+            if quiet > SETTLED_STEPS {
                 break;
             }
         }
@@ -342,16 +348,17 @@ impl World {
         if self.truth.t_s < self.next_look_s {
             return;
         }
-        let mut least = TOUCH_REACH;
+        let (mut to_blocks, mut to_rail) = (TOUCH_REACH, TOUCH_REACH);
         for part in &self.parts {
             let (pose, shape) = self.posed(part);
-            least = self.blocks.distance(&pose, shape, least);
+            to_blocks = self.blocks.distance(&pose, shape, to_blocks);
             if part.hung {
-                least = self.rail_mesh.distance(&pose, shape, least);
+                to_rail = self.rail_hull.distance(&pose, shape, to_rail);
             }
         }
-        self.next_look_s = self.truth.t_s + ((least - TOUCH_MARGIN) / FASTEST).max(0.0);
-        let touchable = least <= TOUCH_MARGIN;
+        let wait = f64::min((to_blocks - TOUCH_MARGIN) / FASTEST, (to_rail - TOUCH_MARGIN) / FASTEST_SWAY);
+        self.next_look_s = self.truth.t_s + wait.max(LOOK_S);
+        let touchable = wait <= LOOK_S;
         if touchable != self.touchable {
             self.touchable = touchable;
             for part in &self.parts {
@@ -559,12 +566,10 @@ fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]
             .collision_groups(groups(of, TRAIN | LOAD));
         physics.colliders.insert_with_parent(collider, fixed, &mut physics.bodies);
     };
-    let mut mesh = Vec::new();
     for piece in rail.mesh(RAIL_STEP, RAIL_PIECE) {
         let points = piece.vertices.iter().map(|v| Vector::new(v[0], v[1], v[2])).collect();
         if let Ok(shape) = SharedShape::trimesh(points, piece.triangles) {
             insert(Pose::IDENTITY, &shape, RAIL);
-            mesh.push((Pose::IDENTITY, shape));
         }
     }
     let mut boxes = Vec::new();
@@ -574,5 +579,13 @@ fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]
         insert(pose, &shape, AROUND);
         boxes.push((pose, shape));
     }
-    (Fixed::new(mesh), Fixed::new(boxes))
+    // Distances to the rail are asked of boxes around it: cheap, and some millimetres too near in the tightest curves.
+    let size = rail.profile().bounding_box();
+    let frames = rail.samples(RAIL_STEP);
+    let hull = frames.windows(2).map(|w| {
+        let middle = Block::between(&w[0], &w[1], size);
+        let half = middle.size / 2.0;
+        (pose_to_rapier(&middle.pose), SharedShape::cuboid(half.x, half.y, half.z))
+    });
+    (Fixed::new(hull.collect()), Fixed::new(boxes))
 }

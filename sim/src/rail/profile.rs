@@ -133,6 +133,11 @@ impl Profile {
         self.flange_root_m + share * (self.flange_tip_m - self.flange_root_m) - 0.5 * self.height_m
     }
 
+    /// Width and height of the box around the section, m.
+    pub fn bounding_box(&self) -> [f64; 2] {
+        [self.flange_width_m, self.height_m]
+    }
+
     /// Area of the cross-section, m².
     pub fn area(&self) -> f64 {
         let last = self.outline.len();
