@@ -17,15 +17,18 @@ impl Lag {
     }
 }
 
+/// Driving torque falls to nothing over this share of the largest speed beyond it.
+const CUT_OFF_BAND: f64 = 0.02;
+
 /// Torque the motor may give at rate `omega_m` (rad/s): constant torque, then constant power, nothing that drives beyond
 /// the cut-off speed; N·m at the motor shaft.
 pub fn envelope(d: &Drive, asked: f64, omega_m: f64) -> f64 {
-    let driving = asked * omega_m > 0.0;
-    if driving && omega_m.abs() > d.speed_max_radps {
-        return 0.0;
-    }
     let by_power = d.power_w / omega_m.abs().max(1e-9);
-    let limit = d.torque_max_nm.min(by_power);
+    let mut limit = d.torque_max_nm.min(by_power);
+    if asked * omega_m > 0.0 {
+        let over = omega_m.abs() / d.speed_max_radps - 1.0;
+        limit *= 1.0 - (over / CUT_OFF_BAND).clamp(0.0, 1.0);
+    }
     asked.clamp(-limit, limit)
 }
 
