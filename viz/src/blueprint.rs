@@ -11,9 +11,10 @@ use rerun::blueprint::components::{
     ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
     PlayState, RootContainer, RowShare,
 };
+use rerun::datatypes::{TimeRange, TimeRangeBoundary};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-    TextLogColumns, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
 use rerun::external::uuid::Uuid;
@@ -274,6 +275,11 @@ impl Builder {
     fn plot(&mut self, title: &str, lines: &[EntityPath]) -> Placed {
         let paths: Vec<String> = lines.iter().map(|l| l.to_string()).collect();
         let place = self.view("TimeSeries", title, "/", &paths);
+        let whole = TimeRange {
+            start: TimeRangeBoundary::Infinite,
+            end: TimeRangeBoundary::Infinite,
+        };
+        self.property(&place, "TimeAxis", TimeAxis::new().with_view_range(whole));
         let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
         self.property(&place, "PlotLegend", legend);
         place
