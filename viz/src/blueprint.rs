@@ -4,17 +4,19 @@
 //! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot follows from its
 //! path and unit, so a new channel finds its place.
 
+use crate::columns::follow_entity;
 use crate::series::Series;
 use crate::stream::{TIMELINE, entity};
-use nalgebra::{Isometry3, Vector3};
 use rerun::blueprint::components::{
-    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, LinkAxis,
-    PanelState, PlayState, RootContainer, RowShare,
+    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
+    PlayState, RootContainer, RowShare,
 };
+use rerun::datatypes::{TimeRange, TimeRangeBoundary};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
+use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
 use rerun::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath};
 
@@ -25,31 +27,12 @@ type Entities = Vec<(EntityPath, Box<dyn AsComponents>)>;
 /// The 3-D view has this one.
 pub const FIRST_ID: u128 = 0x6d6f_6e6f_7269_6700_0000_0000_0000_0001;
 
-/// Where the camera starts, and what it follows.
-pub struct Camera {
-    follow: EntityPath,
-    eye: Vector3<f64>,
-    target: Vector3<f64>,
-}
-
-impl Camera {
-    /// Beside and a little above a body of a train of this length, on its left, looking slightly forward.
-    pub fn beside(follow: EntityPath, body: &Isometry3<f64>, length_m: f64) -> Self {
-        let target = body.translation.vector;
-        let ahead = body.rotation * Vector3::x();
-        let heading = Vector3::new(ahead.x, ahead.y, 0.0);
-        let heading = heading.try_normalize(1e-9).unwrap_or(Vector3::x());
-        let left = Vector3::z().cross(&heading);
-        let far = length_m.max(4.0);
-        let eye =
-            target + left * (0.42 * far) + heading * (0.34 * far) + Vector3::z() * (0.14 * far);
-        Self {
-            follow,
-            eye,
-            target,
-        }
-    }
-}
+/// Dark, like a mine.
+const BACKGROUND: [u8; 3] = [24, 27, 33];
+/// The camera's place in the frame it follows (x forward, z up), in lengths of the train: left, ahead, a little above.
+const EYE: [f32; 3] = [0.30, 0.52, 0.12];
+/// m: shorter trains are not looked at from nearer.
+const LEAST_LENGTH: f64 = 6.0;
 
 /// The plots, in order. A plot that no line goes to is left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -118,12 +101,12 @@ fn plot(s: &Series) -> Option<Plot> {
 }
 
 /// The whole layout.
-pub fn entities(series: &[Series], camera: Option<&Camera>) -> Entities {
+pub fn entities(series: &[Series], train_length_m: f64) -> Entities {
     let mut b = Builder {
         next: FIRST_ID,
         out: Vec::new(),
     };
-    let world = b.world(camera);
+    let world = b.world(train_length_m);
     let events = b.text_views();
     let scene = b.container(
         ContainerKind::Vertical,
@@ -225,14 +208,14 @@ impl Builder {
         self.out.push((path, Box::new(what)));
     }
 
-    fn view(&mut self, class: &str, name: &str, contents: &[EntityPath]) -> Placed {
+    fn view(&mut self, class: &str, name: &str, origin: &str, contents: &[String]) -> Placed {
         let place = self.place("view");
         let query: Vec<String> = contents.iter().map(|e| format!("+ {e}")).collect();
         let query = query.iter().map(String::as_str);
         self.property(&place, "ViewContents", ViewContents::new(query));
         let blueprint = ViewBlueprint::new(class)
             .with_display_name(name)
-            .with_space_origin("/");
+            .with_space_origin(origin);
         self.add(place.path.clone(), blueprint);
         place
     }
@@ -242,29 +225,36 @@ impl Builder {
     }
 
     /// The scene. Its id is the first.
-    fn world(&mut self, camera: Option<&Camera>) -> Placed {
-        let all = [entity(["world", "**"])];
-        let place = self.view("3D", "Train", &all);
-        let everything = ViewContents::new(["+ /world/**"]);
-        self.property(&place, "ViewContents", everything);
-        if let Some(c) = camera {
-            let point = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-            let controls = EyeControls3D::new()
-                .with_position(point(&c.eye))
-                .with_look_target(point(&c.target))
-                .with_eye_up([0.0, 0.0, 1.0])
-                .with_tracking_entity(c.follow.to_string().as_str());
-            self.property(&place, "EyeControls3D", controls);
-        }
+    ///
+    /// Its origin is a frame that moves with the train, and in that frame the camera stands still: so it follows.
+    fn world(&mut self, train_length_m: f64) -> Placed {
+        let place = self.view(
+            "3D",
+            "Train",
+            &follow_entity().to_string(),
+            &["/world/**".into()],
+        );
+        let far = train_length_m.max(LEAST_LENGTH) as f32;
+        let controls = EyeControls3D::new()
+            .with_position(EYE.map(|x| x * far))
+            .with_look_target([0.0, 0.0, -0.02 * far])
+            .with_eye_up([0.0, 0.0, 1.0]);
+        self.property(&place, "EyeControls3D", controls);
         self.property(&place, "LineGrid3D", LineGrid3D::new().with_visible(false));
-        let background = Background::new(BackgroundKind::GradientDark);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(BACKGROUND);
         self.property(&place, "Background", background);
         place
     }
 
     fn text_views(&mut self) -> Placed {
-        let events = self.view("TextLog", "Events", &[entity(["events"])]);
-        let about = self.view("TextDocument", "About", &[entity(["about"])]);
+        let events = self.view("TextLog", "Events", "/", &["/events".into()]);
+        let body = TextLogColumn {
+            visible: true.into(),
+            kind: TextLogColumnKind::Body,
+        };
+        let columns = TextLogColumns::new().with_text_log_columns([body]);
+        self.property(&events, "TextLogColumns", columns);
+        let about = self.view("TextDocument", "About", "/", &["/about".into()]);
         self.tabs(vec![events.clone(), about], events)
     }
 
@@ -283,9 +273,13 @@ impl Builder {
     }
 
     fn plot(&mut self, title: &str, lines: &[EntityPath]) -> Placed {
-        let place = self.view("TimeSeries", title, lines);
-        let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
-        self.property(&place, "TimeAxis", axis);
+        let paths: Vec<String> = lines.iter().map(|l| l.to_string()).collect();
+        let place = self.view("TimeSeries", title, "/", &paths);
+        let whole = TimeRange {
+            start: TimeRangeBoundary::Infinite,
+            end: TimeRangeBoundary::Infinite,
+        };
+        self.property(&place, "TimeAxis", TimeAxis::new().with_view_range(whole));
         let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
         self.property(&place, "PlotLegend", legend);
         place
@@ -388,7 +382,7 @@ mod tests {
             unit,
         });
         let paths = || -> Vec<String> {
-            let all = entities(&plan(&channels), None);
+            let all = entities(&plan(&channels), 18.0);
             all.iter().map(|(path, _)| path.to_string()).collect()
         };
         assert_eq!(paths(), paths());

@@ -23,6 +23,13 @@ pub struct Columns {
     bodies: Vec<EntityPath>,
     wheels: Vec<Wheel>,
     links: Vec<Link>,
+    /// Index of the body the camera follows.
+    followed: usize,
+}
+
+/// A frame that moves with the train: origin at the followed body, x along its heading, z up. For the camera.
+pub fn follow_entity() -> EntityPath {
+    entity(["world", "follow"])
 }
 
 /// A line between two bodies.
@@ -57,6 +64,7 @@ impl Columns {
             bodies: bodies.map(|b| body_entity(&b.name)).collect(),
             wheels,
             links,
+            followed: layout.train.load.unwrap_or(layout.train.bodies.len() / 2),
         })
     }
 
@@ -75,6 +83,7 @@ impl Columns {
         self.poses(stream, chunk, &pose_times)?;
         self.wheels(stream, chunk, &pose_times)?;
         self.links(stream, chunk, &pose_times)?;
+        self.follow(stream, chunk, &pose_times)?;
         if !chunk.events.is_empty() {
             let (ns, texts): (Vec<i64>, Vec<&str>) =
                 chunk.events.iter().map(|(t, s)| (*t, s.as_str())).unzip();
@@ -104,6 +113,27 @@ impl Columns {
             send(stream, body.clone(), pose_times.clone(), columns)?;
         }
         Ok(())
+    }
+
+    fn follow(
+        &self,
+        stream: &mut Stream,
+        chunk: &Chunk,
+        pose_times: &TimeColumn,
+    ) -> Result<(), Error> {
+        let Some(poses) = chunk.poses.get(self.followed).filter(|p| !p.is_empty()) else {
+            return Ok(());
+        };
+        let upright = |pose: &([f64; 3], [f64; 4])| {
+            let ahead = isometry(pose).rotation * Vector3::x();
+            let half = ahead.y.atan2(ahead.x) / 2.0;
+            xyzw([0.0, 0.0, half.sin(), half.cos()])
+        };
+        let columns = Transform3D::update_fields()
+            .with_many_translation(poses.iter().map(|(p, _)| p.map(|x| x as f32)))
+            .with_many_quaternion(poses.iter().map(upright))
+            .columns_of_unit_batches();
+        send(stream, follow_entity(), pose_times.clone(), columns)
     }
 
     fn wheels(

@@ -135,11 +135,11 @@ impl Series {
         let name = format!("{who} {} [{}]", self.leaf(), self.unit);
         let [r, g, b] = self.colour;
         if let Line::Band { .. } = self.line {
-            let faint = [r / 2, g / 2, b / 2, 255];
+            // Same name and colour as the estimate's: one entry in the legend for the three lines.
             return SeriesLines::new()
-                .with_names([format!("{name} −2σ"), format!("{name} +2σ")])
-                .with_colors([faint, faint])
-                .with_widths([0.8, 0.8]);
+                .with_names([name.clone(), name])
+                .with_colors([[r, g, b, 255]; 2])
+                .with_widths([0.6, 0.6]);
         }
         let width = match self.group() {
             "truth" if self.owner().is_empty() => 2.5,

@@ -1,7 +1,7 @@
 //! The sink: scene, then chunks, then the end.
 
 use crate::blueprint;
-use crate::columns::{Columns, isometry};
+use crate::columns::Columns;
 use crate::live::Live;
 use crate::scene;
 use crate::stream::Stream;
@@ -31,9 +31,6 @@ pub struct RerunSink {
 struct Open {
     stream: Stream,
     columns: Columns,
-    /// Index of the body the camera follows, and how far away it starts, m; none once the layout is sent.
-    camera: Option<(usize, f64)>,
-    bodies: Vec<String>,
 }
 
 impl RerunSink {
@@ -73,14 +70,9 @@ impl Sink for RerunSink {
         let mut stream = Stream::create(&self.path, &id, self.live.take())?;
         let wheels = scene::log(&mut stream, layout)?;
         let columns = Columns::begin(&mut stream, layout, wheels)?;
-        let middle = layout.train.bodies.len() / 2;
-        let follow = layout.train.load.unwrap_or(middle);
-        self.open = Some(Open {
-            stream,
-            columns,
-            camera: Some((follow, layout.train.limits.length_m)),
-            bodies: layout.train.bodies.iter().map(|b| b.name.clone()).collect(),
-        });
+        let length_m = layout.train.limits.length_m;
+        stream.blueprint(blueprint::entities(columns.series(), length_m))?;
+        self.open = Some(Open { stream, columns });
         Ok(())
     }
 
@@ -88,7 +80,6 @@ impl Sink for RerunSink {
         let Some(open) = &mut self.open else {
             return Err(not_begun(&self.path));
         };
-        open.layout(Some(chunk))?;
         open.columns.log(&mut open.stream, chunk)
     }
 
@@ -96,23 +87,7 @@ impl Sink for RerunSink {
         let Some(open) = &mut self.open else {
             return Err(not_begun(&self.path));
         };
-        open.layout(None)?;
         open.stream.finish()
-    }
-}
-
-impl Open {
-    /// Send the viewer's layout, once: with the first poses, since the camera starts beside the train.
-    fn layout(&mut self, chunk: Option<&Chunk>) -> Result<(), Error> {
-        let Some((body, length_m)) = self.camera.take() else {
-            return Ok(());
-        };
-        let pose = chunk.and_then(|c| c.poses.get(body)?.first());
-        let camera = self.bodies.get(body).zip(pose).map(|(name, pose)| {
-            blueprint::Camera::beside(scene::body_entity(name), &isometry(pose), length_m)
-        });
-        let entities = blueprint::entities(self.columns.series(), camera.as_ref());
-        self.stream.blueprint(entities)
     }
 }
 

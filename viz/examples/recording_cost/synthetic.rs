@@ -106,7 +106,7 @@ impl Run {
             "truth/clearance" => f64::INFINITY,
             p if p.starts_with("sensors/") && !row.is_multiple_of(1 + i as u64 % 3) => f64::NAN,
             p if p.ends_with("wheel_speed") => speed + 0.02 * noise,
-            p if p.ends_with("/total_mass") => 29_000.0 + 3000.0 * settle + 50.0 * noise,
+            p if p.ends_with("/total_mass") => 29_000.0 + 3000.0 * settle + 5.0 * noise,
             p if p.ends_with("/total_mass_sd") => 1800.0 * settle + 150.0,
             p if p.ends_with("/grade") => grade + 0.02 * settle + 0.001 * noise,
             p if p.ends_with("/grade_sd") => 0.012 * settle + 0.003,

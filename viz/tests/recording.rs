@@ -1,0 +1,304 @@
+//! A small made-up run through both sinks, and read back: what is in the files is what was sent.
+
+#[path = "../examples/recording_cost/synthetic.rs"]
+mod synthetic;
+
+use arrow::array::{Array, Float64Array};
+use monorig_sim::record::parquet::ParquetSink;
+use monorig_sim::record::{Chunk, Sink};
+use monorig_viz::RerunSink;
+use monorig_viz::readback::{Recording, read};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use synthetic::Run;
+
+/// A folder that goes away with the test.
+struct TempDir(PathBuf);
+
+impl TempDir {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("monorig-{test}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for TempDir {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+const CHANNELS: usize = 80;
+
+fn chunks(run: &Run) -> Vec<Chunk> {
+    vec![run.chunk(0.0, 4.0), run.chunk(4.0, 7.0)]
+}
+
+fn record(mut sink: impl Sink, run: &Run) {
+    sink.begin(&run.layout()).unwrap();
+    for chunk in chunks(run) {
+        sink.chunk(&chunk).unwrap();
+    }
+    sink.finish().unwrap();
+}
+
+fn recording(path: &Path, run: &Run) -> Recording {
+    record(RerunSink::file(path), run);
+    read(path).unwrap()
+}
+
+/// (time ns, value) of a column of a Parquet file, where there is one that can be drawn.
+fn parquet_columns(path: &Path) -> Vec<(String, Vec<(i64, f64)>)> {
+    let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(path).unwrap()).unwrap();
+    let schema = reader.schema().clone();
+    let names = schema
+        .fields()
+        .iter()
+        .map(|f| (f.name().clone(), Vec::new()));
+    let mut columns: Vec<(String, Vec<(i64, f64)>)> = names.collect();
+    for batch in reader.build().unwrap() {
+        let batch = batch.unwrap();
+        let column =
+            |i: usize| -> &Float64Array { batch.column(i).as_any().downcast_ref().unwrap() };
+        for (i, (_, rows)) in columns.iter_mut().enumerate() {
+            let (time, values) = (column(0), column(i));
+            let drawn = (0..batch.num_rows())
+                .filter(|&r| !values.is_null(r) && values.value(r).is_finite());
+            rows.extend(drawn.map(|r| ((time.value(r) * 1e9).round() as i64, values.value(r))));
+        }
+    }
+    columns
+}
+
+#[test]
+fn channels_are_the_same_in_parquet_and_rerun() {
+    let dir = TempDir::new("channels");
+    let run = Run::new(CHANNELS);
+    let parquet = dir.0.join("channels.parquet");
+    record(ParquetSink::create(&parquet).unwrap(), &run);
+    let rerun = recording(&dir.0.join("run.rrd"), &run);
+
+    let columns = parquet_columns(&parquet);
+    assert_eq!(columns.len(), CHANNELS + 1);
+    let mut gaps = 0;
+    for (name, rows) in &columns[1..] {
+        let Some(entity) = rerun.entities.get(&format!("/{name}")) else {
+            panic!("no entity for {name}");
+        };
+        let got: Vec<(i64, u64)> = std::iter::zip(&entity.times, &entity.scalars)
+            .map(|(&t, x)| (t, x.to_bits()))
+            .collect();
+        let expected: Vec<(i64, u64)> = rows.iter().map(|&(t, x)| (t, x.to_bits())).collect();
+        assert_eq!(got, expected, "{name}");
+        assert_eq!(entity.times.len(), entity.scalars.len(), "{name}");
+        gaps += usize::from(rows.len() < 350);
+    }
+    assert!(gaps > 3, "the run should have sensors that skip rows");
+}
+
+#[test]
+fn everything_sent_is_in_the_recording() {
+    let dir = TempDir::new("everything");
+    let run = Run::new(CHANNELS);
+    let sent = chunks(&run);
+    let rerun = recording(&dir.0.join("run.rrd"), &run);
+    assert_eq!(rerun.application, "monorig");
+    assert_eq!(rerun.id, "synthetic-1");
+    assert!(rerun.complete);
+
+    // Poses, in single precision.
+    for (i, body) in run.train.bodies.iter().enumerate() {
+        let entity = &rerun.entities[&format!("/world/train/{}", body.name.replace('/', "."))];
+        let poses: Vec<_> = sent.iter().flat_map(|c| c.poses[i].clone()).collect();
+        let positions: Vec<[f32; 3]> = poses.iter().map(|(p, _)| p.map(|x| x as f32)).collect();
+        let quaternions: Vec<[f32; 4]> = poses.iter().map(|(_, q)| q.map(|x| x as f32)).collect();
+        let times: Vec<i64> = sent.iter().flat_map(|c| c.pose_time_ns.clone()).collect();
+        assert_eq!(entity.times, times, "{}", body.name);
+        assert_eq!(entity.positions, positions, "{}", body.name);
+        assert_eq!(entity.quaternions, quaternions, "{}", body.name);
+        // Every shape is there, once.
+        for shape in &body.shapes {
+            let path = format!(
+                "/world/train/{}/{}",
+                body.name.replace('/', "."),
+                shape.link
+            );
+            assert!(rerun.entities[&path].fixed >= 1, "{path}");
+        }
+    }
+
+    // Wheels: as many as shapes that spin, each turned by the angle of its side.
+    let spinning = |s: &&monorig_sim::train::Shape| s.spins.is_some();
+    let shapes = run
+        .train
+        .bodies
+        .iter()
+        .flat_map(|b| &b.shapes)
+        .filter(spinning)
+        .count();
+    let wheels = rerun
+        .entities
+        .iter()
+        .filter(|(path, _)| path.ends_with("/spin"));
+    assert_eq!(wheels.count(), shapes);
+    let wheel = &rerun.entities["/world/train/drive_3/wheel_right/spin"];
+    let angles = sent
+        .iter()
+        .flat_map(|c| c.wheel_angles[2].iter().map(|a| a[1]));
+    for (q, angle) in wheel.quaternions.iter().zip(angles) {
+        // A rotation by 2 atan2(z, w) about z; equal up to whole turns.
+        let turned = 2.0 * f64::from(q[2]).atan2(f64::from(q[3]));
+        let error = (turned - angle).rem_euclid(std::f64::consts::TAU);
+        assert!(
+            error.min(std::f64::consts::TAU - error) < 1e-5,
+            "{turned} {angle}"
+        );
+    }
+
+    // Chains, events, rail, obstacles, the viewer's layout.
+    let chains = rerun
+        .entities
+        .iter()
+        .filter(|(path, _)| path.starts_with("/world/links/chain_"));
+    assert_eq!(chains.count(), run.train.connections.len());
+    let events: Vec<(i64, String)> = sent.iter().flat_map(|c| c.events.clone()).collect();
+    let log = &rerun.entities["/events"];
+    let got: Vec<_> = log
+        .times
+        .iter()
+        .copied()
+        .zip(log.texts.iter().cloned())
+        .collect();
+    assert_eq!(got, events);
+    let rails = rerun
+        .entities
+        .iter()
+        .filter(|(path, _)| path.starts_with("/world/track/rail/"));
+    assert_eq!(rails.count(), (run.rail.len() - 1).div_ceil(200));
+    assert_eq!(rerun.entities["/world/obstacles"].fixed, 1);
+    assert!(rerun.layout.iter().any(|path| path == "/viewport"));
+}
+
+/// Degrees and bands, against the channels they are made from.
+#[test]
+fn what_is_made_for_the_eye_follows_from_the_channels() {
+    let dir = TempDir::new("display");
+    let run = Run::new(CHANNELS);
+    let rerun = recording(&dir.0.join("run.rrd"), &run);
+    let scalars = |path: &str| rerun.entities[path].scalars.clone();
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs().max(1.0);
+    let radians = scalars("/truth/grade_at_imu");
+    let degrees = scalars("/display/truth/grade_at_imu");
+    assert!(
+        radians
+            .iter()
+            .zip(&degrees)
+            .all(|(r, d)| close(r.to_degrees(), *d))
+    );
+    let value = scalars("/estimates/jekf/grade");
+    let sd = scalars("/estimates/jekf/grade_sd");
+    let band = scalars("/display/estimates/jekf/grade/two_sigma");
+    assert_eq!(band.len(), 2 * value.len());
+    for ((x, sd), ends) in value.iter().zip(&sd).zip(band.chunks_exact(2)) {
+        assert!(close(ends[0], (x - 2.0 * sd).to_degrees()));
+        assert!(close(ends[1], (x + 2.0 * sd).to_degrees()));
+    }
+}
+
+/// The same run gives the same recording: message for message, id for id. Rerun's encoder leaves the order of the two
+/// entries of the file's index open, so the bytes are compared up to there.
+#[test]
+fn same_run_same_recording() {
+    let dir = TempDir::new("same");
+    let run = Run::new(CHANNELS);
+    let (a, b) = (dir.0.join("a.rrd"), dir.0.join("b.rrd"));
+    assert_eq!(recording(&a, &run), recording(&b, &run));
+    let (a, b) = (std::fs::read(a).unwrap(), std::fs::read(b).unwrap());
+    assert_eq!(a.len(), b.len());
+    let differs = std::iter::zip(&a, &b).position(|(x, y)| x != y);
+    let messages = messages_end(&a);
+    assert!(messages > a.len() / 2);
+    assert!(
+        differs.is_none_or(|at| at >= messages),
+        "{differs:?} of {messages}"
+    );
+}
+
+/// Where the messages of an .rrd file end and its index begins. A file is a header of 12 bytes, then messages: kind
+/// (u64), length (u64, little-endian), payload; kind 0 is the end, with the index as payload.
+fn messages_end(bytes: &[u8]) -> usize {
+    let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    let mut at = 12;
+    while number(at) != 0 {
+        at += 16 + number(at + 8) as usize;
+    }
+    at
+}
+
+#[test]
+fn dropped_without_an_end_it_is_whole() {
+    let dir = TempDir::new("dropped");
+    let run = Run::new(CHANNELS);
+    let path = dir.0.join("run.rrd");
+    {
+        let mut sink = RerunSink::file(&path);
+        sink.begin(&run.layout()).unwrap();
+        sink.chunk(&chunks(&run)[0]).unwrap();
+    }
+    let read = read(&path).unwrap();
+    assert!(read.complete);
+    assert_eq!(read.entities["/truth/speed"].times.len(), 200);
+}
+
+/// A recording cut off in the middle (a killed process, a full disk) is seen to be incomplete.
+#[test]
+fn a_truncated_file_is_told_from_a_whole_one() {
+    let dir = TempDir::new("truncated");
+    let run = Run::new(CHANNELS);
+    let path = dir.0.join("run.rrd");
+    assert!(recording(&path, &run).complete);
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(read(&path).map_or(true, |r| !r.complete));
+    std::fs::write(&path, "no recording").unwrap();
+    assert!(read(&path).is_err());
+}
+
+#[test]
+fn live_without_a_viewer_records_as_usual() {
+    let dir = TempDir::new("live");
+    let run = Run::new(CHANNELS);
+    let (a, b) = (dir.0.join("a.rrd"), dir.0.join("b.rrd"));
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap();
+    let start = Instant::now();
+    let sink = RerunSink::live(&a, nobody);
+    assert!(sink.live_state().is_none());
+    record(sink, &run);
+    assert!(start.elapsed() < Duration::from_secs(5));
+    assert_eq!(read(&a).unwrap(), recording(&b, &run));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn full_disk_and_missing_folder_are_errors_that_name_the_file() {
+    let run = Run::new(CHANNELS);
+    for path in ["/dev/full", "/no/such/folder/run.rrd"] {
+        let mut sink = RerunSink::file(path);
+        let result = sink
+            .begin(&run.layout())
+            .and_then(|()| sink.chunk(&run.chunk(0.0, 30.0)))
+            .and_then(|()| sink.finish());
+        match result {
+            Err(monorig_sim::error::Error::Io { path: named, .. }) => {
+                assert_eq!(named, Path::new(path))
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
