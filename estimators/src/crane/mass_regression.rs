@@ -15,7 +15,9 @@
 
 use nalgebra::{SVector, vector};
 
-use super::{force_balance::ForceBalance, front_end::Reading, params::params};
+use super::{
+    force_balance::ForceBalance, front_end::Reading, mass_then_slope::MassStage, params::params,
+};
 use crate::{
     Real,
     conditioning::MatchedFilter,
@@ -139,34 +141,6 @@ impl MassRegression {
         }
     }
 
-    /// One step. `running` tells that the force balance holds now: moving, brake released.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        let (Some(torque), Some(speed), Some(f)) = (
-            reading.motor_torque_nm,
-            reading.speed_mps,
-            reading.specific_force_mps2.or(self.kinematic_stand_in()),
-        ) else {
-            self.running_s = 0.0;
-            self.excited = false;
-            return;
-        };
-        self.force.step(balance.traction(torque, speed), dt);
-        self.speed.step(speed, dt);
-        self.specific_force.step(f, dt);
-        if !running {
-            (self.running_s, self.excited) = (0.0, false);
-            return;
-        }
-        self.running_s += dt;
-        self.since_sample_s += dt;
-        if self.running_s >= self.params.settle_s
-            && self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9
-        {
-            self.sample(balance, self.since_sample_s);
-            self.since_sample_s = 0.0;
-        }
-    }
-
     fn sample(&mut self, balance: &ForceBalance, period_s: Real) {
         let (Some(force), Some(speed), Some(f)) = (
             self.force.value(),
@@ -248,8 +222,52 @@ impl MassRegression {
         (self.source() == AccelSource::Kinematic).then_some(0.0)
     }
 
-    /// The total mass, kg. Valid once its standard deviation is below a tenth of it and no limit acts.
-    pub fn mass_kg(&self) -> Value {
+    /// Covariance, widened if the residuals are larger than expected.
+    fn covariance(&self) -> nalgebra::Matrix3<Real> {
+        let spread = self.rls.spread().max(1.0);
+        self.rls.belief.P * (spread * spread)
+    }
+}
+
+impl MassStage for MassRegression {
+    const INTERNALS: &'static [&'static str; 6] = &[
+        "lambda",
+        "mass_residual_n",
+        "running_resistance",
+        "accel_bias_mps2",
+        "load_changes",
+        "windup_limit",
+    ];
+
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let (Some(torque), Some(speed), Some(f)) = (
+            reading.motor_torque_nm,
+            reading.speed_mps,
+            reading.specific_force_mps2.or(self.kinematic_stand_in()),
+        ) else {
+            self.running_s = 0.0;
+            self.excited = false;
+            return;
+        };
+        self.force.step(balance.traction(torque, speed), dt);
+        self.speed.step(speed, dt);
+        self.specific_force.step(f, dt);
+        if !running {
+            (self.running_s, self.excited) = (0.0, false);
+            return;
+        }
+        self.running_s += dt;
+        self.since_sample_s += dt;
+        if self.running_s >= self.params.settle_s
+            && self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9
+        {
+            self.sample(balance, self.since_sample_s);
+            self.since_sample_s = 0.0;
+        }
+    }
+
+    /// Valid once its standard deviation is below a tenth of it and no limit acts.
+    fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
@@ -259,19 +277,13 @@ impl MassRegression {
         }
     }
 
-    /// The running-resistance coefficient as far as it is told from the accelerometer's bias.
-    pub fn running_resistance(&self) -> Real {
+    /// As far as it is told from the accelerometer's bias.
+    fn running_resistance(&self) -> Real {
         (self.mu0 + self.rls.belief.x.y / self.rls.belief.x.x).clamp(0.0, 1.0)
     }
 
-    /// Accelerometer bias, m/s², as far as it is told from the running resistance.
-    pub fn accel_bias_mps2(&self) -> Real {
-        -self.rls.belief.x.z / self.rls.belief.x.x
-    }
-
-    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance:
     /// sin θ + s μ c = F/(M g) at steady speed.
-    pub fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
         let m = self.rls.belief.x.x;
         let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
             + direction * self.rls.belief.x.y / (m * m);
@@ -279,39 +291,25 @@ impl MassRegression {
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
-    /// Covariance, widened if the residuals are larger than expected.
-    fn covariance(&self) -> nalgebra::Matrix3<Real> {
-        let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread)
-    }
-
-    /// Whether the regression is excited and learns.
-    pub fn excited(&self) -> bool {
+    fn excited(&self) -> bool {
         self.excited
     }
 
-    /// Whether the wind-up limit acts: forgetting would have made a parameter less certain than it was at the start.
-    pub fn limited(&self) -> bool {
-        self.outcome.limited
-    }
-
-    /// Whether the mass is held at an end of its range.
-    pub fn saturated(&self) -> bool {
+    fn saturated(&self) -> bool {
         self.saturated
     }
 
-    /// Forgetting factor of the last update.
-    pub fn lambda(&self) -> Real {
-        self.outcome.lambda
-    }
-
-    /// A-priori residual of the last update, N.
-    pub fn residual_n(&self) -> Real {
-        self.outcome.residual * self.mass0_kg
-    }
-
-    /// How often a change of load was seen.
-    pub fn resets(&self) -> u32 {
-        self.resets
+    fn internals(&self) -> [Real; 6] {
+        let bias = -self.rls.belief.x.z / self.rls.belief.x.x;
+        let limited = if self.outcome.limited { 1.0 } else { 0.0 };
+        let residual_n = self.outcome.residual * self.mass0_kg;
+        [
+            self.outcome.lambda,
+            residual_n,
+            self.running_resistance(),
+            bias,
+            self.resets as Real,
+            limited,
+        ]
     }
 }

@@ -372,3 +372,35 @@ fn another_load_is_noticed_and_learnt() {
         assert!(after < 0.02, "seed {seed}: {after}");
     }
 }
+
+#[test]
+fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines_are_worse() {
+    let rms = |name: &str, worlds: &dyn Fn(u64) -> World| {
+        let (mut mass, mut slope) = (0.0, 0.0);
+        for seed in 1..=10 {
+            let rows =
+                worlds(seed).run(&mut build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap());
+            mass += mass_error(&rows, 50.0) / 10.0;
+            slope += grade_error_deg(&rows, 10.0) / 10.0;
+        }
+        std::println!("{name}: mass {:.2} %, slope {slope:.2}°", 100.0 * mass);
+        (mass, slope)
+    };
+    let (dynamic, plain) = (rms("dffrls_aekf", &world), rms("rls_ekf", &world));
+    let (coupled, joint) = (rms("ffrls", &world), rms("joint_ekf", &world));
+    assert!(plain.0 < 0.01 && plain.1 < 0.3);
+    assert!(plain.0 < 1.2 * dynamic.0);
+    // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone cannot tell
+    // mass from slope.
+    assert!(coupled.0 > 10.0 * dynamic.0, "{coupled:?}");
+    assert!(joint.0 > 10.0 * dynamic.0, "{joint:?}");
+    assert!(joint.1 > plain.1);
+    // What it can do: a start and speed changes on the level.
+    let level = |seed| World {
+        grade: |_| 0.0,
+        speed: |t| 0.7 + 0.3 * (0.7 * t).sin(),
+        ..world(seed)
+    };
+    let coupled = rms("ffrls", &level);
+    assert!(coupled.0 < 0.1, "{coupled:?}");
+}
