@@ -3,7 +3,11 @@
 //! A pipeline gets checked and merged signals ([`front_end`], [`hosted`]), knows the [`force_balance`], and puts algorithms of this
 //! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in [`registry!`].
 
+pub mod curvature;
+pub mod curvature_ukf;
 pub mod dffrls_aekf;
+pub mod dffrls_aukf;
+pub mod dffrls_ukf;
 pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
@@ -102,6 +106,10 @@ registry! {
     "ffrls" => ffrls::Ffrls,
     /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
     "joint_ekf" => joint_ekf::JointEkf,
+    /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
+    "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
+    /// The same with fixed noise.
+    "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.

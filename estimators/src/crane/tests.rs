@@ -105,6 +105,9 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
     }
 }
 
+/// Pipelines that know the slope only through traction.
+const BY_TRACTION: &[&str] = &["dffrls_aekf", "rls_ekf", "ffrls", "joint_ekf"];
+
 #[test]
 fn standing_never_changes_mass_or_slope() {
     for (name, mut estimator) in all() {
@@ -132,7 +135,13 @@ fn standing_never_changes_mass_or_slope() {
             }
             let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
             assert!(!estimate.flags.moving && !estimate.flags.excited);
-            let now = (estimate.total_mass_kg, estimate.grade_rad.value);
+            // An accelerometer reads the slope standing too; traction does not.
+            let slope = if BY_TRACTION.contains(&name) {
+                estimate.grade_rad.value
+            } else {
+                0.0
+            };
+            let now = (estimate.total_mass_kg, slope);
             assert_eq!(*first.get_or_insert(now), now, "{name} at {t_s}");
         }
     }
@@ -403,4 +412,39 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
     };
     let coupled = rms("ffrls", &level);
     assert!(coupled.0 < 0.1, "{coupled:?}");
+}
+
+/// Root-mean-square grade error, deg, over ten seeds.
+fn grade_rms(name: &str, settings: &[(&str, Real)], worlds: impl Fn(u64) -> World) -> Real {
+    let errors: Vec<Real> = (1..=10)
+        .map(|seed| {
+            let mut estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+            grade_error_deg(&worlds(seed).run(&mut estimator), 5.0)
+        })
+        .collect();
+    let rms = crate::testing::rms(&errors);
+    std::println!("{name} {settings:?}: {rms:.4}°");
+    rms
+}
+
+#[test]
+fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mistuned() {
+    let right = grade_rms("dffrls_ukf", &[], world);
+    assert!(right < 0.25, "{right}");
+    let gyro = grade_rms("dffrls_ukf", &[("gyro", 1.0)], world);
+    assert!(2.0 * gyro < right, "{gyro} {right}");
+    // Noise told ten times too large: adaptation takes most of the loss back.
+    let wrong = [("wheel_speed_sd_mps", 0.05)];
+    let (fixed, adaptive) = (
+        grade_rms("dffrls_ukf", &wrong, world),
+        grade_rms("dffrls_aukf", &wrong, world),
+    );
+    assert!(adaptive < 0.85 * fixed, "{adaptive} {fixed}");
+    // An accelerometer bias is a slope error, b/g, and nothing here can see it.
+    let biased = grade_rms("dffrls_ukf", &[], |seed| World {
+        accel_bias: 0.05,
+        ..world(seed)
+    });
+    let expected = (right.powi(2) + (0.05f64 / 9.81).to_degrees().powi(2)).sqrt();
+    assert!((biased / expected - 1.0).abs() < 0.1, "{biased} {expected}");
 }
