@@ -70,6 +70,49 @@ pub fn fade<const N: usize>(belief: &mut Gaussian<N>, factors: &SVector<Real, N>
     belief.P = D * belief.P * D;
 }
 
+/// Smoothing of the normalised innovation, per sample; the level, and the number of samples below it, that end an alarm.
+const ALARM_MEMORY: Real = 0.95;
+const CALM: Real = 1.3;
+const CALM_SAMPLES: u32 = 20;
+
+/// Says when innovations are too large for the noise believed, with hysteresis: strong tracking that is always on follows noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alarm {
+    level: Real,
+    smoothed: Real,
+    calm: u32,
+    active: bool,
+}
+
+impl Alarm {
+    /// Rings when the smoothed normalised innovation squared, for each measurement 1 on average, passes `level`.
+    pub fn new(level: Real) -> Self {
+        Self {
+            level,
+            smoothed: 1.0,
+            calm: 0,
+            active: false,
+        }
+    }
+
+    /// One normalised innovation squared, divided by its number of measurements. Tells whether the alarm rings.
+    pub fn active(&mut self, nis: Real) -> bool {
+        // One wild sample alone moves the mean by less than half the level.
+        self.smoothed += (1.0 - ALARM_MEMORY) * (nis.min(10.0 * self.level) - self.smoothed);
+        self.calm = if self.smoothed < CALM {
+            self.calm.saturating_add(1)
+        } else {
+            0
+        };
+        if self.smoothed > self.level {
+            self.active = true;
+        } else if self.calm >= CALM_SAMPLES {
+            self.active = false;
+        }
+        self.active
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,5 +238,21 @@ mod tests {
         assert!(
             tracking.fading(&vector![5.0], &Matrix1::new(1.0), &zero, &Matrix1::new(1.0)) > 1.0
         );
+    }
+
+    #[test]
+    fn the_alarm_ignores_noise_and_single_outliers_rings_on_a_shift_and_stops() {
+        let mut alarm = Alarm::new(3.0);
+        let mut random = Random::new(44);
+        let mut rings = |mean: Real, count: usize| {
+            (0..count)
+                .filter(|_| alarm.active((mean + random.normal()).powi(2)))
+                .count()
+        };
+        assert!(rings(0.0, 20_000) < 200);
+        assert_eq!(rings(1e3, 1), 0);
+        assert!(rings(4.0, 50) > 30);
+        rings(0.0, 500);
+        assert_eq!(rings(0.0, 100), 0);
     }
 }

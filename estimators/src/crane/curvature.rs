@@ -24,7 +24,7 @@ params! {
     /// Parameters of the curvature regression.
     CurvatureParams {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
-        delta ["-"] = 0.9, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
+        delta ["-"] = 0.85, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
         sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
         smoothing_hz ["Hz"] = 3.0, 0.05 => 50.0, "Corner of the adaptive smoothing while the signal is calm; it opens to three and ten times that.";
         smoothing_noise_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Amplitude Γ₀ of the accelerometer's noise at rest.";

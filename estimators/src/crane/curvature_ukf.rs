@@ -32,7 +32,7 @@ params! {
         alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread α of the sigma points.";
         beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant β of the sigma points; 2 for a Gaussian.";
         kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread κ of the sigma points; 3 − n = 1.";
-        q_v ["m²/s³"] = 1e-4, 1e-12 => 10.0, "Process noise of speed.";
+        q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed.";
         q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
         q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";

@@ -9,6 +9,7 @@
 use nalgebra::{Vector2, vector};
 
 use super::{
+    conditioner::{Conditioned, Conditioner},
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
@@ -17,7 +18,6 @@ use super::{
 };
 use crate::{
     Real,
-    conditioning::MatchedFilter,
     gaussian::Gaussian,
     real::{GRAVITY, asin, sin, sqrt},
     rls::{Forgetting, Outcome, Rls},
@@ -54,12 +54,10 @@ pub struct Ffrls {
     range_kg: [Real; 2],
     /// [M₀/M, sin(θ + θ_μ)].
     rls: Rls<2>,
-    force: MatchedFilter,
-    speed: MatchedFilter,
+    signals: Conditioner,
     /// Sign of the speed at the last sample: χ₂ belongs to it.
     direction: Real,
-    running_s: Real,
-    since_sample_s: Real,
+    speed_mps: Real,
     saturated: bool,
     outcome: Outcome,
 }
@@ -83,42 +81,20 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         mass0_kg,
         range_kg: vehicle.mass_range_kg,
         rls: Rls::new(prior, Forgetting::Constant(own.lambda0)),
-        force: MatchedFilter::new(own.cutoff_hz),
-        speed: MatchedFilter::new(own.cutoff_hz),
+        signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
         direction: 1.0,
-        running_s: 0.0,
-        since_sample_s: 0.0,
+        speed_mps: 0.0,
         saturated: false,
         outcome: Outcome::default(),
     }
 }
 
 impl Ffrls {
-    /// Filters, and learns from the filtered signals when a sample is due.
-    fn learn(&mut self, reading: &Reading, running: bool, dt: Real) {
-        let Some((torque, speed)) = reading.motor_torque_nm.zip(reading.speed_mps) else {
-            self.running_s = 0.0;
-            return;
-        };
-        self.force.step(self.balance.traction(torque, speed), dt);
-        self.speed.step(speed, dt);
-        self.running_s = if running { self.running_s + dt } else { 0.0 };
-        self.since_sample_s += dt;
-        let due = self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9;
-        if due && running && self.running_s >= self.params.settle_s {
-            self.since_sample_s = 0.0;
-            self.direction = if speed < 0.0 { -1.0 } else { 1.0 };
-            self.sample();
-        }
-    }
-
-    fn sample(&mut self) {
-        let Some(force) = self.force.value() else {
-            return;
-        };
-        let acceleration = self.speed.rate();
+    fn sample(&mut self, now: Conditioned) {
+        self.direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
+        let acceleration = now.acceleration_mps2;
         let h = vector![
-            (force - self.balance.rotating_mass_kg * acceleration) / self.mass0_kg,
+            (now.force_n - self.balance.rotating_mass_kg * acceleration) / self.mass0_kg,
             -GRAVITY * sqrt(1.0 + self.mu * self.mu)
         ];
         let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2;
@@ -142,7 +118,11 @@ impl Pipeline for Ffrls {
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.standstill_mps);
-        self.learn(reading, running, dt);
+        let sample = self.signals.step(reading, &self.balance, running, dt);
+        if let Some(sample) = sample {
+            self.sample(sample);
+        }
+        self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
         let Gaussian { x, P } = self.rls.belief;
         let spread = self.rls.spread().max(1.0);
         let mass = self.mass0_kg / x.x;
@@ -164,7 +144,7 @@ impl Pipeline for Ffrls {
                 valid: running && known && theta_sd < 0.05,
             },
             speed_mps: Value {
-                value: reading.speed_mps.or(self.speed.value()).unwrap_or(0.0),
+                value: self.speed_mps,
                 sd: 0.01,
                 valid: reading.speed_mps.is_some(),
             },

@@ -3,6 +3,7 @@
 //! A pipeline gets checked and merged signals ([`front_end`], [`hosted`]), knows the [`force_balance`], and puts algorithms of this
 //! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in [`registry!`].
 
+pub mod conditioner;
 pub mod curvature;
 pub mod curvature_ukf;
 pub mod dffrls_aekf;
@@ -13,6 +14,7 @@ pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
 pub mod joint_ekf;
+pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
 pub mod params;

@@ -16,7 +16,7 @@ use crate::{
     gaussian::{Correction, Gaussian},
     real::{GRAVITY, PI, sqrt},
     sage_husa::SageHusa,
-    strong_tracking::{StrongTracking, fade},
+    strong_tracking::{Alarm, StrongTracking, fade},
 };
 
 params! {
@@ -75,41 +75,8 @@ impl Adaptation {
     }
 }
 
-/// Smoothing of the NIS that switches, per sample, and the level and number of samples that switch back.
-const SWITCH_MEMORY: Real = 0.95;
-const SWITCH_BACK: Real = 1.3;
-const SWITCH_BACK_SAMPLES: u32 = 20;
 /// Largest fading factor of strong tracking.
 const MOST_FADING: Real = 50.0;
-
-/// Strong tracking and the switch that lets it act.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Switch {
-    tracking: StrongTracking<1>,
-    alarm: Real,
-    smoothed_nis: Real,
-    quiet: u32,
-    active: bool,
-}
-
-impl Switch {
-    /// Hysteresis: on above the alarm, off after a number of samples well below it.
-    fn watch(&mut self, nis: Real) {
-        // One wild sample weighs as much as the alarm allows four of them.
-        self.smoothed_nis +=
-            (1.0 - SWITCH_MEMORY) * (nis.min(10.0 * self.alarm) - self.smoothed_nis);
-        self.quiet = if self.smoothed_nis < SWITCH_BACK {
-            self.quiet.saturating_add(1)
-        } else {
-            0
-        };
-        if self.smoothed_nis > self.alarm {
-            self.active = true;
-        } else if self.quiet >= SWITCH_BACK_SAMPLES {
-            self.active = false;
-        }
-    }
-}
 
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +86,7 @@ pub struct SlopeFilter {
     belief: Gaussian<2>,
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
-    switch: Option<Switch>,
+    tracking: Option<(StrongTracking<1>, Alarm)>,
     fading: Real,
     /// Q of the last prediction: the part of P that strong tracking leaves alone.
     Q: Matrix2<Real>,
@@ -142,19 +109,16 @@ impl SlopeFilter {
                 Some(SageHusa::new(R, fading, [0.01, 100.0]))
             }
         };
-        let switch = match adaptation {
+        let tracking = match adaptation {
             Adaptation::Switched {
                 memory,
                 weakening,
                 alarm,
                 ..
-            } => Some(Switch {
-                tracking: StrongTracking::new(memory, weakening, MOST_FADING),
-                alarm,
-                smoothed_nis: 1.0,
-                quiet: 0,
-                active: false,
-            }),
+            } => Some((
+                StrongTracking::new(memory, weakening, MOST_FADING),
+                Alarm::new(alarm),
+            )),
             _ => None,
         };
         Self {
@@ -163,7 +127,7 @@ impl SlopeFilter {
             belief: Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]),
             R,
             adaptive,
-            switch,
+            tracking,
             fading: 1.0,
             Q: Matrix2::zeros(),
             started: false,
@@ -234,23 +198,19 @@ impl SlopeFilter {
 
     /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
     fn track(&mut self, wheel_speed_mps: Real, R: &Matrix1<Real>) -> bool {
-        let Some(switch) = self.switch.as_mut() else {
+        let Some((tracking, alarm)) = self.tracking.as_mut() else {
             return false;
         };
         let y = wheel_speed_mps - self.belief.x.x;
         let carried = (self.belief.P.m11 - self.Q.m11).max(0.0);
-        switch.watch(y * y / (self.belief.P.m11 + R.x));
-        let lambda = switch.tracking.fading(
-            &vector![y],
-            &Matrix1::new(carried),
-            &Matrix1::new(self.Q.m11),
-            R,
-        );
-        self.fading = if switch.active { lambda } else { 1.0 };
+        let active = alarm.active(y * y / (self.belief.P.m11 + R.x));
+        let process = Matrix1::new(self.Q.m11);
+        let lambda = tracking.fading(&vector![y], &Matrix1::new(carried), &process, R);
+        self.fading = if active { lambda } else { 1.0 };
         self.belief.P -= self.Q;
         fade(&mut self.belief, &vector![1.0, self.fading]);
         self.belief.P += self.Q;
-        switch.active
+        active
     }
 
     /// Belief about [v in m/s, θ in rad].

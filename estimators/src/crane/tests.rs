@@ -440,6 +440,16 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
         grade_rms("dffrls_aukf", &wrong, world),
     );
     assert!(adaptive < 0.85 * fixed, "{adaptive} {fixed}");
+    // The curvature feed-forward is worth its trouble where the slope keeps changing.
+    let wavy = |seed| World {
+        grade: |s| 10f64.to_radians() * (0.15 * s).sin(),
+        ..world(seed)
+    };
+    let (with, without) = (
+        grade_rms("dffrls_ukf", &[], wavy),
+        grade_rms("dffrls_ukf", &[("curvature_sd_per_m", 1e-4)], wavy),
+    );
+    assert!(with < 0.7 * without, "{with} {without}");
     // An accelerometer bias is a slope error, b/g, and nothing here can see it.
     let biased = grade_rms("dffrls_ukf", &[], |seed| World {
         accel_bias: 0.05,
