@@ -39,6 +39,12 @@ impl MatchedFilter {
         self.rate = moved / dt_s;
     }
 
+    /// Forgets everything: the next sample fills the filter anew.
+    pub fn empty(&mut self) {
+        self.sections = None;
+        self.rate = 0.0;
+    }
+
     /// The smoothed input; `None` before the first sample.
     pub fn value(&self) -> Option<Real> {
         self.sections.map(|[_, second]| second)

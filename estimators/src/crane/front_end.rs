@@ -20,6 +20,8 @@ pub struct Reading {
     pub lateral_force_mps2: Option<Real>,
     /// Rate of the pitch angle, rad/s, + when the grade grows.
     pub pitch_rate_radps: Option<Real>,
+    /// Rate about the vertical axis, rad/s, + to the left.
+    pub yaw_rate_radps: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
 }
@@ -69,6 +71,7 @@ pub struct FrontEnd {
     forward: Held,
     left: Held,
     pitch_rate: Held,
+    yaw_rate: Held,
 }
 
 impl FrontEnd {
@@ -82,6 +85,7 @@ impl FrontEnd {
             forward: Held::default(),
             left: Held::default(),
             pitch_rate: Held::default(),
+            yaw_rate: Held::default(),
         }
     }
 
@@ -111,6 +115,13 @@ impl FrontEnd {
             }),
             now,
         );
+        self.yaw_rate.take(
+            z.angular_rate_radps.map(|s| Sample {
+                t_s: s.t_s,
+                value: third(s.value),
+            }),
+            now,
+        );
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
         }
@@ -137,6 +148,7 @@ impl FrontEnd {
             specific_force_mps2: self.forward.fresh(now, dt),
             lateral_force_mps2: self.left.fresh(now, dt),
             pitch_rate_radps: self.pitch_rate.fresh(now, dt),
+            yaw_rate_radps: self.yaw_rate.fresh(now, dt),
             brake: u.brake,
         })
     }
@@ -199,6 +211,10 @@ fn first([x, _, _]: [Real; 3]) -> Real {
 
 fn second([_, y, _]: [Real; 3]) -> Real {
     y
+}
+
+fn third([_, _, z]: [Real; 3]) -> Real {
+    z
 }
 
 /// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.

@@ -15,10 +15,16 @@
 
 use nalgebra::{SVector, vector};
 
-use super::{force_balance::ForceBalance, front_end::Reading, params::params};
+use super::{
+    conditioner::{Conditioned, Conditioner},
+    force_balance::ForceBalance,
+    front_end::Reading,
+    load_watch::LoadWatch,
+    mass_then_slope::MassStage,
+    params::params,
+};
 use crate::{
     Real,
-    conditioning::MatchedFilter,
     gaussian::Gaussian,
     real::{GRAVITY, lag, sqrt},
     rls::{Forgetting, Outcome, Rls},
@@ -54,9 +60,6 @@ params! {
     }
 }
 
-/// Size of one residual, in standard deviations, that the cumulated sum takes as ordinary.
-const ORDINARY: Real = 1.5;
-
 /// The mass regression: conditioning, gates, recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassRegression {
@@ -66,17 +69,12 @@ pub struct MassRegression {
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
-    force: MatchedFilter,
-    speed: MatchedFilter,
-    specific_force: MatchedFilter,
-    running_s: Real,
-    since_sample_s: Real,
+    signals: Conditioner,
     regressor: RunningDeviation,
-    sums: [Real; 2],
+    load: LoadWatch,
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    resets: u32,
 }
 
 /// Exponentially weighted mean and variance.
@@ -122,70 +120,40 @@ impl MassRegression {
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
-            force: MatchedFilter::new(params.cutoff_hz),
-            speed: MatchedFilter::new(params.cutoff_hz),
-            specific_force: MatchedFilter::new(params.cutoff_hz),
-            running_s: 0.0,
-            since_sample_s: 0.0,
+            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
             regressor: RunningDeviation::default(),
-            sums: [0.0; 2],
+            load: LoadWatch::new(params.load_change),
             excited: false,
             saturated: false,
             outcome: Outcome {
                 lambda: 1.0,
                 ..Outcome::default()
             },
-            resets: 0,
         }
     }
 
-    /// One step. `running` tells that the force balance holds now: moving, brake released.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        let (Some(torque), Some(speed), Some(f)) = (
-            reading.motor_torque_nm,
-            reading.speed_mps,
-            reading.specific_force_mps2.or(self.kinematic_stand_in()),
-        ) else {
-            self.running_s = 0.0;
-            self.excited = false;
-            return;
+    fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
+        let acceleration = now.acceleration_mps2;
+        let (f, cosine) = match (self.source(), now.specific_force_mps2) {
+            (AccelSource::Kinematic, _) => (acceleration, 1.0),
+            (AccelSource::SpecificForce, Some(f)) => (f, ForceBalance::cosine(f, acceleration)),
+            (AccelSource::SpecificForce, None) => {
+                self.excited = false;
+                return;
+            }
         };
-        self.force.step(balance.traction(torque, speed), dt);
-        self.speed.step(speed, dt);
-        self.specific_force.step(f, dt);
-        if !running {
-            (self.running_s, self.excited) = (0.0, false);
-            return;
-        }
-        self.running_s += dt;
-        self.since_sample_s += dt;
-        if self.running_s >= self.params.settle_s
-            && self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9
-        {
-            self.sample(balance, self.since_sample_s);
-            self.since_sample_s = 0.0;
-        }
-    }
-
-    fn sample(&mut self, balance: &ForceBalance, period_s: Real) {
-        let (Some(force), Some(speed), Some(f)) = (
-            self.force.value(),
-            self.speed.value(),
-            self.specific_force.value(),
-        ) else {
-            return;
-        };
-        let acceleration = self.speed.rate();
-        let (f, cosine) = match self.source() {
-            AccelSource::SpecificForce => (f, ForceBalance::cosine(f, acceleration)),
-            AccelSource::Kinematic => (acceleration, 1.0),
-        };
-        self.regressor
-            .add(f, lag(period_s.min(60.0), self.params.excitation_memory_s));
+        self.regressor.add(
+            f,
+            lag(now.period_s.min(60.0), self.params.excitation_memory_s),
+        );
         self.excited = sqrt(self.regressor.variance) > self.params.excitation_mps2;
 
-        let against = if speed < 0.0 { -GRAVITY } else { GRAVITY } * cosine;
-        let y = (force - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
+        let against = if now.speed_mps < 0.0 {
+            -GRAVITY
+        } else {
+            GRAVITY
+        } * cosine;
+        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
         let h = vector![f + against * self.mu0, against, 1.0];
         let weight = if self.excited {
             1.0
@@ -201,8 +169,12 @@ impl MassRegression {
         };
         self.outcome = outcome;
         self.clamp();
-        if self.excited {
-            self.watch_load(outcome.normalised / self.rls.spread().max(1.0));
+        if self.excited
+            && self
+                .load
+                .changed(outcome.normalised / self.rls.spread().max(1.0))
+        {
+            self.rls.reopen(&vector![1.0, 0.0, 0.0]);
         }
     }
 
@@ -219,21 +191,6 @@ impl MassRegression {
         self.rls.belief.x.x = inside;
     }
 
-    /// Two-sided cumulated sum (Page 1954): residuals that keep to one side mean that the load is another one.
-    fn watch_load(&mut self, normalised: Real) {
-        let [up, down] = self.sums;
-        let (up, down) = (
-            (up + normalised - ORDINARY).max(0.0),
-            (down - normalised - ORDINARY).max(0.0),
-        );
-        self.sums = [up, down];
-        if self.params.load_change > 0.0 && up.max(down) > self.params.load_change {
-            self.rls.reopen(&vector![1.0, 0.0, 0.0]);
-            self.sums = [0.0; 2];
-            self.resets = self.resets.saturating_add(1);
-        }
-    }
-
     /// Which acceleration stands beside the mass.
     pub fn source(&self) -> AccelSource {
         if self.params.kinematic < 0.5 {
@@ -243,13 +200,33 @@ impl MassRegression {
         }
     }
 
-    /// Without an accelerometer the kinematic form still works.
-    fn kinematic_stand_in(&self) -> Option<Real> {
-        (self.source() == AccelSource::Kinematic).then_some(0.0)
+    /// Covariance, widened if the residuals are larger than expected.
+    fn covariance(&self) -> nalgebra::Matrix3<Real> {
+        let spread = self.rls.spread().max(1.0);
+        self.rls.belief.P * (spread * spread)
+    }
+}
+
+impl MassStage for MassRegression {
+    const INTERNALS: &'static [&'static str; 6] = &[
+        "lambda",
+        "mass_residual_n",
+        "running_resistance",
+        "accel_bias_mps2",
+        "load_changes",
+        "windup_limit",
+    ];
+
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        if let Some(sample) = self.signals.step(reading, balance, running, dt) {
+            self.sample(sample, balance);
+        } else if !self.signals.settled() {
+            self.excited = false;
+        }
     }
 
-    /// The total mass, kg. Valid once its standard deviation is below a tenth of it and no limit acts.
-    pub fn mass_kg(&self) -> Value {
+    /// Valid once its standard deviation is below a tenth of it and no limit acts.
+    fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
@@ -259,19 +236,13 @@ impl MassRegression {
         }
     }
 
-    /// The running-resistance coefficient as far as it is told from the accelerometer's bias.
-    pub fn running_resistance(&self) -> Real {
+    /// As far as it is told from the accelerometer's bias.
+    fn running_resistance(&self) -> Real {
         (self.mu0 + self.rls.belief.x.y / self.rls.belief.x.x).clamp(0.0, 1.0)
     }
 
-    /// Accelerometer bias, m/s², as far as it is told from the running resistance.
-    pub fn accel_bias_mps2(&self) -> Real {
-        -self.rls.belief.x.z / self.rls.belief.x.x
-    }
-
-    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance:
     /// sin θ + s μ c = F/(M g) at steady speed.
-    pub fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
         let m = self.rls.belief.x.x;
         let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
             + direction * self.rls.belief.x.y / (m * m);
@@ -279,39 +250,25 @@ impl MassRegression {
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
-    /// Covariance, widened if the residuals are larger than expected.
-    fn covariance(&self) -> nalgebra::Matrix3<Real> {
-        let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread)
-    }
-
-    /// Whether the regression is excited and learns.
-    pub fn excited(&self) -> bool {
+    fn excited(&self) -> bool {
         self.excited
     }
 
-    /// Whether the wind-up limit acts: forgetting would have made a parameter less certain than it was at the start.
-    pub fn limited(&self) -> bool {
-        self.outcome.limited
-    }
-
-    /// Whether the mass is held at an end of its range.
-    pub fn saturated(&self) -> bool {
+    fn saturated(&self) -> bool {
         self.saturated
     }
 
-    /// Forgetting factor of the last update.
-    pub fn lambda(&self) -> Real {
-        self.outcome.lambda
-    }
-
-    /// A-priori residual of the last update, N.
-    pub fn residual_n(&self) -> Real {
-        self.outcome.residual * self.mass0_kg
-    }
-
-    /// How often a change of load was seen.
-    pub fn resets(&self) -> u32 {
-        self.resets
+    fn internals(&self) -> [Real; 6] {
+        let bias = -self.rls.belief.x.z / self.rls.belief.x.x;
+        let limited = if self.outcome.limited { 1.0 } else { 0.0 };
+        let residual_n = self.outcome.residual * self.mass0_kg;
+        [
+            self.outcome.lambda,
+            residual_n,
+            self.running_resistance(),
+            bias,
+            self.load.changes() as Real,
+            limited,
+        ]
     }
 }

@@ -1,78 +1,102 @@
 //! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
 
 use super::{
-    copy_into,
     force_balance::ForceBalance,
-    front_end::{FrontEnd, Reading},
-    mass_regression::MassRegression,
+    front_end::Reading,
+    hosted::{Pipeline, copy_into},
     slope_filter::{Drive, SlopeFilter},
 };
 use crate::{
-    Error, Real,
+    Real,
     real::sqrt,
-    signals::{Command, Estimate, Flags, Measurements, Value},
+    signals::{Estimate, Flags, Value},
 };
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
 pub const BRAKE_RELEASED: Real = 0.01;
 
+/// Whether the train moves, and whether it does so under the force balance alone (brake released).
+pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
+    let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
+    (moving, moving && reading.brake <= BRAKE_RELEASED)
+}
+
+/// A first stage: something that learns the mass while the train runs.
+pub trait MassStage: Copy {
+    /// Names of [`MassStage::internals`].
+    const INTERNALS: &'static [&'static str; 6];
+
+    /// One step. `running` tells that the force balance holds now: moving, brake released.
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real);
+
+    /// Total mass, kg.
+    fn mass_kg(&self) -> Value;
+
+    /// Running-resistance coefficient to go with that mass.
+    fn running_resistance(&self) -> Real;
+
+    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
+    /// with the traction (N) and the direction of travel, ±1.
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real;
+
+    /// Whether it is excited and learns.
+    fn excited(&self) -> bool;
+
+    /// Whether a limit acts.
+    fn saturated(&self) -> bool;
+
+    /// Its own quantities, for plots.
+    fn internals(&self) -> [Real; 6];
+}
+
 /// Mass first, then slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MassThenSlope {
-    /// Checks and merges samples.
-    pub front_end: FrontEnd,
+pub struct MassThenSlope<M> {
     /// Constants of the force balance.
     pub balance: ForceBalance,
     /// First stage.
-    pub mass: MassRegression,
+    pub mass: M,
     /// Second stage.
     pub slope: SlopeFilter,
     /// Speed below which the train counts as standing, m/s.
     pub standstill_mps: Real,
 }
 
-impl MassThenSlope {
-    /// Names of [`MassThenSlope::internal_values`].
-    pub const INTERNALS: &'static [&'static str] = &[
-        "lambda",
-        "mass_residual_n",
-        "running_resistance",
-        "accel_bias_mps2",
-        "load_changes",
-        "windup_limit",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
-    ];
-
-    /// One step; on an error nothing is changed.
-    pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let mut next = *self;
-        let reading = next.front_end.read(z, u, dt)?;
-        let estimate = next.advance(&reading, z.t_s, dt);
-        if !estimate.is_finite() {
-            return Err(Error::Diverged);
-        }
-        *self = next;
-        Ok(estimate)
-    }
+impl<M: MassStage> Pipeline for MassThenSlope<M> {
+    const INTERNALS: &'static [&'static str] = {
+        let [a, b, c, d, e, f] = *M::INTERNALS;
+        &[
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            "wheel_speed_sd_mps",
+            "slope_filter_sd_rad",
+            "fading",
+        ]
+    };
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
-        let moving = reading
-            .speed_mps
-            .is_some_and(|v| v.abs() > self.standstill_mps);
-        let running = moving && reading.brake <= BRAKE_RELEASED;
+        let (moving, running) = motion(reading, self.standstill_mps);
         self.mass.step(reading, &self.balance, running, dt);
 
         let mass_kg = self.mass.mass_kg();
-        let drive = reading
+        let direction = if reading.speed_mps.is_some_and(|v| v < 0.0) {
+            -1.0
+        } else {
+            1.0
+        };
+        let torque_and_speed = reading
             .motor_torque_nm
             .zip(reading.speed_mps)
-            .filter(|_| running)
-            .map(|(torque, speed)| Drive {
-                traction_n: self.balance.traction(torque, speed),
-                mass_kg: mass_kg.value,
-                resistance: self.mass.running_resistance() * if speed < 0.0 { -1.0 } else { 1.0 },
-            });
+            .filter(|_| running);
+        let drive = torque_and_speed.map(|(torque, speed)| Drive {
+            traction_n: self.balance.traction(torque, speed),
+            mass_kg: mass_kg.value,
+            resistance: self.mass.running_resistance() * direction,
+        });
         self.slope.predict(drive, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.slope.update(speed, running);
@@ -80,13 +104,10 @@ impl MassThenSlope {
 
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
-            self.mass.slope_sd_rad(
-                self.slope.steady_traction_n(&drive),
-                if drive.resistance < 0.0 { -1.0 } else { 1.0 },
-            )
+            self.mass
+                .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)
         });
         let (innovation, nis) = self.slope.innovation();
-        let saturated = self.mass.saturated() || self.slope.saturated();
         let grade_sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
         Estimate {
             t_s,
@@ -106,22 +127,24 @@ impl MassThenSlope {
             flags: Flags {
                 moving,
                 excited: self.mass.excited(),
-                saturated,
+                saturated: self.mass.saturated() || self.slope.saturated(),
             },
         }
     }
 
-    /// Internals for plots, in the order of [`MassThenSlope::INTERNALS`].
-    pub fn internal_values(&self, values: &mut [Real]) {
+    fn internal_values(&self, values: &mut [Real]) {
+        let [a, b, c, d, e, f] = self.mass.internals();
+        let slope = &self.slope;
         let now = [
-            self.mass.lambda(),
-            self.mass.residual_n(),
-            self.mass.running_resistance(),
-            self.mass.accel_bias_mps2(),
-            self.mass.resets() as Real,
-            if self.mass.limited() { 1.0 } else { 0.0 },
-            self.slope.measurement_sd(),
-            sqrt(self.slope.belief().P.m22),
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            slope.measurement_sd(),
+            sqrt(slope.belief().P.m22),
+            slope.fading(),
         ];
         copy_into(values, &now);
     }

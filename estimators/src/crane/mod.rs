@@ -1,14 +1,24 @@
 //! Estimators of a crane's mass and slope, constructed by name.
 //!
-//! A pipeline reads samples through [`front_end`], knows the [`force_balance`], and puts algorithms of this crate together.
-//! To add one: write its file, and give it a line in [`NAMES`], [`key_groups`], [`build`] and [`AnyEstimator`].
+//! A pipeline gets checked and merged signals ([`front_end`], [`hosted`]), knows the [`force_balance`], and puts algorithms of this
+//! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in [`registry!`].
 
+pub mod conditioner;
+pub mod curvature;
+pub mod curvature_ukf;
 pub mod dffrls_aekf;
+pub mod dffrls_aukf;
+pub mod dffrls_ukf;
+pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
+pub mod hosted;
+pub mod joint_ekf;
+pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
 pub mod params;
+pub mod rls_ekf;
 pub mod slope_filter;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -17,7 +27,7 @@ use crate::{
     Error, Real,
     signals::{Command, Estimate, MAX_DRIVES, Measurements, Vehicle},
 };
-use dffrls_aekf::{DffrlsAekf, DffrlsAekfParams};
+use hosted::Hosted;
 use params::{Key, ParamError};
 
 /// An estimator of mass and slope.
@@ -35,39 +45,78 @@ pub trait Estimator {
     fn internal_values(&self, values: &mut [Real]);
 }
 
-/// Names [`build`] knows.
-pub const NAMES: &[&str] = &["dffrls_aekf"];
+/// From one list: the names, the key tables, the construction and the enum of all estimators.
+macro_rules! registry {
+    ($($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)*) => {
+        /// Names [`build`] knows.
+        pub const NAMES: &[&str] = &[$($name),*];
 
-/// The parameters of a named estimator, in groups; `None` if there is no such estimator.
-pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
-    match name {
-        "dffrls_aekf" => Some(DffrlsAekfParams::KEYS),
-        _ => None,
-    }
+        /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
+        pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
+            match name {
+                $($name => Some($module::Params::KEYS),)*
+                _ => None,
+            }
+        }
+
+        /// Builds an estimator by name, with the parameters named in `settings` and the defaults of the rest.
+        pub fn build<'a>(
+            name: &str,
+            vehicle: &Vehicle,
+            settings: impl IntoIterator<Item = (&'a str, Real)>,
+        ) -> Result<AnyEstimator, ParamError> {
+            check(vehicle)?;
+            match name {
+                $($name => {
+                    let mut params = $module::Params::default();
+                    settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
+                    Ok(AnyEstimator::$pipeline(Hosted::new(vehicle, $module::new(vehicle, &params))))
+                })*
+                _ => Err(ParamError::UnknownEstimator),
+            }
+        }
+
+        /// Any of the named estimators, without a heap.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(clippy::large_enum_variant)]
+        pub enum AnyEstimator {
+            $($(#[$about])* $pipeline(Hosted<$module::$pipeline>),)*
+        }
+
+        impl AnyEstimator {
+            fn inner(&self) -> &dyn Estimator {
+                match self {
+                    $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                }
+            }
+
+            fn inner_mut(&mut self) -> &mut dyn Estimator {
+                match self {
+                    $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                }
+            }
+        }
+    };
+}
+
+registry! {
+    /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
+    "dffrls_aekf" => dffrls_aekf::DffrlsAekf,
+    /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
+    "rls_ekf" => rls_ekf::RlsEkf,
+    /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
+    "ffrls" => ffrls::Ffrls,
+    /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
+    "joint_ekf" => joint_ekf::JointEkf,
+    /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
+    "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
+    /// The same with fixed noise.
+    "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.
 pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
     key_groups(name).map(|groups| groups.iter().copied().flatten())
-}
-
-/// Builds an estimator by name, with the parameters named in `settings` and the defaults of the rest.
-pub fn build<'a>(
-    name: &str,
-    vehicle: &Vehicle,
-    settings: impl IntoIterator<Item = (&'a str, Real)>,
-) -> Result<AnyEstimator, ParamError> {
-    check(vehicle)?;
-    match name {
-        "dffrls_aekf" => {
-            let mut params = DffrlsAekfParams::default();
-            settings
-                .into_iter()
-                .try_for_each(|(key, value)| params.set(key, value))?;
-            Ok(AnyEstimator::DffrlsAekf(DffrlsAekf::new(vehicle, params)))
-        }
-        _ => Err(ParamError::UnknownEstimator),
-    }
 }
 
 fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
@@ -102,27 +151,6 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
     Ok(())
 }
 
-/// Any of the named estimators, without a heap.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AnyEstimator {
-    /// Liu et al. 2023.
-    DffrlsAekf(DffrlsAekf),
-}
-
-impl AnyEstimator {
-    fn inner(&self) -> &dyn Estimator {
-        match self {
-            AnyEstimator::DffrlsAekf(estimator) => estimator,
-        }
-    }
-
-    fn inner_mut(&mut self) -> &mut dyn Estimator {
-        match self {
-            AnyEstimator::DffrlsAekf(estimator) => estimator,
-        }
-    }
-}
-
 impl Estimator for AnyEstimator {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         self.inner_mut().step(z, u, dt)
@@ -138,13 +166,6 @@ impl Estimator for AnyEstimator {
 
     fn internal_values(&self, values: &mut [Real]) {
         self.inner().internal_values(values);
-    }
-}
-
-/// Copies as much of `from` as fits.
-fn copy_into(values: &mut [Real], from: &[Real]) {
-    for (place, value) in values.iter_mut().zip(from) {
-        *place = *value;
     }
 }
 

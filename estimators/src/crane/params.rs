@@ -90,4 +90,27 @@ macro_rules! params {
         }
     };
 }
-pub(crate) use params;
+
+/// Declares the parameters of a pipeline: groups made by [`params!`], with the table of all their keys and one `set`.
+macro_rules! param_groups {
+    ($(#[$about:meta])* $name:ident { $($field:ident: $group:ident),* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name {
+            $(#[doc = concat!("Group [`", stringify!($group), "`].")] pub $field: $group,)*
+        }
+
+        impl $name {
+            /// All keys, group by group.
+            pub const KEYS: &'static [&'static [$crate::crane::params::Key]] = &[$($group::KEYS),*];
+
+            /// Sets one parameter by name.
+            pub fn set(&mut self, name: &str, value: $crate::Real) -> Result<(), $crate::crane::params::ParamError> {
+                $(if self.$field.set(name, value)? { return Ok(()); })*
+                Err($crate::crane::params::ParamError::UnknownKey)
+            }
+        }
+    };
+}
+
+pub(crate) use {param_groups, params};

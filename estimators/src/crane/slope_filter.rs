@@ -14,8 +14,9 @@ use super::{force_balance::ForceBalance, params::params};
 use crate::{
     Real, ekf,
     gaussian::{Correction, Gaussian},
-    real::{GRAVITY, PI},
+    real::{GRAVITY, PI, sqrt},
     sage_husa::SageHusa,
+    strong_tracking::{Alarm, StrongTracking, fade},
 };
 
 params! {
@@ -30,7 +31,7 @@ params! {
 }
 
 /// Largest grade angle the filter goes to, rad: no monorail climbs more.
-const STEEPEST: Real = PI / 3.0;
+pub const STEEPEST: Real = PI / 3.0;
 
 /// What a prediction step is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,40 @@ pub struct Drive {
     pub resistance: Real,
 }
 
+/// How the filter meets a noise or a slope it was not told of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Adaptation {
+    /// Not at all.
+    None,
+    /// The noise of wheel speed follows the data (Sage & Husa), with this fading factor b or κ per sample.
+    SageHusa {
+        /// Fading factor.
+        fading: Real,
+    },
+    /// Sage-Husa while all is well, strong tracking while the innovations are too large for the noise believed (patent
+    /// CN 111507019 B, step 4). Never both in one step: a jump of the slope must not be taken for a noisier sensor.
+    Switched {
+        /// Fading factor of Sage-Husa.
+        fading: Real,
+        /// Memory ρ of the strong tracking's innovation covariance.
+        memory: Real,
+        /// Its weakening factor β.
+        weakening: Real,
+        /// Smoothed NIS above which strong tracking takes over.
+        alarm: Real,
+    },
+}
+
+impl Adaptation {
+    /// Sage-Husa alone.
+    pub fn sage_husa(fading: Real) -> Self {
+        Adaptation::SageHusa { fading }
+    }
+}
+
+/// Largest fading factor of strong tracking.
+const MOST_FADING: Real = 50.0;
+
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeFilter {
@@ -51,25 +86,50 @@ pub struct SlopeFilter {
     belief: Gaussian<2>,
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
+    tracking: Option<(StrongTracking<1>, Alarm)>,
+    fading: Real,
+    /// Q of the last prediction: the part of P that strong tracking leaves alone.
+    Q: Matrix2<Real>,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 2>>,
 }
 
 impl SlopeFilter {
-    /// With a constant measurement noise, or with one that `fading` (the factor b or κ of Sage & Husa) adapts between a hundredth
-    /// and a hundred times the nominal variance.
-    pub fn new(balance: ForceBalance, params: SlopeParams, fading: Option<Real>) -> Self {
+    /// From the balance, the parameters and the way to adapt. The adapted variance of wheel speed stays between a hundredth and
+    /// a hundred times the nominal one.
+    pub fn new(balance: ForceBalance, params: SlopeParams, adaptation: Adaptation) -> Self {
         let sd = params.wheel_speed_sd_mps;
         let rad = PI / 180.0;
         let x = vector![0.0, params.grade0_deg * rad];
         let R = Matrix1::new(sd * sd);
+        let adaptive = match adaptation {
+            Adaptation::None => None,
+            Adaptation::SageHusa { fading } | Adaptation::Switched { fading, .. } => {
+                Some(SageHusa::new(R, fading, [0.01, 100.0]))
+            }
+        };
+        let tracking = match adaptation {
+            Adaptation::Switched {
+                memory,
+                weakening,
+                alarm,
+                ..
+            } => Some((
+                StrongTracking::new(memory, weakening, MOST_FADING),
+                Alarm::new(alarm),
+            )),
+            _ => None,
+        };
         Self {
             params,
             balance,
             belief: Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]),
             R,
-            adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
+            adaptive,
+            tracking,
+            fading: 1.0,
+            Q: Matrix2::zeros(),
             started: false,
             saturated: false,
             last: None,
@@ -82,12 +142,14 @@ impl SlopeFilter {
         let Some(drive) = drive else {
             self.belief.P.m12 = 0.0;
             self.belief.P.m21 = 0.0;
+            self.Q = Matrix2::zeros();
             self.belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
             return;
         };
         let (x_next, F) = self.transition(&self.belief.x, &drive, dt);
         let Q = Matrix2::from_diagonal(&vector![self.params.q_v * dt, self.params.q_theta * dt]);
         ekf::predict(&mut self.belief, x_next, &F, &Q);
+        self.Q = Q;
     }
 
     /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
@@ -119,6 +181,7 @@ impl SlopeFilter {
         let H = matrix![1.0, 0.0];
         let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
         let z = vector![wheel_speed_mps];
+        let tracking = adapt && self.track(wheel_speed_mps, &R);
         let z_predicted = H * self.belief.x;
         let Some(correction) = ekf::update(&mut self.belief, z, z_predicted, &H, &R) else {
             return;
@@ -127,10 +190,27 @@ impl SlopeFilter {
         let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
         self.saturated = inside != self.belief.x.y;
         self.belief.x.y = inside;
-        if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt) {
+        if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt && !tracking) {
             noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
             self.saturated |= noise.limited();
         }
+    }
+
+    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
+    fn track(&mut self, wheel_speed_mps: Real, R: &Matrix1<Real>) -> bool {
+        let Some((tracking, alarm)) = self.tracking.as_mut() else {
+            return false;
+        };
+        let y = wheel_speed_mps - self.belief.x.x;
+        let carried = (self.belief.P.m11 - self.Q.m11).max(0.0);
+        let active = alarm.active(y * y / (self.belief.P.m11 + R.x));
+        let process = Matrix1::new(self.Q.m11);
+        let lambda = tracking.fading(&vector![y], &Matrix1::new(carried), &process, R);
+        self.fading = if active { lambda } else { 1.0 };
+        self.belief.P -= self.Q;
+        fade(&mut self.belief, &vector![1.0, self.fading]);
+        self.belief.P += self.Q;
+        active
     }
 
     /// Belief about [v in m/s, θ in rad].
@@ -145,7 +225,12 @@ impl SlopeFilter {
 
     /// Standard deviation of wheel speed in use, m/s.
     pub fn measurement_sd(&self) -> Real {
-        crate::real::sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+        sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+    }
+
+    /// Fading factor of the last update, 1 while strong tracking is off.
+    pub fn fading(&self) -> Real {
+        self.fading
     }
 
     /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
@@ -170,17 +255,17 @@ mod tests {
         testing::{Random, chi_square_band},
     };
 
-    fn filter(fading: Option<Real>) -> SlopeFilter {
+    fn filter(adaptation: Adaptation) -> SlopeFilter {
         SlopeFilter::new(
             ForceBalance::new(&vehicle()),
             SlopeParams::default(),
-            fading,
+            adaptation,
         )
     }
 
     #[test]
     fn jacobian_equals_central_differences() {
-        let filter = filter(None);
+        let filter = filter(Adaptation::None);
         let drive = Drive {
             traction_n: 2e4,
             mass_kg: 2e4,
@@ -207,7 +292,7 @@ mod tests {
         let mut nees = 0.0;
         for run in 0..runs {
             let mut random = Random::new(500 + run as u64);
-            let mut filter = filter(None);
+            let mut filter = filter(Adaptation::None);
             let (mut v, mut theta) = (0.5, params.grade0_sd_deg.to_radians() * random.normal());
             filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
             for _ in 0..500 {
@@ -236,7 +321,7 @@ mod tests {
 
     #[test]
     fn standing_keeps_the_slope() {
-        let mut filter = filter(Some(0.998));
+        let mut filter = filter(Adaptation::sage_husa(0.998));
         let drive = Drive {
             traction_n: 5e3,
             mass_kg: 1e4,

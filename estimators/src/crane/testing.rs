@@ -94,6 +94,7 @@ impl World {
             self.steady_force((self.grade)(0.0))
         };
         let mut integral = force;
+        let mut last_theta = (self.grade)(0.0);
         let mut rows = Vec::new();
         for k in 1..=(self.seconds / DT) as usize {
             let t = k as Real * DT;
@@ -107,6 +108,8 @@ impl World {
             force += (3e4 * lack + integral - force) * DT / 0.15;
             // (M + J) v̇ = F − M g sin θ − friction + disturbance, with friction that holds a standing train
             let theta = (self.grade)(s);
+            let pitch_rate = (theta - last_theta) / DT;
+            last_theta = theta;
             push += -push * DT / 0.3 + self.disturbance * (2.0 * DT / 0.3).sqrt() * random.normal();
             let drive = force - mass * 9.81 * theta.sin() + mass * push;
             let friction = self.mu * mass * 9.81 * theta.cos();
@@ -136,6 +139,11 @@ impl World {
             z.specific_force_mps2 = Some(Sample {
                 t_s: t,
                 value: [f, 0.0, -9.81 * theta.cos()],
+            });
+            let rate = pitch_rate + 1e-4 * random.normal();
+            z.angular_rate_radps = Some(Sample {
+                t_s: t,
+                value: [0.0, -rate, 0.0],
             });
             if k % 2 == 0 {
                 let loss = if force * v >= 0.0 {

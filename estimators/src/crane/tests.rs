@@ -105,6 +105,9 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
     }
 }
 
+/// Pipelines that know the slope only through traction.
+const BY_TRACTION: &[&str] = &["dffrls_aekf", "rls_ekf", "ffrls", "joint_ekf"];
+
 #[test]
 fn standing_never_changes_mass_or_slope() {
     for (name, mut estimator) in all() {
@@ -132,7 +135,13 @@ fn standing_never_changes_mass_or_slope() {
             }
             let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
             assert!(!estimate.flags.moving && !estimate.flags.excited);
-            let now = (estimate.total_mass_kg, estimate.grade_rad.value);
+            // An accelerometer reads the slope standing too; traction does not.
+            let slope = if BY_TRACTION.contains(&name) {
+                estimate.grade_rad.value
+            } else {
+                0.0
+            };
+            let now = (estimate.total_mass_kg, slope);
             assert_eq!(*first.get_or_insert(now), now, "{name} at {t_s}");
         }
     }
@@ -371,4 +380,81 @@ fn another_load_is_noticed_and_learnt() {
         std::println!("seed {seed}: {:.2} % after the change", 100.0 * after);
         assert!(after < 0.02, "seed {seed}: {after}");
     }
+}
+
+#[test]
+fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines_are_worse() {
+    let rms = |name: &str, worlds: &dyn Fn(u64) -> World| {
+        let (mut mass, mut slope) = (0.0, 0.0);
+        for seed in 1..=10 {
+            let rows =
+                worlds(seed).run(&mut build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap());
+            mass += mass_error(&rows, 50.0) / 10.0;
+            slope += grade_error_deg(&rows, 10.0) / 10.0;
+        }
+        std::println!("{name}: mass {:.2} %, slope {slope:.2}°", 100.0 * mass);
+        (mass, slope)
+    };
+    let (dynamic, plain) = (rms("dffrls_aekf", &world), rms("rls_ekf", &world));
+    let (coupled, joint) = (rms("ffrls", &world), rms("joint_ekf", &world));
+    assert!(plain.0 < 0.01 && plain.1 < 0.3);
+    assert!(plain.0 < 1.2 * dynamic.0);
+    // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone cannot tell
+    // mass from slope.
+    assert!(coupled.0 > 10.0 * dynamic.0, "{coupled:?}");
+    assert!(joint.0 > 10.0 * dynamic.0, "{joint:?}");
+    assert!(joint.1 > plain.1);
+    // What it can do: a start and speed changes on the level.
+    let level = |seed| World {
+        grade: |_| 0.0,
+        speed: |t| 0.7 + 0.3 * (0.7 * t).sin(),
+        ..world(seed)
+    };
+    let coupled = rms("ffrls", &level);
+    assert!(coupled.0 < 0.1, "{coupled:?}");
+}
+
+/// Root-mean-square grade error, deg, over ten seeds.
+fn grade_rms(name: &str, settings: &[(&str, Real)], worlds: impl Fn(u64) -> World) -> Real {
+    let errors: Vec<Real> = (1..=10)
+        .map(|seed| {
+            let mut estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+            grade_error_deg(&worlds(seed).run(&mut estimator), 5.0)
+        })
+        .collect();
+    let rms = crate::testing::rms(&errors);
+    std::println!("{name} {settings:?}: {rms:.4}°");
+    rms
+}
+
+#[test]
+fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mistuned() {
+    let right = grade_rms("dffrls_ukf", &[], world);
+    assert!(right < 0.25, "{right}");
+    let gyro = grade_rms("dffrls_ukf", &[("gyro", 1.0)], world);
+    assert!(2.0 * gyro < right, "{gyro} {right}");
+    // Noise told ten times too large: adaptation takes most of the loss back.
+    let wrong = [("wheel_speed_sd_mps", 0.05)];
+    let (fixed, adaptive) = (
+        grade_rms("dffrls_ukf", &wrong, world),
+        grade_rms("dffrls_aukf", &wrong, world),
+    );
+    assert!(adaptive < 0.85 * fixed, "{adaptive} {fixed}");
+    // The curvature feed-forward is worth its trouble where the slope keeps changing.
+    let wavy = |seed| World {
+        grade: |s| 10f64.to_radians() * (0.15 * s).sin(),
+        ..world(seed)
+    };
+    let (with, without) = (
+        grade_rms("dffrls_ukf", &[], wavy),
+        grade_rms("dffrls_ukf", &[("curvature_sd_per_m", 1e-4)], wavy),
+    );
+    assert!(with < 0.7 * without, "{with} {without}");
+    // An accelerometer bias is a slope error, b/g, and nothing here can see it.
+    let biased = grade_rms("dffrls_ukf", &[], |seed| World {
+        accel_bias: 0.05,
+        ..world(seed)
+    });
+    let expected = (right.powi(2) + (0.05f64 / 9.81).to_degrees().powi(2)).sqrt();
+    assert!((biased / expected - 1.0).abs() < 0.1, "{biased} {expected}");
 }

@@ -1,0 +1,137 @@
+//! Signals for the regressions on the force balance: one matched low-pass for all, gated and sampled slowly.
+
+use super::{force_balance::ForceBalance, front_end::Reading};
+use crate::{Real, conditioning::MatchedFilter};
+
+/// One filtered sample; all its numbers are delayed alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditioned {
+    /// Traction at the rims, N.
+    pub force_n: Real,
+    /// Speed, m/s.
+    pub speed_mps: Real,
+    /// Acceleration of the wheels v̇, m/s².
+    pub acceleration_mps2: Real,
+    /// Specific force along the train v̇ + g sin θ, m/s²; `None` without an accelerometer.
+    pub specific_force_mps2: Option<Real>,
+    /// Time since the sample before it, s.
+    pub period_s: Real,
+}
+
+/// The filters and the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditioner {
+    force: MatchedFilter,
+    speed: MatchedFilter,
+    specific_force: MatchedFilter,
+    rate_hz: Real,
+    settle_s: Real,
+    running_s: Real,
+    since_s: Real,
+}
+
+impl Conditioner {
+    /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got going.
+    pub fn new(cutoff_hz: Real, rate_hz: Real, settle_s: Real) -> Self {
+        let filter = MatchedFilter::new(cutoff_hz);
+        Self {
+            force: filter,
+            speed: filter,
+            specific_force: filter,
+            rate_hz,
+            settle_s,
+            running_s: 0.0,
+            since_s: 0.0,
+        }
+    }
+
+    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or blind, the filters' memory must
+    /// fade before samples count again.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        balance: &ForceBalance,
+        running: bool,
+        dt: Real,
+    ) -> Option<Conditioned> {
+        let Some((torque, speed)) = reading.motor_torque_nm.zip(reading.speed_mps) else {
+            self.running_s = 0.0;
+            return None;
+        };
+        self.force.step(balance.traction(torque, speed), dt);
+        self.speed.step(speed, dt);
+        if let Some(f) = reading.specific_force_mps2 {
+            self.specific_force.step(f, dt);
+        } else {
+            self.specific_force.empty();
+        }
+        self.running_s = if running { self.running_s + dt } else { 0.0 };
+        self.since_s += dt;
+        if !self.settled() || self.since_s * self.rate_hz < 1.0 - 1e-9 {
+            return None;
+        }
+        let period_s = self.since_s;
+        self.since_s = 0.0;
+        Some(Conditioned {
+            force_n: self.force.value()?,
+            speed_mps: self.speed.value()?,
+            acceleration_mps2: self.speed.rate(),
+            specific_force_mps2: self.specific_force.value(),
+            period_s,
+        })
+    }
+
+    /// Whether the train has been running long enough for samples to count.
+    pub fn settled(&self) -> bool {
+        self.running_s > 0.0 && self.running_s >= self.settle_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    #[test]
+    fn samples_come_at_their_rate_and_only_after_settling() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut conditioner = Conditioner::new(1.0, 2.0, 1.0);
+        let reading = Reading {
+            speed_mps: Some(1.0),
+            motor_torque_nm: Some(100.0),
+            specific_force_mps2: Some(0.5),
+            ..Default::default()
+        };
+        let mut count = |running: bool, steps: usize| {
+            (0..steps)
+                .filter(|_| {
+                    conditioner
+                        .step(&reading, &balance, running, 0.01)
+                        .is_some()
+                })
+                .count()
+        };
+        assert_eq!(count(false, 1000), 0);
+        assert_eq!(count(true, 99), 0);
+        assert_eq!(count(true, 1001), 21);
+        assert_eq!(count(false, 1), 0);
+        assert_eq!(count(true, 99), 0);
+    }
+
+    #[test]
+    fn a_silent_accelerometer_is_told() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut conditioner = Conditioner::new(1.0, 100.0, 0.0);
+        let mut reading = Reading {
+            speed_mps: Some(1.0),
+            motor_torque_nm: Some(0.0),
+            specific_force_mps2: Some(2.0),
+            ..Default::default()
+        };
+        let first = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        assert_eq!(first.specific_force_mps2, Some(2.0));
+        reading.specific_force_mps2 = None;
+        let second = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        assert_eq!(second.specific_force_mps2, None);
+    }
+}

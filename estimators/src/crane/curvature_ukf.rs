@@ -1,0 +1,208 @@
+//! Slope from accelerometer and wheel speed with a curvature feed-forward: what `dffrls_ukf` and `dffrls_aukf` share.
+//!
+//! x = [v, θ]:  v⁻ = v + dt (f − g sin θ),  θ⁻ = θ + dt ρ v,  z = wheel speed
+//!
+//! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.) The unscented
+//! filter gains nothing over an extended one here, as the model is all but linear; it is kept because it is the method.
+//!
+//! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its slope is never
+//! better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is several times better.
+
+use nalgebra::{Matrix1, Matrix2, matrix, vector};
+
+use super::{
+    curvature::{Curvature, CurvatureParams},
+    front_end::Reading,
+    hosted::{Pipeline, copy_into},
+    params::params,
+    slope_filter::STEEPEST,
+};
+use crate::{
+    Real,
+    gaussian::{Correction, Gaussian},
+    real::{GRAVITY, PI, sin, sqrt},
+    sage_husa::SageHusa,
+    signals::{Estimate, Flags, Value, Vehicle},
+    ukf::{self, Spread},
+};
+
+params! {
+    /// Parameters of the unscented slope filter.
+    UkfParams {
+        alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread α of the sigma points.";
+        beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant β of the sigma points; 2 for a Gaussian.";
+        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread κ of the sigma points; 3 − n = 1.";
+        q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed.";
+        q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
+        q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filter cannot see.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        gyro ["-"] = 0.0, 0.0 => 1.0, "0: the curvature carries the slope forward; 1: the pitch gyro does.";
+    }
+}
+
+/// Speed, m/s, above which the train counts as moving.
+const MOVING_MPS: Real = 0.05;
+
+/// The filter with its curvature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvatureUkf {
+    params: UkfParams,
+    spread: Spread,
+    curvature: Curvature,
+    belief: Gaussian<2>,
+    R: Matrix1<Real>,
+    adaptive: Option<SageHusa<1>>,
+    mass: Value,
+    started: bool,
+    saturated: bool,
+    last: Option<Correction<1, 2>>,
+}
+
+impl CurvatureUkf {
+    /// With a constant measurement noise, or with one adapted with the `fading` factor of Sage & Husa.
+    pub fn new(
+        vehicle: &Vehicle,
+        params: UkfParams,
+        curvature: CurvatureParams,
+        fading: Option<Real>,
+    ) -> Self {
+        let [low, high] = vehicle.mass_range_kg;
+        let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
+        let x = vector![0.0, params.grade0_deg * PI / 180.0];
+        let sd = vector![params.wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
+        Self {
+            params,
+            spread: Spread {
+                alpha: params.alpha,
+                beta: params.beta,
+                kappa: params.kappa_ukf,
+            },
+            curvature: Curvature::new(curvature),
+            belief: Gaussian::independent(x, sd),
+            R,
+            adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
+            // It estimates no mass: all it says is the vehicle's range (a uniform distribution).
+            mass: Value {
+                value: 0.5 * (low + high),
+                sd: (high - low) / sqrt(12.0),
+                valid: false,
+            },
+            started: false,
+            saturated: false,
+            last: None,
+        }
+    }
+
+    fn predict(&mut self, reading: &Reading, dt: Real) {
+        let rho = self.curvature.per_m().0;
+        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro >= 0.5);
+        let f = reading.specific_force_mps2;
+        let q_theta = if gyro.is_some() {
+            self.params.q_theta_gyro
+        } else {
+            self.params.q_theta
+        };
+        // Without an accelerometer the speed may do anything, up to 1 m/s² or so.
+        let q_v = if f.is_some() { self.params.q_v } else { 1.0 };
+        let Q = Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt;
+        let next = |x: &nalgebra::Vector2<Real>| {
+            let acceleration = f.map_or(0.0, |f| f - GRAVITY * sin(x.y));
+            vector![
+                x.x + dt * acceleration,
+                x.y + dt * gyro.unwrap_or(rho * x.x)
+            ]
+        };
+        // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
+        let _ = ukf::predict(&mut self.belief, &self.spread, next, &Q);
+    }
+
+    fn update(&mut self, speed: Real) {
+        if !self.started {
+            self.belief.x.x = speed;
+            self.started = true;
+        }
+        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
+        let Some(correction) = ukf::update(
+            &mut self.belief,
+            &self.spread,
+            vector![speed],
+            |x| vector![x.x],
+            &R,
+        ) else {
+            return;
+        };
+        self.last = Some(correction);
+        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        self.saturated = inside != self.belief.x.y;
+        self.belief.x.y = inside;
+        if let Some(noise) = self.adaptive.as_mut() {
+            noise.observe_residual(
+                &vector![speed - self.belief.x.x],
+                &matrix![1.0, 0.0],
+                &self.belief,
+            );
+            self.saturated |= noise.limited();
+        }
+    }
+}
+
+impl Pipeline for CurvatureUkf {
+    const INTERNALS: &'static [&'static str] = &[
+        "curvature_per_m",
+        "curvature_sd_per_m",
+        "lambda",
+        "wheel_speed_sd_mps",
+        "slope_filter_sd_rad",
+    ];
+
+    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+        self.curvature.step(reading, self.belief.x.y, dt);
+        self.predict(reading, dt);
+        if let Some(speed) = reading.new_speed_mps {
+            self.update(speed);
+        }
+        let Gaussian { x, P } = self.belief;
+        let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
+        let sd = sqrt(P.m22 + bias_rad * bias_rad);
+        let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
+        Estimate {
+            t_s,
+            total_mass_kg: self.mass,
+            grade_rad: Value {
+                value: x.y,
+                sd,
+                valid: known && sd < 0.05,
+            },
+            speed_mps: Value {
+                value: x.x,
+                sd: sqrt(P.m11),
+                valid: reading.speed_mps.is_some(),
+            },
+            innovation: self.last.map_or(0.0, |c| c.y.x),
+            nis: self.last.map_or(0.0, |c| c.nis),
+            flags: Flags {
+                moving: reading.speed_mps.is_some_and(|v| v.abs() > MOVING_MPS),
+                excited: false,
+                saturated: self.saturated,
+            },
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let (rho, rho_sd) = self.curvature.per_m();
+        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
+        copy_into(
+            values,
+            &[
+                rho,
+                rho_sd,
+                self.curvature.lambda(),
+                sqrt(R.x),
+                sqrt(self.belief.P.m22),
+            ],
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! `ffrls`: baseline of Liu et al. 2023: mass and slope from one regression with constant forgetting (their eq. 16–18).
+//!
+//! v̇ = α₁ χ₁ + α₂ χ₂,  α₁ = F − J v̇, α₂ = −g √(1 + μ²),  χ₁ = 1/M, χ₂ = sin(θ + θ_μ), θ_μ = atan μ
+//!
+//! It takes the slope for a constant. On level or evenly graded track a start or a stop gives a usable mass; while the slope
+//! changes at steady speed, the force varies with v̇ = 0 and the regression concludes that the mass is infinite: it then runs into
+//! the end of its mass range and says `saturated`. Only forgetting brings it back. A yardstick, not a choice.
+
+use nalgebra::{Vector2, vector};
+
+use super::{
+    conditioner::{Conditioned, Conditioner},
+    force_balance::ForceBalance,
+    front_end::Reading,
+    hosted::{Pipeline, copy_into},
+    mass_then_slope::motion,
+    params::{param_groups, params},
+};
+use crate::{
+    Real,
+    gaussian::Gaussian,
+    real::{GRAVITY, asin, sin, sqrt},
+    rls::{Forgetting, Outcome, Rls},
+    signals::{Estimate, Flags, Value, Vehicle},
+};
+
+params! {
+    /// Parameters of the coupled regression.
+    Own {
+        lambda0 ["-"] = 0.98, 0.5 => 1.0, "Constant forgetting factor, per regression sample.";
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.5, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        sine_sd ["-"] = 0.1, 0.001 => 1.0, "Standard deviation of the sine of the grade angle at the start.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
+        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+    }
+}
+
+param_groups! {
+    /// Parameters of `ffrls`.
+    Params { own: Own }
+}
+
+/// The pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ffrls {
+    params: Own,
+    balance: ForceBalance,
+    mu: Real,
+    mass0_kg: Real,
+    range_kg: [Real; 2],
+    /// [M₀/M, sin(θ + θ_μ)].
+    rls: Rls<2>,
+    signals: Conditioner,
+    /// Sign of the speed at the last sample: χ₂ belongs to it.
+    direction: Real,
+    speed_mps: Real,
+    saturated: bool,
+    outcome: Outcome,
+}
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
+    let own = params.own;
+    let [low, high] = vehicle.mass_range_kg;
+    let mass0_kg = if own.mass0_kg > 0.0 {
+        own.mass0_kg
+    } else {
+        0.5 * (low + high)
+    }
+    .clamp(low, high);
+    let mu = vehicle.running_resistance;
+    let prior = Gaussian::independent(vector![1.0, mu], vector![own.mass_sd, own.sine_sd]);
+    Ffrls {
+        params: own,
+        balance: ForceBalance::new(vehicle),
+        mu,
+        mass0_kg,
+        range_kg: vehicle.mass_range_kg,
+        rls: Rls::new(prior, Forgetting::Constant(own.lambda0)),
+        signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
+        direction: 1.0,
+        speed_mps: 0.0,
+        saturated: false,
+        outcome: Outcome::default(),
+    }
+}
+
+impl Ffrls {
+    fn sample(&mut self, now: Conditioned) {
+        self.direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
+        let acceleration = now.acceleration_mps2;
+        let h = vector![
+            (now.force_n - self.balance.rotating_mass_kg * acceleration) / self.mass0_kg,
+            -GRAVITY * sqrt(1.0 + self.mu * self.mu)
+        ];
+        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2;
+        let Some(outcome) = self.rls.update(acceleration, &h, r, false) else {
+            return;
+        };
+        self.outcome = outcome;
+        let [low, high] = self.range_kg;
+        let x = self.rls.belief.x;
+        let inside: Vector2<Real> = vector![
+            x.x.clamp(self.mass0_kg / high, self.mass0_kg / low),
+            x.y.clamp(-0.85, 0.85)
+        ];
+        self.saturated = inside != x;
+        self.rls.belief.x = inside;
+    }
+}
+
+impl Pipeline for Ffrls {
+    const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
+
+    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+        let (moving, running) = motion(reading, self.params.standstill_mps);
+        let sample = self.signals.step(reading, &self.balance, running, dt);
+        if let Some(sample) = sample {
+            self.sample(sample);
+        }
+        self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
+        let Gaussian { x, P } = self.rls.belief;
+        let spread = self.rls.spread().max(1.0);
+        let mass = self.mass0_kg / x.x;
+        let mass_sd = mass * spread * sqrt(P.m11) / x.x;
+        // sin θ + s μ cos θ = √(1 + μ²) sin(θ + s θ_μ), s = sgn v
+        let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
+        let theta_sd = spread * sqrt(P.m22) / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
+        let known = mass_sd < 0.1 * mass && !self.saturated;
+        Estimate {
+            t_s,
+            total_mass_kg: Value {
+                value: mass,
+                sd: mass_sd,
+                valid: known,
+            },
+            grade_rad: Value {
+                value: theta,
+                sd: theta_sd,
+                valid: running && known && theta_sd < 0.05,
+            },
+            speed_mps: Value {
+                value: self.speed_mps,
+                sd: 0.01,
+                valid: reading.speed_mps.is_some(),
+            },
+            innovation: self.outcome.residual,
+            nis: self.outcome.normalised * self.outcome.normalised,
+            flags: Flags {
+                moving,
+                excited: running && !self.outcome.limited,
+                saturated: self.saturated,
+            },
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let x = self.rls.belief.x;
+        let limited = if self.outcome.limited { 1.0 } else { 0.0 };
+        copy_into(values, &[x.x, x.y, self.outcome.residual, limited]);
+    }
+}

@@ -1,0 +1,74 @@
+//! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
+
+use super::{
+    Estimator,
+    front_end::{FrontEnd, Reading},
+};
+use crate::{
+    Error, Real,
+    signals::{Command, Estimate, Measurements, Vehicle},
+};
+
+/// The work of a pipeline, once its input is checked and merged. Plain data: a copy is a snapshot.
+pub trait Pipeline: Copy {
+    /// Names of its internal quantities.
+    const INTERNALS: &'static [&'static str];
+
+    /// One step at the instant `t_s` after `dt` seconds.
+    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate;
+
+    /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
+    fn internal_values(&self, values: &mut [Real]);
+}
+
+/// A pipeline made an estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hosted<P> {
+    front_end: FrontEnd,
+    now: P,
+    start: (FrontEnd, P),
+}
+
+impl<P: Pipeline> Hosted<P> {
+    /// Hosts `pipeline`, built for `vehicle`.
+    pub fn new(vehicle: &Vehicle, pipeline: P) -> Self {
+        let front_end = FrontEnd::new(vehicle);
+        Self {
+            front_end,
+            now: pipeline,
+            start: (front_end, pipeline),
+        }
+    }
+}
+
+impl<P: Pipeline> Estimator for Hosted<P> {
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
+        let (mut front_end, mut next) = (self.front_end, self.now);
+        let reading = front_end.read(z, u, dt)?;
+        let estimate = next.advance(&reading, z.t_s, dt);
+        if !estimate.is_finite() {
+            return Err(Error::Diverged);
+        }
+        (self.front_end, self.now) = (front_end, next);
+        Ok(estimate)
+    }
+
+    fn reset(&mut self) {
+        (self.front_end, self.now) = self.start;
+    }
+
+    fn internals(&self) -> &'static [&'static str] {
+        P::INTERNALS
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.now.internal_values(values);
+    }
+}
+
+/// Copies as much of `from` as fits.
+pub fn copy_into(values: &mut [Real], from: &[Real]) {
+    for (place, value) in values.iter_mut().zip(from) {
+        *place = *value;
+    }
+}

@@ -1,0 +1,235 @@
+//! `joint_ekf`: baseline of Liu et al. 2023: one extended Kalman filter for speed, slope and mass.
+//!
+//! State [v, θ, w], w = 10⁴/M (about 1, and the traction enters linearly). Force balance as in [`ForceBalance`]; w is constant;
+//! wheel speed is the only measurement.
+//!
+//! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
+//! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
+
+use nalgebra::{Matrix1, Matrix3, SMatrix, Vector3, vector};
+
+use super::{
+    force_balance::ForceBalance,
+    front_end::Reading,
+    hosted::{Pipeline, copy_into},
+    mass_then_slope::motion,
+    params::{param_groups, params},
+    slope_filter::{STEEPEST, SlopeParams},
+};
+use crate::{
+    Real, ekf,
+    gaussian::{Correction, Gaussian},
+    real::{PI, sqrt},
+    signals::{Estimate, Flags, Value, Vehicle},
+};
+
+params! {
+    /// What `joint_ekf` is told about the mass.
+    Own {
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+    }
+}
+
+param_groups! {
+    /// Parameters of `joint_ekf`.
+    Params { own: Own, slope: SlopeParams }
+}
+
+/// M w, kg.
+const SCALE: Real = 1e4;
+
+/// The pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointEkf {
+    params: Params,
+    balance: ForceBalance,
+    mu: Real,
+    range_kg: [Real; 2],
+    belief: Gaussian<3>,
+    started: bool,
+    saturated: bool,
+    last: Option<Correction<1, 3>>,
+}
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
+    let [low, high] = vehicle.mass_range_kg;
+    let mass0 = if params.own.mass0_kg > 0.0 {
+        params.own.mass0_kg
+    } else {
+        0.5 * (low + high)
+    }
+    .clamp(low, high);
+    let w0 = SCALE / mass0;
+    let (slope, rad) = (params.slope, PI / 180.0);
+    let x = vector![0.0, slope.grade0_deg * rad, w0];
+    let sd = vector![
+        slope.wheel_speed_sd_mps,
+        slope.grade0_sd_deg * rad,
+        w0 * params.own.mass_sd
+    ];
+    JointEkf {
+        params: *params,
+        balance: ForceBalance::new(vehicle),
+        mu: vehicle.running_resistance,
+        range_kg: vehicle.mass_range_kg,
+        belief: Gaussian::independent(x, sd),
+        started: false,
+        saturated: false,
+        last: None,
+    }
+}
+
+impl JointEkf {
+    /// f(x) and its Jacobian. `resistance` is sgn(v) μ.
+    fn transition(
+        &self,
+        x: &Vector3<Real>,
+        traction_n: Real,
+        resistance: Real,
+        dt: Real,
+    ) -> (Vector3<Real>, Matrix3<Real>) {
+        let mass = SCALE / x.z;
+        let v_dot = self.balance.acceleration(traction_n, mass, x.y, resistance);
+        let by_theta = self.balance.acceleration_by_theta(mass, x.y, resistance);
+        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
+        let J = self.balance.rotating_mass_kg;
+        let by_w = (traction_n - J * v_dot) / (SCALE + J * x.z);
+        let mut F = Matrix3::identity();
+        F.m12 = dt * by_theta;
+        F.m13 = dt * by_w;
+        (vector![x.x + dt * v_dot, x.y, x.z], F)
+    }
+
+    fn predict(&mut self, reading: &Reading, running: bool, dt: Real) {
+        let drive = reading
+            .motor_torque_nm
+            .zip(reading.speed_mps)
+            .filter(|_| running);
+        let Some((torque, speed)) = drive else {
+            // Without a force balance speed says nothing about slope and mass: cut its tie to them.
+            let v = self.belief.P.m11 + dt;
+            let mut cut = Matrix3::identity();
+            cut.m11 = 0.0;
+            self.belief.P = cut * self.belief.P * cut;
+            self.belief.P.m11 = v;
+            return;
+        };
+        let resistance = if speed < 0.0 { -self.mu } else { self.mu };
+        let (x_next, F) = self.transition(
+            &self.belief.x,
+            self.balance.traction(torque, speed),
+            resistance,
+            dt,
+        );
+        let Q = Matrix3::from_diagonal(&vector![
+            self.params.slope.q_v * dt,
+            self.params.slope.q_theta * dt,
+            0.0
+        ]);
+        ekf::predict(&mut self.belief, x_next, &F, &Q);
+    }
+
+    fn update(&mut self, speed: Real) {
+        if !self.started {
+            self.belief.x.x = speed;
+            self.started = true;
+        }
+        let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
+        let sd = self.params.slope.wheel_speed_sd_mps;
+        let z_predicted = H * self.belief.x;
+        let Some(correction) = ekf::update(
+            &mut self.belief,
+            vector![speed],
+            z_predicted,
+            &H,
+            &Matrix1::new(sd * sd),
+        ) else {
+            return;
+        };
+        self.last = Some(correction);
+        let [low, high] = self.range_kg;
+        let inside = vector![
+            self.belief.x.x,
+            self.belief.x.y.clamp(-STEEPEST, STEEPEST),
+            self.belief.x.z.clamp(SCALE / high, SCALE / low)
+        ];
+        self.saturated = inside != self.belief.x;
+        self.belief.x = inside;
+    }
+}
+
+impl Pipeline for JointEkf {
+    const INTERNALS: &'static [&'static str] =
+        &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
+
+    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+        let (moving, running) = motion(reading, self.params.own.standstill_mps);
+        self.predict(reading, running, dt);
+        if let Some(speed) = reading.new_speed_mps {
+            self.update(speed);
+        }
+        let Gaussian { x, P } = self.belief;
+        let mass = (SCALE / x.z).clamp(self.range_kg[0], self.range_kg[1]);
+        let mass_sd = mass * sqrt(P.m33) / x.z;
+        let grade_sd = sqrt(P.m22);
+        let mass_known = mass_sd < 0.1 * mass && !self.saturated;
+        Estimate {
+            t_s,
+            total_mass_kg: Value {
+                value: mass,
+                sd: mass_sd,
+                valid: mass_known,
+            },
+            grade_rad: Value {
+                value: x.y,
+                sd: grade_sd,
+                valid: running && mass_known && grade_sd < 0.05,
+            },
+            speed_mps: Value {
+                value: x.x,
+                sd: sqrt(P.m11),
+                valid: reading.speed_mps.is_some(),
+            },
+            innovation: self.last.map_or(0.0, |c| c.y.x),
+            nis: self.last.map_or(0.0, |c| c.nis),
+            flags: Flags {
+                moving,
+                excited: running,
+                saturated: self.saturated,
+            },
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let P = self.belief.P;
+        let correlation = P.m23 / sqrt(P.m22 * P.m33).max(1e-30);
+        copy_into(values, &[self.belief.x.z, sqrt(P.m33), correlation]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    #[test]
+    fn jacobian_equals_central_differences() {
+        let filter = new(&vehicle(), &Params::default());
+        for x in [vector![0.5, 0.1, 0.8], vector![-0.5, -0.2, 1.7]] {
+            let f = |x: &Vector3<Real>| filter.transition(x, 2.5e4, 0.02, 0.1);
+            let (_, F) = f(&x);
+            for i in 0..3 {
+                let mut step = Vector3::zeros();
+                step[i] = 1e-5;
+                let difference = (f(&(x + step)).0 - f(&(x - step)).0) / 2e-5;
+                assert!(
+                    (F.column(i) - difference).norm() < 1e-8,
+                    "{i}: {F} {difference}"
+                );
+            }
+        }
+    }
+}
