@@ -360,6 +360,18 @@ fn the_tracks_are_what_they_say() {
             && steepest(&r) < 15.0
             && (83..145).all(|s| r.grade(f64::from(s)).abs() < 1.01_f64.to_radians())
     );
+    let r = load("surveyed_300m.yaml");
+    assert!(
+        r.length() == 300.0 && (steepest(&r) - 5.0).abs() < 0.2,
+        "{}",
+        steepest(&r)
+    );
+    assert_eq!(
+        load("jointed_100m.yaml")
+            .joints()
+            .map(|j| j.chainages().count()),
+        Some(33)
+    );
     let r = load("winding.yaml");
     assert!(r.length() > 630.0 && (steepest(&r) - 20.0).abs() < 1e-6);
     assert!((steepest(&load("steep_30deg.yaml")) - 30.0).abs() < 1e-6);
@@ -377,7 +389,10 @@ const LIMITS: Limits = Limits {
 
 #[test]
 fn every_asset_track_carries_the_reference_train() {
-    for name in TRACKS {
+    for name in TRACKS
+        .iter()
+        .chain(&["jointed_100m.yaml", "surveyed_300m.yaml"])
+    {
         load(name).check(&LIMITS).unwrap();
     }
 }
