@@ -8,6 +8,7 @@
 
 mod alignment;
 mod check;
+mod elements;
 pub mod joints;
 pub mod mesh;
 mod nodes;
