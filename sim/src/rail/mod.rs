@@ -1,13 +1,14 @@
 //! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
 //!
 //! A track file ([`track`]) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
-//! space. They become two angle functions ([`alignment`]): heading ψ(s) and grade θ(s), whose derivatives are the
+//! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
 //! curvatures κ_h and κ_v. A surveyed track ([`survey`]) gives the same functions through a smoothing spline; rail joints
 //! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
-//! as short polynomials ([`nodes`]) so that the physics loop can ask for frames in some tens of nanoseconds.
+//! as short polynomials (`nodes`) so that the physics loop can ask for frames in some tens of nanoseconds.
 
-pub mod alignment;
+mod alignment;
 mod check;
+mod elements;
 pub mod joints;
 pub mod mesh;
 mod nodes;

@@ -4,7 +4,9 @@
 //! (Reinsch, "Smoothing by spline functions", Numer. Math. 10, 1967). With g = f(xᵢ), γ = f″(xᵢ), and the band matrices
 //! Q, R of Green & Silverman (Nonparametric Regression, 1994, eqs 2.5–2.9) it solves
 //!
-//!     (R + λ QᵀQ) γ = Qᵀ y,    g = y − λ Q γ,
+//! ```text
+//! (R + λ QᵀQ) γ = Qᵀ y,    g = y − λ Q γ,
+//! ```
 //!
 //! with λ such that the mean of (y − g)² is σ². σ = 0 gives λ = 0: the interpolating natural spline.
 

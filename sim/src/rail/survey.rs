@@ -1,7 +1,7 @@
 //! Surveyed tracks: points (chainage, height, perhaps heading) from a CSV file, smoothed by a spline.
 //!
 //! The chainage is measured along the rail, as by a wheel rolled along it, so that the height's derivative is sin θ. The
-//! first point becomes chainage 0. Heights are smoothed to the stated standard deviation of the survey ([`super::spline`]); the
+//! first point becomes chainage 0. Heights are smoothed to the stated standard deviation of the survey (`spline.rs`); the
 //! curvature of the result is continuous, and zero at both ends.
 
 use super::alignment::{Angle, Law, Piece};
