@@ -1,1 +1,4 @@
-//! monorig-lab
+//! monorig-lab: what is done with runs.
+
+pub mod metrics;
+pub mod series;

@@ -1,0 +1,91 @@
+//! Errors of every estimator, sample by sample, gathered while a run goes on.
+
+use monorig_sim::error::Error;
+use monorig_sim::run::{Frame, Observer};
+
+/// One estimator step against the truth.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    /// s.
+    pub t_s: f64,
+    /// Estimate minus truth over truth, total mass.
+    pub mass_rel: f64,
+    /// Estimate minus truth, total mass, kg.
+    pub mass_kg: f64,
+    /// Its normalised square: (error / standard deviation)².
+    pub mass_nees: f64,
+    /// Whether the estimator vouched for the mass.
+    pub mass_valid: bool,
+    /// Estimate minus grade at the IMU, rad.
+    pub slope: f64,
+    /// Estimate minus effective grade of the train, rad.
+    pub slope_effective: f64,
+    /// Its normalised square, against the grade at the IMU.
+    pub slope_nees: f64,
+    /// Whether the estimator vouched for the slope.
+    pub slope_valid: bool,
+    /// Normalised innovation squared.
+    pub nis: f64,
+}
+
+/// One step of the closed loop.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tracking {
+    /// s.
+    pub t_s: f64,
+    /// Speed minus reference, m/s.
+    pub speed: f64,
+    /// Acceleration along the rail, m/s².
+    pub accel: f64,
+    /// Off the rail's line, m.
+    pub off_rail: f64,
+}
+
+/// Gathers the samples of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Series {
+    /// Per estimator, in the order of the bank: name and samples.
+    pub estimators: Vec<(String, Vec<Sample>)>,
+    /// The closed loop.
+    pub tracking: Vec<Tracking>,
+}
+
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+impl Observer for Series {
+    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+        if !f.sampled {
+            return Ok(());
+        }
+        let t = f.truth;
+        if self.estimators.is_empty() {
+            self.estimators = f.bank.iter().map(|m| (m.name.clone(), Vec::new())).collect();
+        }
+        for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
+            let e = &m.estimate;
+            let mass = e.total_mass_kg.value - t.total_mass_kg;
+            let slope = e.grade_rad.value - t.grade_at_imu_rad;
+            samples.push(Sample {
+                t_s: t.t_s,
+                mass_rel: mass / t.total_mass_kg,
+                mass_kg: mass,
+                mass_nees: square(mass / e.total_mass_kg.sd),
+                mass_valid: e.total_mass_kg.valid,
+                slope,
+                slope_effective: e.grade_rad.value - t.grade_effective_rad,
+                slope_nees: square(slope / e.grade_rad.sd),
+                slope_valid: e.grade_rad.valid,
+                nis: e.nis,
+            });
+        }
+        self.tracking.push(Tracking {
+            t_s: t.t_s,
+            speed: t.speed_mps - f.reference.speed_mps,
+            accel: t.accel_mps2,
+            off_rail: t.off_rail_m,
+        });
+        Ok(())
+    }
+}
