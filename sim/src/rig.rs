@@ -3,7 +3,6 @@
 use crate::bank::Member;
 use crate::control::{Cycle, SpeedController};
 use crate::error::Error;
-use crate::file::input_error;
 use crate::plant::Plant;
 use crate::point_mass::{PointMass, PointMassOptions};
 use crate::rail::{Frame, Rail};
@@ -65,16 +64,14 @@ const REAR_ROOM: f64 = 1.0;
 impl Rig {
     /// Read every file a scenario names, check them against each other, and build.
     pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
-        let file = &scenario.path;
         let s = &scenario.file;
-        let rail = Arc::new(Rail::load(&scenario.track_path())?);
-        let mut train = Train::load(&scenario.train_path())?;
+        let rail = Arc::new(Rail::load(&scenario.track)?);
+        let mut train = Train::load(&scenario.train)?;
         rail.check(&train.limits)?;
         if let Some(kg) = s.load.mass_kg {
             let limit = train.limits.max_load_kg;
             train = train.with_load_mass(kg.get()).map_err(|_| {
-                input_error(
-                    file,
+                scenario.error(
                     "load.mass_kg",
                     format!("the train cannot carry a load of {} kg", kg.get()),
                     format!("a load from 0 to {limit} kg"),
@@ -87,9 +84,9 @@ impl Rig {
         }
         let front = place(&scenario, &rail, &train)?;
         let mut sensors =
-            Suite::new(&Sheet::load(&scenario.sensors_path())?, &train, s.physics.gravity_mps2.get(), seed)?;
+            Suite::new(&Sheet::load(&scenario.sensors)?, &train, s.physics.gravity_mps2.get(), seed)?;
         sensors.check_step(dt_s)?;
-        sensors.add_faults(file, &s.events)?;
+        sensors.add_faults(scenario.path(), &s.events)?;
         let imu = sensors.imu_mount().or_else(|| train.mount("imu_link")).unwrap_or(0);
         let mounts = vec![imu];
         let zones = zones(&scenario, &rail)?;
@@ -130,7 +127,7 @@ impl Rig {
             timeline: Timeline::new(&s.events),
             feedforward: s.drive.controller.feedforward,
             stop: StopAt {
-                after_s: s.stop.after_s.map_or(f64::INFINITY, f64::from),
+                after_s: s.stop.time_limit_s(),
                 at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
             },
             track_length_m: rail.length(),
@@ -161,8 +158,7 @@ fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> 
     let least = length + REAR_ROOM;
     let front = scenario.file.start.chainage_m.map_or(least, f64::from);
     if front < length || front > rail.length() {
-        return Err(input_error(
-            &scenario.path,
+        return Err(scenario.error(
             "start.chainage_m",
             format!("with its front at {front} m the train does not stand on the track"),
             format!("a chainage from {length} m (the train is that long) to {} m (the track ends there)", rail.length()),
@@ -177,8 +173,7 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
         if let Event::Adhesion { from_m, to_m, adhesion } = e {
             let z = Zone { from_m: from_m.get(), to_m: to_m.get(), adhesion: adhesion.get() };
             if z.from_m >= rail.length() {
-                return Err(input_error(
-                    &scenario.path,
+                return Err(scenario.error(
                     format!("events[{i}].from_m"),
                     format!("the zone starts at {} m, beyond the end of the track", z.from_m),
                     format!("a chainage below {} m", rail.length()),
@@ -213,13 +208,22 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
 }
 
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
+    let find = |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    scenario.check_estimators(
+        crane::NAMES,
+        &|name| crane::keys(name).into_iter().flatten().map(|k| k.name).collect(),
+        &|name, key, value| match find(name, key).filter(|k| !(k.range[0]..=k.range[1]).contains(&value)) {
+            Some(k) => Err(format!("{value} is outside {}…{} {} ({})", k.range[0], k.range[1], k.unit, k.doc)),
+            None => Ok(()),
+        },
+    )?;
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let pairs = params.iter().map(|(k, v)| (k.as_str(), *v));
-        let estimator = crane::build(name, vehicle, pairs).map_err(|e| {
-            input_error(&scenario.path, format!("estimators.{name}"), e.to_string(), "see `monorig schema scenario`")
+        let settings = params.iter().map(|(k, v)| (k.as_str(), v.get()));
+        let estimator = crane::build(name, vehicle, settings).map_err(|e| {
+            scenario.error(format!("estimators.{name}"), e.to_string(), "values that fit this vehicle")
         })?;
-        bank.push(Member::new(name.clone(), estimator));
+        bank.push(Member::new(name.to_string(), estimator));
     }
     Ok(bank)
 }

@@ -1,6 +1,17 @@
 //! YAML in, checked scenario out.
 
-use crate::checked::{Finite, Fraction, NonNegative, Positive};
+mod check;
+mod event;
+mod expect;
+mod load;
+mod seeds;
+
+pub use event::{Event, Fault};
+pub use expect::Expectation;
+pub use load::Scenario;
+pub use seeds::Seeds;
+
+use crate::checked::{Finite, NonNegative, Positive, Version1};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -10,7 +21,7 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Why the scenario exists and what it shows.
     pub why: String,
     /// Track file, relative to this file.
@@ -37,7 +48,7 @@ pub struct ScenarioFile {
     pub vehicle: VehicleBelief,
     /// Estimators by name, with their parameters.
     #[serde(default)]
-    pub estimators: BTreeMap<String, BTreeMap<String, f64>>,
+    pub estimators: BTreeMap<String, BTreeMap<String, Finite>>,
     /// The estimator whose output the controller sees.
     #[serde(default)]
     pub in_loop: Option<String>,
@@ -50,15 +61,15 @@ pub struct ScenarioFile {
     /// The roadway around the rail; none = open space.
     #[serde(default)]
     pub roadway: Option<Roadway>,
-    /// Seeds to run: a number, `1..10`, or a list.
+    /// Seeds to run: a number, `1..10`, or a list; 1 if not given.
     #[serde(default)]
-    pub seeds: Option<serde_json::Value>,
+    pub seeds: Seeds,
     /// Recording rates.
     #[serde(default)]
     pub record: Record,
     /// Bounds to hold (checked by `monorig test`).
     #[serde(default)]
-    pub expect: Vec<serde_json::Value>,
+    pub expect: Vec<Expectation>,
 }
 
 /// Load on the hook.
@@ -74,8 +85,10 @@ pub struct Load {
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Chainage of the train's front, m; none = so that the whole train is on the track with 1 m to spare.
-    pub chainage_m: Option<Finite>,
+    #[serde(default)]
+    pub chainage_m: Option<NonNegative>,
     /// Speed, m/s.
+    #[serde(default = "zero")]
     pub speed_mps: Finite,
 }
 
@@ -85,8 +98,23 @@ pub struct Start {
 pub struct Stop {
     /// s.
     pub after_s: Option<Positive>,
-    /// Chainage of the train's front, m.
+    /// Chainage of the train's front, m. A train that has not come there after `after_s`, or after
+    /// [`Stop::PATIENCE_S`] if that is not given, has not finished.
     pub at_m: Option<Positive>,
+}
+
+impl Stop {
+    /// How long a run without `after_s` may take, s of simulated time.
+    pub const PATIENCE_S: f64 = 3600.0;
+
+    /// The run does not go on beyond this time, s.
+    pub fn time_limit_s(&self) -> f64 {
+        self.after_s.map_or(Self::PATIENCE_S, Positive::get)
+    }
+}
+
+fn zero() -> Finite {
+    Finite::ZERO
 }
 
 /// Physics step and plant.
@@ -178,71 +206,6 @@ pub struct VehicleBelief {
     pub wheel_radius_m: Option<Positive>,
 }
 
-/// Something that happens; which keys are given says what.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, deny_unknown_fields)]
-pub enum Event {
-    /// The load changes.
-    LoadMass {
-        /// s.
-        at_s: NonNegative,
-        /// kg.
-        load_mass_kg: NonNegative,
-    },
-    /// The rail is slippery.
-    Adhesion {
-        /// m.
-        from_m: NonNegative,
-        /// m.
-        to_m: Positive,
-        /// Coefficient.
-        adhesion: NonNegative,
-    },
-    /// A sensor fails.
-    SensorFault {
-        /// s.
-        from_s: NonNegative,
-        /// s; none = to the end.
-        to_s: Option<Positive>,
-        /// Sensor name.
-        sensor: String,
-        /// What fails.
-        fault: Fault,
-        /// Size of the fault, in the unit it needs.
-        size: Option<Finite>,
-    },
-    /// The clamp pressure is commanded or lost.
-    ClampPressure {
-        /// s.
-        at_s: NonNegative,
-        /// MPa.
-        clamp_mpa: NonNegative,
-    },
-    /// Emergency brake.
-    Brake {
-        /// s.
-        at_s: NonNegative,
-        /// Share of the brake force, 0 releases.
-        brake: Fraction,
-    },
-}
-
-/// What can fail on a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Fault {
-    /// No samples.
-    Off,
-    /// The last value again and again.
-    Stuck,
-    /// Bias that grows, `size` units per second.
-    Drift,
-    /// Values multiplied by `size`.
-    Scale,
-    /// Rare outliers of `size` units.
-    Spikes,
-}
-
 /// A box beside the rail.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -316,17 +279,4 @@ impl Default for Record {
             pose_rate_hz: Positive::new(25.0),
         }
     }
-}
-/// TEMP
-pub struct Scenario { /// a
- pub path: std::path::PathBuf, /// b
- pub file: ScenarioFile }
-impl Scenario {
- fn rel(&self, s:&str)->std::path::PathBuf { self.path.parent().unwrap().join(s) }
- /// t
- pub fn track_path(&self)->std::path::PathBuf { self.rel(&self.file.track) }
- /// t
- pub fn train_path(&self)->std::path::PathBuf { self.rel(&self.file.train) }
- /// t
- pub fn sensors_path(&self)->std::path::PathBuf { self.rel(&self.file.sensors) }
 }

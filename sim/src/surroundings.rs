@@ -1,7 +1,6 @@
 //! What stands around the rail: obstacles and roadway walls as boxes in the world, and the clearance of the train to them.
 
 use crate::error::Error;
-use crate::file::input_error;
 use crate::rail::{Frame, Rail};
 use crate::scenario::Scenario;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -33,8 +32,7 @@ pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
     let mut blocks = Vec::new();
     for (i, o) in scenario.file.surroundings.iter().enumerate() {
         if o.at_m.get() > rail.length() {
-            return Err(input_error(
-                &scenario.path,
+            return Err(scenario.error(
                 format!("surroundings[{i}].at_m"),
                 format!("the obstacle is at {} m, beyond the end of the track", o.at_m.get()),
                 format!("a chainage from 0 to {} m", rail.length()),

@@ -1,0 +1,197 @@
+//! From a key path to line and column: the text is walked again, and an error is raised on purpose at the target,
+//! because the YAML reader tells the place of errors and of nothing else.
+
+use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// What of an entry is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// Its value.
+    Value,
+    /// Its key.
+    Key,
+    /// Its key where it stands for the second time.
+    SecondKey,
+}
+
+/// One step down the tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Segment {
+    /// Into a mapping.
+    Key(String),
+    /// Into a list, from 0.
+    Index(usize),
+}
+
+/// `vertical[2].radius_m` in steps; `None` if it is not such a path.
+pub(super) fn segments(path: &str) -> Option<Vec<Segment>> {
+    let mut out = Vec::new();
+    for part in path.split('.') {
+        let (key, indices) = match part.find('[') {
+            Some(i) => part.split_at(i),
+            None => (part, ""),
+        };
+        if key.is_empty() {
+            return None;
+        }
+        out.push(Segment::Key(key.to_owned()));
+        let mut rest = indices;
+        while !rest.is_empty() {
+            let (index, after) = rest.strip_prefix('[')?.split_once(']')?;
+            out.push(Segment::Index(index.parse().ok()?));
+            rest = after;
+        }
+    }
+    Some(out)
+}
+
+/// Line and column, from 1, of the target of a key path, or of the nearest entry above it that is there.
+pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, usize)> {
+    let all = segments(path)?;
+    for length in (1..=all.len()).rev() {
+        let target = if length == all.len() { target } else { Target::Key };
+        let mut seen = 0;
+        let walk = Walk {
+            path: &all[..length],
+            target,
+            seen: &mut seen,
+        };
+        if let Err(e) = walk.deserialize(serde_yaml::Deserializer::from_str(text)) {
+            return e.location().map(|l| (l.line(), l.column()));
+        }
+    }
+    None
+}
+
+struct Walk<'a> {
+    path: &'a [Segment],
+    target: Target,
+    seen: &'a mut usize,
+}
+
+impl<'de> DeserializeSeed<'de> for Walk<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, de: D) -> Result<(), D::Error> {
+        match self.path {
+            [] => de.deserialize_any(Raise),
+            _ => de.deserialize_any(self),
+        }
+    }
+}
+
+impl<'de> Visitor<'de> for Walk<'_> {
+    type Value = ();
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a mapping or a list")
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        let (wanted, rest) = match self.path {
+            [Segment::Key(key), rest @ ..] => (Some(key.as_str()), rest),
+            _ => (None, self.path),
+        };
+        let raise = rest.is_empty() && self.target != Target::Value;
+        while let Some(here) = map.next_key_seed(Key {
+            wanted,
+            raise_at: match (raise, self.target) {
+                (false, _) => None,
+                (true, Target::SecondKey) => Some(2),
+                (true, _) => Some(1),
+            },
+            seen: &mut *self.seen,
+        })? {
+            if here && !raise {
+                map.next_value_seed(Walk {
+                    path: rest,
+                    target: self.target,
+                    seen: &mut *self.seen,
+                })?;
+            } else {
+                map.next_value::<IgnoredAny>()?;
+            }
+        }
+        Ok(())
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<(), A::Error> {
+        if let [Segment::Index(index), rest @ ..] = self.path {
+            for _ in 0..*index {
+                if seq.next_element::<IgnoredAny>()?.is_none() {
+                    return Ok(());
+                }
+            }
+            seq.next_element_seed(Walk {
+                path: rest,
+                target: if rest.is_empty() { Target::Value } else { self.target },
+                seen: &mut *self.seen,
+            })?;
+        }
+        while seq.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(())
+    }
+    // A scalar where the path goes on: the path is not there.
+    fn visit_bool<E>(self, _: bool) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_i64<E>(self, _: i64) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_u64<E>(self, _: u64) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_f64<E>(self, _: f64) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_str<E>(self, _: &str) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_unit<E>(self) -> Result<(), E> {
+        Ok(())
+    }
+    fn visit_none<E>(self) -> Result<(), E> {
+        Ok(())
+    }
+}
+
+/// Whether a key is the wanted one; raises when it has been seen often enough.
+struct Key<'a> {
+    wanted: Option<&'a str>,
+    raise_at: Option<usize>,
+    seen: &'a mut usize,
+}
+
+impl<'de> DeserializeSeed<'de> for Key<'_> {
+    type Value = bool;
+    fn deserialize<D: Deserializer<'de>>(self, de: D) -> Result<bool, D::Error> {
+        de.deserialize_str(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Key<'_> {
+    type Value = bool;
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key")
+    }
+    fn visit_str<E: serde::de::Error>(self, key: &str) -> Result<bool, E> {
+        if self.wanted != Some(key) {
+            return Ok(false);
+        }
+        *self.seen += 1;
+        match self.raise_at {
+            Some(n) if n == *self.seen => Err(E::custom("here")),
+            _ => Ok(true),
+        }
+    }
+}
+
+/// Accepts nothing: whatever it visits becomes an error, which has a place.
+struct Raise;
+
+impl<'de> Visitor<'de> for Raise {
+    type Value = ();
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("this place")
+    }
+    fn visit_none<E: serde::de::Error>(self) -> Result<(), E> {
+        Err(E::custom("here"))
+    }
+}

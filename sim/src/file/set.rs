@@ -1,0 +1,54 @@
+//! `--set path=value`: change one value of a file before it is checked.
+
+use super::locate::{Segment, segments};
+use serde_yaml::Value;
+
+/// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. The error is message and help.
+pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (String, String)> {
+    let steps = segments(path).ok_or_else(|| {
+        (
+            format!("`{path}` is not a path"),
+            "paths look like `load.mass_kg` or `drive.speed[1].mps`".to_owned(),
+        )
+    })?;
+    let new: Value = serde_yaml::from_str(value).map_err(|e| {
+        (
+            format!("the value is not YAML: {e}"),
+            "give a number, a word, or a list or mapping in [] or {}".to_owned(),
+        )
+    })?;
+    let mut here = tree;
+    for step in steps {
+        here = match step {
+            Segment::Key(key) => {
+                if here.is_null() {
+                    *here = Value::Mapping(serde_yaml::Mapping::new());
+                }
+                let map = here.as_mapping_mut().ok_or_else(|| {
+                    (
+                        format!("what stands before `{key}` is not a mapping"),
+                        "leave the rest of the path away, or set the whole entry".to_owned(),
+                    )
+                })?;
+                map.entry(Value::String(key)).or_insert(Value::Null)
+            }
+            Segment::Index(index) => {
+                let list = here.as_sequence_mut().ok_or_else(|| {
+                    (
+                        format!("there is no list where `[{index}]` is asked for"),
+                        "indices in [] are for lists only, and count from 0".to_owned(),
+                    )
+                })?;
+                let length = list.len();
+                list.get_mut(index).ok_or_else(|| {
+                    (
+                        format!("the list has {length} items, so there is no [{index}]"),
+                        "items count from 0; to add one, set the whole list".to_owned(),
+                    )
+                })?
+            }
+        };
+    }
+    *here = new;
+    Ok(())
+}

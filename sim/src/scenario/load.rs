@@ -1,0 +1,134 @@
+//! From a file name to a scenario ready to run.
+
+use super::{ScenarioFile, check};
+use crate::error::Error;
+use crate::file::{Document, nearest};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// A checked scenario and where its files are. As JSON (for the manifest) it holds what decides the result, and no
+/// paths of this machine.
+#[derive(Clone, Debug, Serialize)]
+pub struct Scenario {
+    /// File name without its ending.
+    pub name: String,
+    /// What the file says, with `--set` applied and defaults filled in.
+    #[serde(flatten)]
+    pub file: ScenarioFile,
+    /// The track file, found from the scenario's folder.
+    #[serde(skip)]
+    pub track: PathBuf,
+    /// The train file, found from the scenario's folder.
+    #[serde(skip)]
+    pub train: PathBuf,
+    /// The sensor data sheet, found from the scenario's folder.
+    #[serde(skip)]
+    pub sensors: PathBuf,
+    #[serde(skip)]
+    document: Document,
+}
+
+impl Scenario {
+    /// Read and check a scenario, with `--set path=value` applied in the order given. The files it names must be
+    /// there; what is in them is checked by those who read them.
+    pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        let mut document = Document::read(path)?;
+        for (key, value) in overrides {
+            document.set(key, value)?;
+        }
+        let file: ScenarioFile = document.parse()?;
+        if let Err(wrong) = check::check(&file) {
+            return Err(document.error(wrong.key, wrong.message, wrong.help));
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let find = |key: &str, name: &str| -> Result<PathBuf, Error> {
+            let found = folder.join(name);
+            match crate::file::exists(&found) {
+                Ok(()) => Ok(found),
+                Err(help) => Err(document.error(
+                    key,
+                    format!("there is no file {}", found.display()),
+                    format!("{help} (names in a scenario start at the scenario's folder)"),
+                )),
+            }
+        };
+        Ok(Self {
+            name: path
+                .file_stem()
+                .map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            track: find("track", &file.track)?,
+            train: find("train", &file.train)?,
+            sensors: find("sensors", &file.sensors)?,
+            file,
+            document,
+        })
+    }
+
+    /// The seeds to run.
+    pub fn seeds(&self) -> &[u64] {
+        self.file.seeds.as_slice()
+    }
+
+    /// The scenario file.
+    pub fn path(&self) -> &Path {
+        self.document.path()
+    }
+
+    /// An error at a key of the scenario found later, when its train, track and sensors meet.
+    pub fn error(
+        &self,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        self.document.error(key, message, help)
+    }
+
+    /// Check the names and parameters of the estimators against those there are: `names` of all estimators, `keys` of
+    /// one of them, and whether it would `accept` a value for a key (the error says what it would).
+    pub fn check_estimators(
+        &self,
+        names: &[&str],
+        keys: &dyn Fn(&str) -> Vec<&'static str>,
+        accept: &dyn Fn(&str, &str, f64) -> Result<(), String>,
+    ) -> Result<(), Error> {
+        for (name, parameters) in &self.file.estimators {
+            let at = format!("estimators.{name}");
+            if !names.contains(&name.as_str()) {
+                return Err(self.error(
+                    at,
+                    format!("there is no estimator `{name}`"),
+                    suggestion(name, names, "known estimators"),
+                ));
+            }
+            let known = keys(name);
+            for (key, value) in parameters {
+                let at = format!("{at}.{key}");
+                if !known.contains(&key.as_str()) {
+                    return Err(self.error(
+                        at,
+                        format!("{name} has no parameter `{key}`"),
+                        suggestion(key, &known, "its parameters"),
+                    ));
+                }
+                accept(name, key, value.get()).map_err(|message| {
+                    self.error(
+                        at,
+                        message,
+                        format!("see the parameters of {name} in the scenario reference"),
+                    )
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn suggestion(word: &str, known: &[&str], title: &str) -> String {
+    let list = format!("{title}: {}", known.join(", "));
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list,
+    }
+}
