@@ -1,5 +1,7 @@
 //! A small made-up run through both sinks, and read back: what is in the files is what was sent.
 
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
 #[path = "../examples/recording_cost/synthetic.rs"]
 mod synthetic;
 
