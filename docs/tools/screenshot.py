@@ -54,13 +54,15 @@ def main() -> int:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
+    args.picture.unlink(missing_ok=True)
     try:
         time.sleep(args.wait)
         client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
         view = TRAIN_VIEW if args.only_train else None
         client.save_screenshot(str(args.picture.resolve()), view_id=view)
-        for _ in range(100):
-            if args.picture.is_file():
+        # The viewer writes it when it next draws: wait for the last chunk of the PNG.
+        for _ in range(300):
+            if args.picture.is_file() and args.picture.read_bytes()[-8:-4] == b"IEND":
                 return 0
             time.sleep(0.1)
         print("the viewer made no picture", file=sys.stderr)

@@ -29,8 +29,9 @@ pub const FIRST_ID: u128 = 0x6d6f_6e6f_7269_6700_0000_0000_0000_0001;
 
 /// Dark, like a mine.
 const BACKGROUND: [u8; 3] = [24, 27, 33];
-/// The camera's place in the frame it follows (x forward, z up), in lengths of the train: left, ahead, a little above.
-const EYE: [f32; 3] = [0.30, 0.52, 0.12];
+/// The camera's place in the frame it follows (x forward, z up), in lengths of the train: on the right, somewhat
+/// behind and above, so that the train runs to the right like time in the plots, and one sees where it goes.
+const EYE: [f32; 3] = [-0.28, -0.74, 0.16];
 /// m: shorter trains are not looked at from nearer.
 const LEAST_LENGTH: f64 = 6.0;
 

@@ -1,5 +1,7 @@
 //! A small made-up run through both sinks, and read back: what is in the files is what was sent.
 
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
 #[path = "../examples/recording_cost/synthetic.rs"]
 mod synthetic;
 
@@ -208,8 +210,8 @@ fn what_is_made_for_the_eye_follows_from_the_channels() {
     }
 }
 
-/// The same run gives the same recording: message for message, id for id. Rerun's encoder leaves the order of the two
-/// entries of the file's index open, so the bytes are compared up to there.
+/// The same run gives the same recording: byte for byte up to the index at the end of the file, which
+/// Rerun's encoder makes out of hash maps of its own, in an order that changes.
 #[test]
 fn same_run_same_recording() {
     let dir = TempDir::new("same");
@@ -217,14 +219,10 @@ fn same_run_same_recording() {
     let (a, b) = (dir.0.join("a.rrd"), dir.0.join("b.rrd"));
     assert_eq!(recording(&a, &run), recording(&b, &run));
     let (a, b) = (std::fs::read(a).unwrap(), std::fs::read(b).unwrap());
-    assert_eq!(a.len(), b.len());
-    let differs = std::iter::zip(&a, &b).position(|(x, y)| x != y);
     let messages = messages_end(&a);
     assert!(messages > a.len() / 2);
-    assert!(
-        differs.is_none_or(|at| at >= messages),
-        "{differs:?} of {messages}"
-    );
+    assert_eq!(messages, messages_end(&b));
+    assert!(a[..messages] == b[..messages]);
 }
 
 /// Where the messages of an .rrd file end and its index begins. A file is a header of 12 bytes, then messages: kind

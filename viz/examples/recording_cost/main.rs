@@ -1,8 +1,8 @@
 //! What recording costs: 300 s of a made-up run, 150 channels at 50 Hz, 18 bodies at 25 Hz.
 //!
-//!     cargo run --release -p monorig-viz --example recording_cost [folder]
+//!     cargo run --release -p monorig-viz --example recording_cost [folder [viewer]]
 //!
-//! Writes `channels.parquet` and `run.rrd` into the folder (default: the system's folder for temporary files) and
+//! With the address of a viewer (127.0.0.1:9876) the recording is shown there too. Writes `channels.parquet` and `run.rrd` into the folder (default: the system's folder for temporary files) and
 //! prints processor time (all threads) and sizes.
 
 mod synthetic;
@@ -26,9 +26,17 @@ fn main() -> Result<(), Error> {
     let chunks: Vec<_> = starts.map(|s| run.chunk(s, s + CHUNK_S)).collect();
     let parquet = folder.join("channels.parquet");
     let rrd = folder.join("run.rrd");
+    let viewer = std::env::args().nth(2).and_then(|a| a.parse().ok());
+    let rerun = match viewer {
+        Some(address) => RerunSink::live(&rrd, address),
+        None => RerunSink::file(&rrd),
+    };
+    if viewer.is_some() && rerun.live_state().is_none() {
+        println!("no viewer answers there");
+    }
     let sinks: [(&PathBuf, Box<dyn Sink>); 2] = [
         (&parquet, Box::new(ParquetSink::create(&parquet)?)),
-        (&rrd, Box::new(RerunSink::file(&rrd))),
+        (&rrd, Box::new(rerun)),
     ];
     for (path, mut sink) in sinks {
         let (start, cpu) = (Instant::now(), cpu_s());
