@@ -9,10 +9,12 @@ pub mod curvature_ukf;
 pub mod dffrls_aekf;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
+pub mod differenced_mass;
 pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
+pub mod imm_stf;
 pub mod joint_ekf;
 pub mod load_watch;
 pub mod mass_regression;
@@ -112,6 +114,8 @@ registry! {
     "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
     /// The same with fixed noise.
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
+    /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
+    "imm_stf" => imm_stf::ImmStf,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.

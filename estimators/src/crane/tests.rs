@@ -458,3 +458,34 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
     let expected = (right.powi(2) + (0.05f64 / 9.81).to_degrees().powi(2)).sqrt();
     assert!((biased / expected - 1.0).abs() < 0.1, "{biased} {expected}");
 }
+
+#[test]
+fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
+    let slope = grade_rms("imm_stf", &[("mass0_kg", 15_000.0)], world);
+    assert!(slope < 0.25, "{slope}");
+    // A mass told wrongly misleads the dynamic model; the kinematic one keeps the slope.
+    let misled = grade_rms(
+        "imm_stf",
+        &[
+            ("mass0_kg", 10_000.0),
+            ("mass_sd", 0.05),
+            ("force_gate_mps2", 10.0),
+        ],
+        world,
+    );
+    assert!(misled < 0.5, "{misled}");
+    // Jerky driving on the level teaches the mass.
+    let jerky = |seed| World {
+        grade: |_| 0.0,
+        speed: |t| if (t / 5.0) as u64 % 2 == 0 { 0.3 } else { 1.2 },
+        seconds: 120.0,
+        ..world(seed)
+    };
+    for seed in 1..=5 {
+        let mut estimator = build("imm_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = jerky(seed).run(&mut estimator);
+        let error = mass_error(&rows, 100.0);
+        std::println!("imm_stf mass, seed {seed}: {:.1} %", 100.0 * error);
+        assert!(error < 0.02, "seed {seed}: {error}");
+    }
+}
