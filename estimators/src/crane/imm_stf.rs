@@ -201,6 +201,8 @@ impl ImmStf {
             *fading = if alarm.active(nis) { lambda } else { 1.0 };
             fade(belief, &vector![1.0, 1.0, *fading]);
             belief.P += model.Q;
+            // Fading step upon step would grow without end while measurements make no sense.
+            belief.limit_variance(&vector![100.0, 100.0, STEEPEST * STEEPEST]);
             belief.symmetrise();
             let Some(correction) = belief.correct(y, &H, &R) else {
                 continue;

@@ -19,6 +19,8 @@ pub mod joint_ekf;
 pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
+pub mod mmrls_sh_stf;
+pub mod multi_model_mass;
 pub mod params;
 pub mod rls_ekf;
 pub mod slope_filter;
@@ -116,6 +118,8 @@ registry! {
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" => imm_stf::ImmStf,
+    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.
