@@ -65,6 +65,19 @@ pub struct Vehicle {
     pub mass_range_kg: [Real; 2],
 }
 
+impl Vehicle {
+    /// The mass to start from, kg: `told_kg`, or, if that is 0, the middle of the mass range; always inside the range.
+    pub fn first_mass_kg(&self, told_kg: Real) -> Real {
+        let [low, high] = self.mass_range_kg;
+        let first = if told_kg > 0.0 {
+            told_kg
+        } else {
+            0.5 * (low + high)
+        };
+        first.max(low).min(high)
+    }
+}
+
 /// An estimated quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Value {

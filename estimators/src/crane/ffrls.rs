@@ -65,13 +65,7 @@ pub struct Ffrls {
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
     let own = params.own;
-    let [low, high] = vehicle.mass_range_kg;
-    let mass0_kg = if own.mass0_kg > 0.0 {
-        own.mass0_kg
-    } else {
-        0.5 * (low + high)
-    }
-    .clamp(low, high);
+    let mass0_kg = vehicle.first_mass_kg(own.mass0_kg);
     let mu = vehicle.running_resistance;
     let prior = Gaussian::independent(vector![1.0, mu], vector![own.mass_sd, own.sine_sd]);
     Ffrls {

@@ -55,13 +55,7 @@ pub struct JointEkf {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
-    let [low, high] = vehicle.mass_range_kg;
-    let mass0 = if params.own.mass0_kg > 0.0 {
-        params.own.mass0_kg
-    } else {
-        0.5 * (low + high)
-    }
-    .clamp(low, high);
+    let mass0 = vehicle.first_mass_kg(params.own.mass0_kg);
     let w0 = SCALE / mass0;
     let (slope, rad) = (params.slope, PI / 180.0);
     let x = vector![0.0, slope.grade0_deg * rad, w0];

@@ -99,13 +99,7 @@ impl RunningDeviation {
 impl MassRegression {
     /// From the vehicle, the parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<3>) -> Self {
-        let [low, high] = vehicle.mass_range_kg;
-        let mass0_kg = if params.mass0_kg > 0.0 {
-            params.mass0_kg
-        } else {
-            0.5 * (low + high)
-        }
-        .clamp(low, high);
+        let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
         // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
         let free_sd = if params.kinematic < 0.5 {

@@ -9,14 +9,18 @@ pub mod curvature_ukf;
 pub mod dffrls_aekf;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
+pub mod differenced_mass;
 pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
+pub mod imm_stf;
 pub mod joint_ekf;
 pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
+pub mod mmrls_sh_stf;
+pub mod multi_model_mass;
 pub mod params;
 pub mod rls_ekf;
 pub mod slope_filter;
@@ -112,6 +116,10 @@ registry! {
     "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
     /// The same with fixed noise.
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
+    /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
+    "imm_stf" => imm_stf::ImmStf,
+    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.

@@ -33,6 +33,9 @@ params! {
 /// Largest grade angle the filter goes to, rad: no monorail climbs more.
 pub const STEEPEST: Real = PI / 3.0;
 
+/// Speed no crane reaches, m/s.
+const FASTEST: Real = 10.0;
+
 /// What a prediction step is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
@@ -210,6 +213,9 @@ impl SlopeFilter {
         self.belief.P -= self.Q;
         fade(&mut self.belief, &vector![1.0, self.fading]);
         self.belief.P += self.Q;
+        // Fading step upon step would grow without end while measurements make no sense.
+        self.belief
+            .limit_variance(&vector![FASTEST * FASTEST, STEEPEST * STEEPEST]);
         active
     }
 

@@ -106,7 +106,13 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
 }
 
 /// Pipelines that know the slope only through traction.
-const BY_TRACTION: &[&str] = &["dffrls_aekf", "rls_ekf", "ffrls", "joint_ekf"];
+const BY_TRACTION: &[&str] = &[
+    "dffrls_aekf",
+    "rls_ekf",
+    "ffrls",
+    "joint_ekf",
+    "mmrls_sh_stf",
+];
 
 #[test]
 fn standing_never_changes_mass_or_slope() {
@@ -457,4 +463,85 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
     });
     let expected = (right.powi(2) + (0.05f64 / 9.81).to_degrees().powi(2)).sqrt();
     assert!((biased / expected - 1.0).abs() < 0.1, "{biased} {expected}");
+}
+
+#[test]
+fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
+    let slope = grade_rms("imm_stf", &[("mass0_kg", 15_000.0)], world);
+    assert!(slope < 0.25, "{slope}");
+    // A mass told wrongly misleads the dynamic model; the kinematic one keeps the slope.
+    let misled = grade_rms(
+        "imm_stf",
+        &[
+            ("mass0_kg", 10_000.0),
+            ("mass_sd", 0.05),
+            ("force_gate_mps2", 10.0),
+        ],
+        world,
+    );
+    assert!(misled < 0.5, "{misled}");
+    // Jerky driving on the level teaches the mass.
+    let jerky = |seed| World {
+        grade: |_| 0.0,
+        speed: |t| if (t / 10.0).fract() < 0.5 { 0.3 } else { 1.2 },
+        seconds: 120.0,
+        ..world(seed)
+    };
+    for seed in 1..=5 {
+        let mut estimator = build("imm_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = jerky(seed).run(&mut estimator);
+        let error = mass_error(&rows, 100.0);
+        std::println!("imm_stf mass, seed {seed}: {:.1} %", 100.0 * error);
+        assert!(error < 0.02, "seed {seed}: {error}");
+    }
+}
+
+#[test]
+fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
+    let run = |mu: Real, seed: u64| {
+        let mut estimator = build("mmrls_sh_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = World { mu, ..world(seed) }.run(&mut estimator);
+        let last = rows.last().unwrap().estimate.total_mass_kg;
+        (
+            mass_error(&rows, 50.0),
+            grade_error_deg(&rows, 10.0),
+            (last.value - 15_000.0).abs() / last.sd,
+        )
+    };
+    for seed in 1..=10 {
+        let (mass, slope, normalised) = run(0.02, seed);
+        std::println!(
+            "patent, seed {seed}: mass {:.2} %, slope {slope:.3}°",
+            100.0 * mass
+        );
+        assert!(
+            mass < 0.02 && slope < 0.35 && normalised < 3.0,
+            "{mass} {slope} {normalised}"
+        );
+        let (wrong, _, normalised) = run(0.026, seed);
+        assert!(
+            wrong > mass && normalised < 3.0,
+            "{wrong} {mass} {normalised}"
+        );
+    }
+}
+
+#[test]
+fn a_load_set_down_is_noticed_by_the_patent_too() {
+    for seed in 1..=5 {
+        let mut estimator = build("mmrls_sh_stf", &vehicle(), []).unwrap();
+        let world = World {
+            mass_change: Some((60.0, 10_000.0)),
+            grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
+            speed: |t| 0.7 + 0.3 * (0.5 * t).sin(),
+            seconds: 120.0,
+            ..world(seed)
+        };
+        let after = mass_error(&world.run(&mut estimator), 100.0);
+        std::println!(
+            "patent, seed {seed}: {:.2} % after the change",
+            100.0 * after
+        );
+        assert!(after < 0.03, "seed {seed}: {after}");
+    }
 }

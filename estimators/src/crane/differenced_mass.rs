@@ -1,0 +1,153 @@
+//! Mass from *changes* of traction and acceleration (Guo et al. 2024, eq. 2–7):
+//!
+//! Δ(F − J v̇) = M Δv̇, by recursive least squares with constant forgetting
+//!
+//! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
+//! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
+//! second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two gates: the change of force
+//! must be considerable, and the accelerometer must say that the slope has not changed. At steady speed the mass is held.
+//! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly it knows little, and says so.
+
+use nalgebra::vector;
+
+use super::{
+    conditioner::{Conditioned, Conditioner},
+    force_balance::ForceBalance,
+    front_end::Reading,
+    params::params,
+};
+use crate::{
+    Real,
+    gaussian::Gaussian,
+    real::sqrt,
+    rls::{Forgetting, Outcome, Rls},
+    signals::{Value, Vehicle},
+};
+
+params! {
+    /// Parameters of the differenced mass regression.
+    DifferencedParams {
+        omega ["-"] = 0.999, 0.5 => 1.0, "Constant forgetting factor ω, per difference used.";
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the matched low-pass both sides go through.";
+        difference_hz ["Hz"] = 4.0, 0.1 => 100.0, "Rate of the samples whose differences are taken.";
+        force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
+        slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
+        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass.";
+        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        settle_s ["s"] = 0.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+    }
+}
+
+/// The regression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DifferencedMass {
+    params: DifferencedParams,
+    signals: Conditioner,
+    last: Option<Conditioned>,
+    /// M/M₀.
+    rls: Rls<1>,
+    mass0_kg: Real,
+    range_kg: [Real; 2],
+    excited: bool,
+    saturated: bool,
+    outcome: Outcome,
+}
+
+impl DifferencedMass {
+    /// From the vehicle and the parameters.
+    pub fn new(vehicle: &Vehicle, params: DifferencedParams) -> Self {
+        let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
+        Self {
+            params,
+            signals: Conditioner::new(params.cutoff_hz, params.difference_hz, params.settle_s),
+            last: None,
+            rls: Rls::new(prior, Forgetting::Constant(params.omega)),
+            mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
+            range_kg: vehicle.mass_range_kg,
+            excited: false,
+            saturated: false,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// One step; `lateral` is the share of the traction that acts along the train.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        balance: &ForceBalance,
+        running: bool,
+        lateral: Real,
+        dt: Real,
+    ) {
+        let sample = self.signals.step(reading, balance, running, dt);
+        if !self.signals.settled() {
+            (self.last, self.excited) = (None, false);
+        }
+        let Some(now) = sample else { return };
+        if let Some(before) = self.last.replace(now) {
+            self.difference(&before, &now, balance, lateral);
+        }
+    }
+
+    fn difference(
+        &mut self,
+        before: &Conditioned,
+        now: &Conditioned,
+        balance: &ForceBalance,
+        lateral: Real,
+    ) {
+        let h = now.acceleration_mps2 - before.acceleration_mps2;
+        let force = (now.force_n - before.force_n) * lateral;
+        let y = (force - balance.rotating_mass_kg * h) / self.mass0_kg;
+        let steady_slope = match (now.specific_force_mps2, before.specific_force_mps2) {
+            (Some(f), Some(f_before)) => (f - f_before - h).abs() < self.params.slope_gate_mps2,
+            _ => false,
+        };
+        self.excited = steady_slope && force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
+        if !self.excited {
+            return;
+        }
+        let r = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
+        let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
+            return;
+        };
+        self.outcome = outcome;
+        let [low, high] = self.range_kg;
+        let inside = self
+            .rls
+            .belief
+            .x
+            .x
+            .clamp(low / self.mass0_kg, high / self.mass0_kg);
+        self.saturated = inside != self.rls.belief.x.x;
+        self.rls.belief.x.x = inside;
+    }
+
+    /// Total mass, kg.
+    pub fn mass_kg(&self) -> Value {
+        let value = self.rls.belief.x.x * self.mass0_kg;
+        let sd = sqrt(self.rls.belief.P.x) * self.rls.spread().max(1.0) * self.mass0_kg;
+        Value {
+            value,
+            sd,
+            valid: sd < 0.1 * value && !self.saturated,
+        }
+    }
+
+    /// Whether the last difference was used.
+    pub fn excited(&self) -> bool {
+        self.excited
+    }
+
+    /// Whether the mass is held at an end of its range.
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// Residual of the last difference used, N.
+    pub fn residual_n(&self) -> Real {
+        self.outcome.residual * self.mass0_kg
+    }
+}

@@ -1,0 +1,49 @@
+//! `mmrls_sh_stf`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
+//! road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches
+//! between Sage-Husa and strong tracking ([`SlopeFilter`]). The formulas are reconstructed: those of the published text are pictures,
+//! and the switching criterion is cut off; here a smoothed innovation with hysteresis switches.
+
+use super::{
+    force_balance::ForceBalance,
+    mass_then_slope::MassThenSlope,
+    multi_model_mass::{MultiModelMass, MultiModelParams},
+    params::{param_groups, params},
+    slope_filter::{Adaptation, SlopeFilter, SlopeParams},
+};
+use crate::signals::Vehicle;
+
+params! {
+    /// How `mmrls_sh_stf` adapts.
+    Own {
+        b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of Sage-Husa, per wheel-speed sample.";
+        memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";
+        weakening ["-"] = 1.5, 1.0 => 100.0, "Weakening factor β of strong tracking.";
+        alarm ["-"] = 2.0, 1.0 => 1e6, "Smoothed normalised innovation squared above which strong tracking takes over.";
+    }
+}
+
+param_groups! {
+    /// Parameters of `mmrls_sh_stf`.
+    Params { own: Own, mass: MultiModelParams, slope: SlopeParams }
+}
+
+/// The pipeline.
+pub type MmrlsShStf = MassThenSlope<MultiModelMass>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
+    let balance = ForceBalance::new(vehicle);
+    let own = params.own;
+    let adaptation = Adaptation::Switched {
+        fading: own.b,
+        memory: own.memory,
+        weakening: own.weakening,
+        alarm: own.alarm,
+    };
+    MassThenSlope {
+        balance,
+        mass: MultiModelMass::new(vehicle, params.mass),
+        slope: SlopeFilter::new(balance, params.slope, adaptation),
+        standstill_mps: params.mass.standstill_mps,
+    }
+}

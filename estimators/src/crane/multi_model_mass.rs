@@ -1,0 +1,363 @@
+//! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
+//!
+//! - straight: F − J v̇ = m a, a = f + s μ g cos θ
+//! - turning: F cos δ − ½ m̂ a_y sin δ − J v̇ = m a: part of the traction turns the vehicle (single-track model, centre of mass in the
+//!   middle; δ from the yaw rate, δ = L ψ̇/v)
+//!
+//! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
+//!
+//! Against the print: a uses the specific force f of the accelerometer, where the patent puts in the slope of a filter that inverts
+//! the same balance (mass and slope then chase each other); the residual is taken by size (in print a large negative one is the best)
+//! and in its own standard deviations; its variance is the innovation variance (the printed one falls to 0); the law that settles at
+//! λ = 1 starts again when the load changes. Below a degree of steering or 0.3 m/s² across, the straight model stands alone: on a
+//! crane at walking pace, that is always.
+//!
+//! μ and the accelerometer's bias are taken as known: on level track a μ of 0.02 that is off by a quarter is a mass off by a quarter
+//! until a start or a slope dilutes it.
+
+use nalgebra::vector;
+
+use super::{
+    conditioner::{Conditioned, Conditioner},
+    force_balance::ForceBalance,
+    front_end::Reading,
+    load_watch::LoadWatch,
+    mass_then_slope::MassStage,
+    params::params,
+};
+use crate::{
+    Real,
+    conditioning::MatchedFilter,
+    gaussian::Gaussian,
+    real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh},
+    rls::{Forgetting, Outcome, Rls},
+    signals::{Value, Vehicle},
+};
+
+params! {
+    /// Parameters of the two-model mass regression.
+    MultiModelParams {
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
+        accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias; only widens what is reported.";
+        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate.";
+        loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
+        decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regressions; λ is per such sample.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load; 0 = off.";
+    }
+}
+
+/// Steering angle, rad, and lateral acceleration, m/s², below which the straight model stands alone.
+const TURNING: (Real, Real) = (PI / 180.0, 0.3);
+/// Least and most weight of a model while turning.
+const WEIGHTS: (Real, Real) = (0.02, 0.98);
+
+/// The two regressions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MultiModelMass {
+    params: MultiModelParams,
+    signals: Conditioner,
+    yaw_rate: MatchedFilter,
+    lateral: MatchedFilter,
+    start: Rls<1>,
+    straight: Rls<1>,
+    turning: Rls<1>,
+    straight_weight: Real,
+    /// Σ a and Σ a² of the straight model, forgotten like its samples: what a constant error of the level does to the mass.
+    sums: [Real; 2],
+    load: LoadWatch,
+    mass0_kg: Real,
+    mu: Real,
+    range_kg: [Real; 2],
+    saturated: bool,
+    outcome: Outcome,
+}
+
+impl MultiModelMass {
+    /// From the vehicle and the parameters.
+    pub fn new(vehicle: &Vehicle, params: MultiModelParams) -> Self {
+        let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
+        let rls = Rls::new(
+            prior,
+            Forgetting::TimeLaw {
+                loss: params.loss,
+                decay: params.decay,
+            },
+        );
+        let filter = MatchedFilter::new(params.cutoff_hz);
+        Self {
+            params,
+            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            yaw_rate: filter,
+            lateral: filter,
+            start: rls,
+            straight: rls,
+            turning: rls,
+            straight_weight: 1.0,
+            sums: [0.0; 2],
+            load: LoadWatch::new(params.load_change),
+            mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
+            mu: vehicle.running_resistance,
+            range_kg: vehicle.mass_range_kg,
+            saturated: false,
+            outcome: Outcome::default(),
+        }
+    }
+
+    fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
+        let Some(f) = now.specific_force_mps2 else {
+            return;
+        };
+        let acceleration = now.acceleration_mps2;
+        let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
+        let a = f + direction * self.mu * GRAVITY * ForceBalance::cosine(f, acceleration);
+        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2;
+        let inertia = balance.rotating_mass_kg * acceleration;
+
+        let y = (now.force_n - inertia) / self.mass0_kg;
+        let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
+            return;
+        };
+        self.outcome = straight;
+        let [first, second] = self.sums;
+        self.sums = [
+            straight.lambda * first + a,
+            straight.lambda * second + a * a,
+        ];
+
+        self.straight_weight = 1.0;
+        if let Some((steer, across)) = self.steering(now.speed_mps) {
+            let turning_force =
+                now.force_n * cos(steer) - 0.5 * self.fused() * self.mass0_kg * across * sin(steer);
+            let y = (turning_force - inertia) / self.mass0_kg;
+            if let Some(turning) = self.turning.update(y, &vector![a], r, false) {
+                let logs = [
+                    log_likelihood(&self.straight, &straight, a, r),
+                    log_likelihood(&self.turning, &turning, a, r),
+                ];
+                let [s, t] = logs;
+                let (least, most) = WEIGHTS;
+                self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
+            }
+        }
+        self.clamp();
+        if self
+            .load
+            .changed(straight.normalised / self.straight.spread().max(1.0))
+        {
+            self.restart();
+        }
+    }
+
+    /// Steering angle and lateral acceleration, if the train turns enough for the turning model.
+    fn steering(&self, speed: Real) -> Option<(Real, Real)> {
+        let (yaw_rate, across) = self.yaw_rate.value().zip(self.lateral.value())?;
+        let steer = (self.params.wheelbase_m * yaw_rate / speed).clamp(-0.5, 0.5);
+        let (angle, acceleration) = TURNING;
+        (steer.abs() >= angle && across.abs() >= acceleration).then_some((steer, across))
+    }
+
+    /// M/M₀ of both models.
+    fn fused(&self) -> Real {
+        let (s, t) = (self.straight.belief.x.x, self.turning.belief.x.x);
+        self.straight_weight * s + (1.0 - self.straight_weight) * t
+    }
+
+    fn clamp(&mut self) {
+        let [low, high] = self.range_kg;
+        self.saturated = false;
+        for rls in [&mut self.straight, &mut self.turning] {
+            let inside = rls
+                .belief
+                .x
+                .x
+                .clamp(low / self.mass0_kg, high / self.mass0_kg);
+            self.saturated |= inside != rls.belief.x.x;
+            rls.belief.x.x = inside;
+        }
+    }
+
+    /// Another load: both start again, from the mass they have.
+    fn restart(&mut self) {
+        for rls in [&mut self.straight, &mut self.turning] {
+            let mean = rls.belief.x;
+            *rls = self.start;
+            rls.belief.x = mean;
+        }
+        self.sums = [0.0; 2];
+    }
+
+    /// Share of the mass that an error of the level μ g − b by one standard deviation makes.
+    fn level_error(&self) -> Real {
+        let [first, second] = self.sums;
+        let resistance_sd = self.params.mu_sd * self.mu * GRAVITY;
+        let bias_sd = self.params.accel_bias_sd_mps2;
+        let level_sd = sqrt(resistance_sd * resistance_sd + bias_sd * bias_sd);
+        // The prior counts as a² of its own: before any sample the level does nothing.
+        let noise = self.params.residual_sd_mps2 / self.params.mass_sd;
+        level_sd * first.abs() / (second + noise * noise)
+    }
+}
+
+/// ln Λ of a residual e: its size tanh(|e|/2σ) against the innovation variance S in units of σ².
+fn log_likelihood(rls: &Rls<1>, outcome: &Outcome, a: Real, r: Real) -> Real {
+    let sd = rls.spread() * sqrt(r);
+    let size = tanh(outcome.residual.abs() / (2.0 * sd.max(1e-12)));
+    let S = 1.0 + a * a * rls.belief.P.x / r;
+    -0.5 * (ln(2.0 * PI * S) + size * size / S)
+}
+
+impl MassStage for MultiModelMass {
+    const INTERNALS: &'static [&'static str; 6] = &[
+        "lambda",
+        "mass_residual_n",
+        "straight_mass_kg",
+        "turning_mass_kg",
+        "load_changes",
+        "straight_weight",
+    ];
+
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        match reading.yaw_rate_radps.zip(reading.lateral_force_mps2) {
+            Some((yaw_rate, across)) => {
+                self.yaw_rate.step(yaw_rate, dt);
+                self.lateral.step(across, dt);
+            }
+            None => {
+                self.yaw_rate.empty();
+                self.lateral.empty();
+            }
+        }
+        if let Some(sample) = self.signals.step(reading, balance, running, dt) {
+            self.sample(sample, balance);
+        }
+    }
+
+    /// Standard deviation: of the mixture, and of the level taken as known.
+    fn mass_kg(&self) -> Value {
+        let (s, t) = (self.straight.belief, self.turning.belief);
+        let (w, mean) = (self.straight_weight, self.fused());
+        let away = |x: Real| (x - mean) * (x - mean);
+        let variance = w * (s.P.x * self.straight.spread().max(1.0) + away(s.x.x))
+            + (1.0 - w) * (t.P.x * self.turning.spread().max(1.0) + away(t.x.x));
+        let level = mean * self.level_error();
+        let (value, sd) = (
+            mean * self.mass0_kg,
+            sqrt(variance + level * level) * self.mass0_kg,
+        );
+        Value {
+            value,
+            sd,
+            valid: sd < 0.1 * value && !self.saturated,
+        }
+    }
+
+    fn running_resistance(&self) -> Real {
+        self.mu
+    }
+
+    /// Errors of mass and of resistance, taken as independent.
+    fn slope_sd_rad(&self, traction_n: Real, _direction: Real) -> Real {
+        let mass = self.mass_kg();
+        let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
+        let by_resistance = self.params.mu_sd * self.mu;
+        sqrt(by_mass * by_mass + by_resistance * by_resistance)
+    }
+
+    fn excited(&self) -> bool {
+        self.signals.settled()
+    }
+
+    fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    fn internals(&self) -> [Real; 6] {
+        let kg = self.mass0_kg;
+        [
+            self.outcome.lambda,
+            self.outcome.residual * kg,
+            self.straight.belief.x.x * kg,
+            self.turning.belief.x.x * kg,
+            self.load.changes() as Real,
+            self.straight_weight,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    /// A vehicle that turns on the level: the traction needed grows by what the turning model says.
+    fn turning(weigh: bool) -> MultiModelMass {
+        let (mass, v, steer, across): (Real, Real, Real, Real) = (12_000.0, 3.0, 0.3, 2.0);
+        let params = MultiModelParams {
+            mass0_kg: 15_000.0,
+            ..Default::default()
+        };
+        let mut stage = MultiModelMass::new(&vehicle(), params);
+        let balance = ForceBalance::new(&vehicle());
+        let needed = (mass * 0.02 * GRAVITY + 0.5 * mass * across * steer.sin()) / steer.cos();
+        let torque = needed / balance.traction(1.0, v);
+        let reading = Reading {
+            speed_mps: Some(v),
+            motor_torque_nm: Some(torque),
+            specific_force_mps2: Some(0.0),
+            lateral_force_mps2: weigh.then_some(across),
+            yaw_rate_radps: weigh.then_some(steer * v / params.wheelbase_m),
+            ..Default::default()
+        };
+        for _ in 0..3000 {
+            stage.step(&reading, &balance, true, 0.01);
+        }
+        stage
+    }
+
+    #[test]
+    fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
+        let kg = |rls: &Rls<1>, stage: &MultiModelMass| rls.belief.x.x * stage.mass0_kg;
+        let stage = turning(true);
+        assert!(
+            kg(&stage.straight, &stage) > 20_000.0,
+            "{}",
+            kg(&stage.straight, &stage)
+        );
+        // Its correction uses the fused mass, which the clamped weight keeps from being the turning model's alone.
+        assert!(kg(&stage.turning, &stage) < kg(&stage.straight, &stage) - 4_000.0);
+        let value = stage.mass_kg().value;
+        assert!(value < kg(&stage.straight, &stage) && value > kg(&stage.turning, &stage));
+        // Without a yaw rate there is only the straight model.
+        let blind = turning(false);
+        assert_eq!(blind.straight_weight, 1.0);
+        assert_eq!(blind.mass_kg().value, kg(&blind.straight, &blind));
+    }
+
+    #[test]
+    fn the_smaller_residual_is_the_likelier_whatever_its_sign() {
+        let rls = Rls::new(
+            Gaussian::<1>::independent(vector![1.0], vector![0.1]),
+            Forgetting::None,
+        );
+        let at = |residual: Real| {
+            log_likelihood(
+                &rls,
+                &Outcome {
+                    residual,
+                    ..Outcome::default()
+                },
+                1.0,
+                0.01,
+            )
+        };
+        assert!(at(0.0) > at(0.1) && at(0.1) > at(0.3));
+        assert_eq!(at(-0.2), at(0.2));
+    }
+}
