@@ -197,6 +197,13 @@ impl Document {
         self.error_at(key.into(), Target::Value, message.into(), help.into())
     }
 
+    /// The keys at the top of the file.
+    pub fn keys(&self) -> Vec<String> {
+        let top = self.tree.as_mapping().into_iter().flatten();
+        top.filter_map(|(key, _)| key.as_str().map(str::to_owned))
+            .collect()
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
