@@ -57,7 +57,11 @@ pub fn show(e: &CliError) {
 fn text(e: &CliError, drawn: bool) -> String {
     match e {
         CliError::Sim(Error::Input(input)) => {
-            let source = std::fs::read_to_string(&input.file).unwrap_or_default();
+            // only where there is a line to show: what cannot be read must not be read again
+            let source = match input.line {
+                Some(_) => monorig_sim::file::read_text(&input.file).unwrap_or_default(),
+                None => String::new(),
+            };
             if drawn {
                 draw(input, source)
             } else {
@@ -68,6 +72,9 @@ fn text(e: &CliError, drawn: bool) -> String {
     }
 }
 
+/// A source line is cut to so many characters.
+const WIDEST: usize = 120;
+
 /// The error, the line with a mark under the place, and the help.
 fn plain(e: &InputError, source: &str) -> String {
     let told = e.to_string();
@@ -77,13 +84,19 @@ fn plain(e: &InputError, source: &str) -> String {
         && let Some(text) = source.lines().nth(line.saturating_sub(1))
     {
         let margin = line.to_string().len();
+        // a very long line is shown from a little before the place
+        let skipped = match column {
+            c if c > WIDEST => c - WIDEST / 2,
+            _ => 0,
+        };
+        let shown: String = text.chars().skip(skipped).take(WIDEST).collect();
         // tabs stay tabs, so that the mark stands below its letter
-        let indent: String = text
+        let indent: String = shown
             .chars()
-            .take(column.saturating_sub(1))
+            .take(column.saturating_sub(1 + skipped))
             .map(|c| if c == '\t' { c } else { ' ' })
             .collect();
-        out += &format!("  {line} | {text}\n  {:margin$} | {indent}^\n", "");
+        out += &format!("  {line} | {shown}\n  {:margin$} | {indent}^\n", "");
     }
     if !help.is_empty() {
         out += &format!("  help: {help}\n");

@@ -265,3 +265,6 @@ impl Default for Record {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,9 @@
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
+/// Said by the errors raised on purpose.
+const HERE: &str = "this is the place looked for";
+
 /// What of an entry is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
@@ -62,7 +65,9 @@ pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, u
             seen: &mut seen,
         };
         if let Err(e) = walk.deserialize(serde_yaml::Deserializer::from_str(text)) {
-            return e.location().map(|l| (l.line(), l.column()));
+            // any other error: the text is not YAML, and the path is of something else
+            return (e.to_string().contains(HERE))
+                .then(|| e.location().map(|l| (l.line(), l.column())))?;
         }
     }
     None
@@ -192,10 +197,14 @@ impl<'de> Visitor<'de> for Key<'_> {
         if self.wanted != Some(key) {
             return Ok(false);
         }
+        let Some(raise_at) = self.raise_at else {
+            return Ok(true);
+        };
         *self.seen += 1;
-        match self.raise_at {
-            Some(n) if n == *self.seen => Err(E::custom("here")),
-            _ => Ok(true),
+        if *self.seen == raise_at {
+            Err(E::custom(HERE))
+        } else {
+            Ok(true)
         }
     }
 }
@@ -206,9 +215,9 @@ struct Raise;
 impl<'de> Visitor<'de> for Raise {
     type Value = ();
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("this place")
+        f.write_str(HERE)
     }
     fn visit_none<E: serde::de::Error>(self) -> Result<(), E> {
-        Err(E::custom("here"))
+        Err(E::custom(HERE))
     }
 }

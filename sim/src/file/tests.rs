@@ -79,6 +79,11 @@ fn an_error_points_at_what_is_wrong() {
         "arcs[0].radius_m",
     );
     points_at("version: 1\narcs:\n  - {}\n", "{}", "arcs[0]");
+    points_at(
+        "version: 1\narcs:\n  - radius_m: !about 4\n",
+        "!about",
+        "arcs[0].radius_m",
+    );
     points_at("version: 2\narcs: []\n", "2", "version");
     points_at("version: 1\narcs: []\nwhat: é\n", "what", "what");
     points_at(
@@ -125,6 +130,17 @@ fn later_errors_find_their_line_too() {
             }
             other => panic!("{other:?}"),
         }
+    }
+}
+
+#[test]
+fn a_key_of_a_file_that_is_not_yaml_gets_no_line_rather_than_a_wrong_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.urdf");
+    std::fs::write(&path, "<robot>\n  <link name=\"a\"/>: &\n").unwrap();
+    match input_error(&path, "link.a", "m", "h") {
+        Error::Input(e) => assert_eq!(e.line, None),
+        other => panic!("{other:?}"),
     }
 }
 
