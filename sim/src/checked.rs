@@ -41,10 +41,16 @@ macro_rules! checked {
 
 fn finite(x: f64, right: &str) -> Result<(), String> {
     if !x.is_finite() {
-        let what = if x.is_nan() { "not a number (NaN)" } else { "infinite" };
+        let what = if x.is_nan() {
+            "not a number (NaN)"
+        } else {
+            "infinite"
+        };
         Err(format!("this is {what}; write {right}"))
     } else if x.abs() > HUGE {
-        Err(format!("{x:e} is too large to be meant; write {right}, at most {HUGE:e}"))
+        Err(format!(
+            "{x:e} is too large to be meant; write {right}, at most {HUGE:e}"
+        ))
     } else {
         Ok(())
     }

@@ -103,7 +103,7 @@ pub fn input_error(
     help: impl Into<String>,
 ) -> Error {
     let key = key.into();
-    let place = std::fs::read_to_string(file)
+    let place = read_text(file)
         .ok()
         .and_then(|text| locate::locate(&text, &key, Target::Value));
     InputError {
@@ -143,6 +143,14 @@ impl Document {
                 "the first line is `version: 1`; see `monorig schema`",
             )),
             Ok(tree @ serde_yaml::Value::Mapping(_)) => {
+                if let Some((key, tag)) = tagged(&tree, "") {
+                    let message = format!("the tag `{tag}` means nothing in our files");
+                    return Err(document.error(
+                        key,
+                        message,
+                        "remove it, or put the text in quotes",
+                    ));
+                }
                 document.tree = tree;
                 Ok(document)
             }
@@ -195,6 +203,13 @@ impl Document {
         help: impl Into<String>,
     ) -> Error {
         self.error_at(key.into(), Target::Value, message.into(), help.into())
+    }
+
+    /// The keys at the top of the file.
+    pub fn keys(&self) -> Vec<String> {
+        let top = self.tree.as_mapping().into_iter().flatten();
+        top.filter_map(|(key, _)| key.as_str().map(str::to_owned))
+            .collect()
     }
 
     /// The file.
@@ -255,14 +270,35 @@ impl Document {
     }
 }
 
+/// Key path and tag of the first value with a YAML tag (`!word`): the reader would drop tags in silence.
+fn tagged(tree: &serde_yaml::Value, path: &str) -> Option<(String, String)> {
+    use serde_yaml::Value;
+    match tree {
+        Value::Tagged(value) => Some((path.to_owned(), value.tag.to_string())),
+        Value::Sequence(list) => (0..)
+            .zip(list)
+            .find_map(|(i, item)| tagged(item, &format!("{path}[{i}]"))),
+        Value::Mapping(map) => map.iter().find_map(|(key, value)| {
+            tagged(key, path).or_else(|| tagged(value, &join(path, key.as_str().unwrap_or("?"))))
+        }),
+        _ => None,
+    }
+}
+
+/// `parent.key`.
+fn join(parent: &str, key: &str) -> String {
+    match parent {
+        "" => key.to_owned(),
+        _ => format!("{parent}.{key}"),
+    }
+}
+
 /// `parent.key`, unless the path ends with the key already.
 fn with_key(parent: &str, key: &str) -> String {
-    if parent.is_empty() {
-        key.to_owned()
-    } else if parent == key || parent.ends_with(&format!(".{key}")) {
+    if parent == key || parent.ends_with(&format!(".{key}")) {
         parent.to_owned()
     } else {
-        format!("{parent}.{key}")
+        join(parent, key)
     }
 }
 

@@ -280,3 +280,6 @@ impl Default for Record {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,9 @@
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
+/// Said by the errors raised on purpose.
+const HERE: &str = "this is the place looked for";
+
 /// What of an entry is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
@@ -50,7 +53,11 @@ pub(super) fn segments(path: &str) -> Option<Vec<Segment>> {
 pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, usize)> {
     let all = segments(path)?;
     for length in (1..=all.len()).rev() {
-        let target = if length == all.len() { target } else { Target::Key };
+        let target = if length == all.len() {
+            target
+        } else {
+            Target::Key
+        };
         let mut seen = 0;
         let walk = Walk {
             path: &all[..length],
@@ -58,10 +65,36 @@ pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, u
             seen: &mut seen,
         };
         if let Err(e) = walk.deserialize(serde_yaml::Deserializer::from_str(text)) {
-            return e.location().map(|l| (l.line(), l.column()));
+            // any other error: the text is not YAML, and the path is of something else
+            return (e.to_string().contains(HERE))
+                .then(|| e.location().map(|l| (l.line(), l.column())))?;
         }
     }
     None
+}
+
+/// Scalars other than text lead nowhere.
+macro_rules! ignore_scalars {
+    ($value:expr) => {
+        fn visit_bool<E>(self, _: bool) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_i64<E>(self, _: i64) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_u64<E>(self, _: u64) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_f64<E>(self, _: f64) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_unit<E>(self) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+        fn visit_none<E>(self) -> Result<Self::Value, E> {
+            Ok($value)
+        }
+    };
 }
 
 struct Walk<'a> {
@@ -121,7 +154,11 @@ impl<'de> Visitor<'de> for Walk<'_> {
             }
             seq.next_element_seed(Walk {
                 path: rest,
-                target: if rest.is_empty() { Target::Value } else { self.target },
+                target: if rest.is_empty() {
+                    Target::Value
+                } else {
+                    self.target
+                },
                 seen: &mut *self.seen,
             })?;
         }
@@ -129,25 +166,8 @@ impl<'de> Visitor<'de> for Walk<'_> {
         Ok(())
     }
     // A scalar where the path goes on: the path is not there.
-    fn visit_bool<E>(self, _: bool) -> Result<(), E> {
-        Ok(())
-    }
-    fn visit_i64<E>(self, _: i64) -> Result<(), E> {
-        Ok(())
-    }
-    fn visit_u64<E>(self, _: u64) -> Result<(), E> {
-        Ok(())
-    }
-    fn visit_f64<E>(self, _: f64) -> Result<(), E> {
-        Ok(())
-    }
+    ignore_scalars!(());
     fn visit_str<E>(self, _: &str) -> Result<(), E> {
-        Ok(())
-    }
-    fn visit_unit<E>(self) -> Result<(), E> {
-        Ok(())
-    }
-    fn visit_none<E>(self) -> Result<(), E> {
         Ok(())
     }
 }
@@ -162,7 +182,7 @@ struct Key<'a> {
 impl<'de> DeserializeSeed<'de> for Key<'_> {
     type Value = bool;
     fn deserialize<D: Deserializer<'de>>(self, de: D) -> Result<bool, D::Error> {
-        de.deserialize_str(self)
+        de.deserialize_any(self)
     }
 }
 
@@ -171,14 +191,20 @@ impl<'de> Visitor<'de> for Key<'_> {
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a key")
     }
+    // `1:` or `yes:` as a key is none of ours.
+    ignore_scalars!(false);
     fn visit_str<E: serde::de::Error>(self, key: &str) -> Result<bool, E> {
         if self.wanted != Some(key) {
             return Ok(false);
         }
+        let Some(raise_at) = self.raise_at else {
+            return Ok(true);
+        };
         *self.seen += 1;
-        match self.raise_at {
-            Some(n) if n == *self.seen => Err(E::custom("here")),
-            _ => Ok(true),
+        if *self.seen == raise_at {
+            Err(E::custom(HERE))
+        } else {
+            Ok(true)
         }
     }
 }
@@ -189,9 +215,9 @@ struct Raise;
 impl<'de> Visitor<'de> for Raise {
     type Value = ();
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("this place")
+        f.write_str(HERE)
     }
     fn visit_none<E: serde::de::Error>(self) -> Result<(), E> {
-        Err(E::custom("here"))
+        Err(E::custom(HERE))
     }
 }

@@ -12,8 +12,10 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
         )
     })?;
     let new: Value = serde_yaml::from_str(value).map_err(|e| {
+        let said = e.to_string();
+        let said = said.split(" at line ").next().unwrap_or_default();
         (
-            format!("the value is not YAML: {e}"),
+            format!("the value is not YAML: {said}"),
             "give a number, a word, or a list or mapping in [] or {}".to_owned(),
         )
     })?;

@@ -36,7 +36,7 @@ pub(super) fn beside(path: &Path) -> String {
     names.sort();
     let wanted = path.file_name().unwrap_or_default().to_string_lossy();
     match nearest(&wanted, names.iter().map(String::as_str)) {
-        Some(name) => format!("did you mean {}?", folder.join(name).display()),
+        Some(name) => format!("did you mean {}?", path.with_file_name(name).display()),
         None => "check the name; relative names start at the folder you are in".to_owned(),
     }
 }

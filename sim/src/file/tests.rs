@@ -48,16 +48,49 @@ fn points_at(text: &str, target: &str, key: &str) {
 
 #[test]
 fn an_error_points_at_what_is_wrong() {
-    points_at("version: 1\narcs:\n  - radius_m: 4\n  - radius_m: -7\n", "-7", "arcs[1].radius_m");
-    points_at("version: 1\narcs: [{radius_m: 4}, {radius_m: .nan}]\n", ".nan", "arcs[1].radius_m");
-    points_at("version: 1\narcs:\n  - radius_m: 4\n    bent: left\n", "bent", "arcs[0].bent");
-    points_at("version: 1\narcs:\n  - radius_m: 4\n    bend: up\n", "up", "arcs[0].bend");
-    points_at("version: 1\narcs:\n  - radius_m: '4'\n", "'4'", "arcs[0].radius_m");
-    points_at("version: 1\narcs:\n  - radius_m: 1e99\n", "1e99", "arcs[0].radius_m");
+    points_at(
+        "version: 1\narcs:\n  - radius_m: 4\n  - radius_m: -7\n",
+        "-7",
+        "arcs[1].radius_m",
+    );
+    points_at(
+        "version: 1\narcs: [{radius_m: 4}, {radius_m: .nan}]\n",
+        ".nan",
+        "arcs[1].radius_m",
+    );
+    points_at(
+        "version: 1\narcs:\n  - radius_m: 4\n    bent: left\n",
+        "bent",
+        "arcs[0].bent",
+    );
+    points_at(
+        "version: 1\narcs:\n  - radius_m: 4\n    bend: up\n",
+        "up",
+        "arcs[0].bend",
+    );
+    points_at(
+        "version: 1\narcs:\n  - radius_m: '4'\n",
+        "'4'",
+        "arcs[0].radius_m",
+    );
+    points_at(
+        "version: 1\narcs:\n  - radius_m: 1e99\n",
+        "1e99",
+        "arcs[0].radius_m",
+    );
     points_at("version: 1\narcs:\n  - {}\n", "{}", "arcs[0]");
+    points_at(
+        "version: 1\narcs:\n  - radius_m: !about 4\n",
+        "!about",
+        "arcs[0].radius_m",
+    );
     points_at("version: 2\narcs: []\n", "2", "version");
     points_at("version: 1\narcs: []\nwhat: é\n", "what", "what");
-    points_at("version: 1\narcs:\n  - radius_m: 4\n    radius_m: 5\n", "radius_m: 5", "arcs[0].radius_m");
+    points_at(
+        "version: 1\narcs:\n  - radius_m: 4\n    radius_m: 5\n",
+        "radius_m: 5",
+        "arcs[0].radius_m",
+    );
     points_at("version: 1\nversion: 1\narcs: []\n", "version", "version");
 }
 
@@ -92,9 +125,22 @@ fn later_errors_find_their_line_too() {
         ("b[7]", (2, 1)),
     ] {
         match input_error(&path, key, "m", "h") {
-            Error::Input(e) => assert_eq!((e.line, e.column), (Some(place.0), Some(place.1)), "{key}"),
+            Error::Input(e) => {
+                assert_eq!((e.line, e.column), (Some(place.0), Some(place.1)), "{key}")
+            }
             other => panic!("{other:?}"),
         }
+    }
+}
+
+#[test]
+fn a_key_of_a_file_that_is_not_yaml_gets_no_line_rather_than_a_wrong_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.urdf");
+    std::fs::write(&path, "<robot>\n  <link name=\"a\"/>: &\n").unwrap();
+    match input_error(&path, "link.a", "m", "h") {
+        Error::Input(e) => assert_eq!(e.line, None),
+        other => panic!("{other:?}"),
     }
 }
 
@@ -110,18 +156,34 @@ fn setting_a_value_makes_the_way_and_is_named_in_errors() {
     document.set("arcs[0].radius_m", "0").unwrap();
     let e = document.parse::<Sample>().unwrap_err().to_string();
     assert!(e.contains("--set arcs[0].radius_m=0"), "{e}");
-    for (path, value) in [("arcs[4]", "1"), ("version.x", "1"), ("a..b", "1"), ("version[0]", "1"), ("arcs", "[")] {
+    for (path, value) in [
+        ("arcs[4]", "1"),
+        ("version.x", "1"),
+        ("a..b", "1"),
+        ("version[0]", "1"),
+        ("arcs", "["),
+    ] {
         assert!(document.set(path, value).is_err(), "{path}");
     }
+    document.set("arcs", "[]").unwrap();
     document.set("new.deep.key", "{a: 1}").unwrap();
-    assert!(document.parse::<Sample>().unwrap_err().to_string().contains("unknown key `new`"));
+    assert!(
+        document
+            .parse::<Sample>()
+            .unwrap_err()
+            .to_string()
+            .contains("unknown key `new`")
+    );
 }
 
 #[test]
 fn no_mangled_file_makes_the_reader_panic() {
     let good = "version: 1\narcs:\n  - {radius_m: 4, bend: left}\n  - radius_m: 5\n";
     for cut in 0..good.len() {
-        for junk in ["", "{", "[", "]", ":", "-", "\t", "&a", "*a", "!x", "\"", "\0", "%", "---\n", "- - -", "? "] {
+        for junk in [
+            "", "{", "[", "]", ":", "-", "\t", "&a", "*a", "!x", "\"", "\0", "%", "---\n", "- - -",
+            "? ",
+        ] {
             let text = format!("{}{junk}{}", &good[..cut], &good[cut..]);
             let folder_text = text.as_bytes();
             let folder = tempfile::tempdir().unwrap();

@@ -247,7 +247,8 @@ mod tests {
     #[test]
     fn every_example_is_an_event_and_comes_back_from_its_json() {
         for Kind(name, .., example) in &KINDS {
-            let event: Event = serde_yaml::from_str(example).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let event: Event =
+                serde_yaml::from_str(example).unwrap_or_else(|e| panic!("{name}: {e}"));
             let json = serde_json::to_string(&event).unwrap();
             assert_eq!(serde_json::from_str::<Event>(&json).unwrap(), event);
             assert!(json.contains(name), "{json}");
@@ -258,7 +259,12 @@ mod tests {
     fn an_event_short_of_any_key_it_needs_is_refused_by_that_key() {
         for Kind(name, needs, may, _) in &KINDS {
             for absent in *needs {
-                let given: Vec<&str> = needs.iter().chain(*may).filter(|k| k != &absent).copied().collect();
+                let given: Vec<&str> = needs
+                    .iter()
+                    .chain(*may)
+                    .filter(|k| k != &absent)
+                    .copied()
+                    .collect();
                 let wrong = kind(&given).err().unwrap();
                 assert!(wrong.contains(absent) || absent == name, "{wrong}");
             }

@@ -43,7 +43,9 @@ impl Seeds {
             ));
         };
         if last < first {
-            return Err(format!("`{text}` holds no seed; write the smaller end first"));
+            return Err(format!(
+                "`{text}` holds no seed; write the smaller end first"
+            ));
         }
         if last - first >= MOST as u64 {
             return Err(format!(
@@ -129,7 +131,18 @@ mod tests {
 
     #[test]
     fn no_seeds_twice_none_or_endless() {
-        for bad in ["[]", "[1, 1]", "4..1", "1..x", "0..18446744073709551615", "-1", "1.5", "[1, -2]", "true", "{}"] {
+        for bad in [
+            "[]",
+            "[1, 1]",
+            "4..1",
+            "1..x",
+            "0..18446744073709551615",
+            "-1",
+            "1.5",
+            "[1, -2]",
+            "true",
+            "{}",
+        ] {
             assert!(read(bad).is_err(), "{bad}");
         }
     }

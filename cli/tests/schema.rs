@@ -1,0 +1,41 @@
+//! The schemas under docs/schema are those of the code. `MONORIG_UPDATE=1` writes them.
+
+mod common;
+
+use common::Rig;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+#[test]
+fn the_committed_schemas_are_fresh() {
+    let rig = Rig::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/schema");
+    let (code, kinds, _) = rig.monorig(&["schema"]);
+    assert_eq!(code, Some(0));
+    let mut known = BTreeSet::new();
+    for kind in kinds
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+    {
+        let (code, schema, err) = rig.monorig(&["schema", kind]);
+        assert_eq!(code, Some(0), "{err}");
+        let file = folder.join(format!("{kind}.json"));
+        if std::env::var_os("MONORIG_UPDATE").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&file, &schema).unwrap();
+        }
+        let committed = std::fs::read_to_string(&file).unwrap_or_default();
+        assert!(
+            committed == schema,
+            "{} is stale: MONORIG_UPDATE=1 cargo test writes it anew",
+            file.display()
+        );
+        known.insert(format!("{kind}.json"));
+    }
+    assert!(!known.is_empty());
+    let there: BTreeSet<String> = std::fs::read_dir(&folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(there, known, "a schema of no kind");
+}
