@@ -10,7 +10,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::{Real, gaussian::Gaussian, real::sqrt};
+use crate::{
+    Real,
+    gaussian::Gaussian,
+    real::{sqrt, within},
+};
 
 /// Finds the fading factor from innovations of `M` measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +61,7 @@ impl<const M: usize> StrongTracking<M> {
             .or(self.V);
         let lambda = excess / explained;
         if explained > 1e-12 && lambda.is_finite() {
-            lambda.clamp(1.0, self.most)
+            within(lambda, 1.0, self.most)
         } else {
             1.0
         }
