@@ -179,4 +179,6 @@ impl Estimator for AnyEstimator {
 }
 
 #[cfg(test)]
+mod behaviour;
+#[cfg(test)]
 mod tests;
