@@ -49,6 +49,17 @@ pub fn tanh(x: Real) -> Real {
     Libm::<Real>::tanh(x)
 }
 
+/// `x` limited to `low`…`high`. Unlike `clamp` it never panics; NaN stays NaN.
+pub fn within(x: Real, low: Real, high: Real) -> Real {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
 /// Share of a step a first-order lag of time constant `tau_s` makes in `dt_s`: 1 − exp(−dt/τ).
 pub fn lag(dt_s: Real, tau_s: Real) -> Real {
     1.0 - exp(-dt_s / tau_s)

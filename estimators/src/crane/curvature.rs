@@ -15,7 +15,7 @@ use crate::{
     Real,
     conditioning::MatchedFilter,
     gaussian::Gaussian,
-    real::{GRAVITY, cos, sqrt},
+    real::{GRAVITY, cos, sqrt, within},
     rls::{Forgetting, Outcome, Rls},
     smoothing::AdaptiveSmoother,
 };
@@ -114,7 +114,7 @@ impl Curvature {
                 .update(self.excess.rate(), &vector![h], r, false)
                 .unwrap_or(self.outcome);
             let most = self.params.curvature_max_per_m;
-            self.rls.belief.x.x = self.rls.belief.x.x.clamp(-most, most);
+            self.rls.belief.x.x = within(self.rls.belief.x.x, -most, most);
         }
     }
 

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     Real,
     gaussian::Gaussian,
-    real::sqrt,
+    real::{sqrt, within},
     rls::{Forgetting, Outcome, Rls},
     signals::{Value, Vehicle},
 };
@@ -115,12 +115,11 @@ impl DifferencedMass {
         };
         self.outcome = outcome;
         let [low, high] = self.range_kg;
-        let inside = self
-            .rls
-            .belief
-            .x
-            .x
-            .clamp(low / self.mass0_kg, high / self.mass0_kg);
+        let inside = within(
+            self.rls.belief.x.x,
+            low / self.mass0_kg,
+            high / self.mass0_kg,
+        );
         self.saturated = inside != self.rls.belief.x.x;
         self.rls.belief.x.x = inside;
     }

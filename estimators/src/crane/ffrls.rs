@@ -19,7 +19,7 @@ use super::{
 use crate::{
     Real,
     gaussian::Gaussian,
-    real::{GRAVITY, asin, sin, sqrt},
+    real::{GRAVITY, asin, sin, sqrt, within},
     rls::{Forgetting, Outcome, Rls},
     signals::{Estimate, Flags, Value, Vehicle},
 };
@@ -99,7 +99,7 @@ impl Ffrls {
         let [low, high] = self.range_kg;
         let x = self.rls.belief.x;
         let inside: Vector2<Real> = vector![
-            x.x.clamp(self.mass0_kg / high, self.mass0_kg / low),
+            within(x.x, self.mass0_kg / high, self.mass0_kg / low),
             x.y.clamp(-0.85, 0.85)
         ];
         self.saturated = inside != x;

@@ -74,7 +74,7 @@ pub struct ImmStf {
     mass: DifferencedMass,
     /// Kinematic model, dynamic model.
     imm: Imm<3, 2>,
-    tracking: [(StrongTracking<2>, Alarm); 2],
+    tracking: [(StrongTracking<2>, Alarm<2>); 2],
     fading: [Real; 2],
     lateral: Real,
     /// Time since the last cycle, s.
@@ -180,7 +180,7 @@ impl ImmStf {
             self.started = true;
         }
         self.imm.mix();
-        let mut logs = Vector2::<Real>::zeros();
+        let mut logs = Vector2::<Real>::repeat(Real::NEG_INFINITY);
         let filters = self
             .imm
             .beliefs
@@ -191,16 +191,14 @@ impl ImmStf {
         let mut best = Real::NEG_INFINITY;
         for ((((belief, model), (tracking, alarm)), fading), log) in filters.zip(logs.iter_mut()) {
             belief.x = model.A * belief.x + model.u;
-            belief.P = model.A * belief.P * model.A.transpose();
+            let carried_P = model.A * belief.P * model.A.transpose();
             let y = z - H * belief.x;
-            let (carried, process) = (H * belief.P * H.transpose(), H * model.Q * H.transpose());
+            let (carried, process) = (H * carried_P * H.transpose(), H * model.Q * H.transpose());
             let lambda = tracking.fading(&y, &carried, &process, &R);
-            let nis = (carried + process + R)
-                .cholesky()
-                .map_or(0.0, |S| y.dot(&S.solve(&y)) / 2.0);
-            *fading = if alarm.active(nis) { lambda } else { 1.0 };
+            let jumped = alarm.active(&y, &(carried + process + R));
+            *fading = if jumped { lambda } else { 1.0 };
             fade(belief, &vector![1.0, 1.0, *fading]);
-            belief.P += model.Q;
+            belief.P = model.A * belief.P * model.A.transpose() + model.Q;
             // Fading step upon step would grow without end while measurements make no sense.
             belief.limit_variance(&vector![100.0, 100.0, STEEPEST * STEEPEST]);
             belief.symmetrise();

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     Real, ekf,
     gaussian::{Correction, Gaussian},
-    real::{PI, sqrt},
+    real::{PI, sqrt, within},
     signals::{Estimate, Flags, Value, Vehicle},
 };
 
@@ -148,7 +148,7 @@ impl JointEkf {
         let inside = vector![
             self.belief.x.x,
             self.belief.x.y.clamp(-STEEPEST, STEEPEST),
-            self.belief.x.z.clamp(SCALE / high, SCALE / low)
+            within(self.belief.x.z, SCALE / high, SCALE / low)
         ];
         self.saturated = inside != self.belief.x;
         self.belief.x = inside;
@@ -166,7 +166,8 @@ impl Pipeline for JointEkf {
             self.update(speed);
         }
         let Gaussian { x, P } = self.belief;
-        let mass = (SCALE / x.z).clamp(self.range_kg[0], self.range_kg[1]);
+        let [low, high] = self.range_kg;
+        let mass = within(SCALE / x.z, low, high);
         let mass_sd = mass * sqrt(P.m33) / x.z;
         let grade_sd = sqrt(P.m22);
         let mass_known = mass_sd < 0.1 * mass && !self.saturated;

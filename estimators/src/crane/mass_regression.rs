@@ -26,7 +26,7 @@ use super::{
 use crate::{
     Real,
     gaussian::Gaussian,
-    real::{GRAVITY, lag, sqrt},
+    real::{GRAVITY, lag, sqrt, within},
     rls::{Forgetting, Outcome, Rls},
     signals::{Value, Vehicle},
 };
@@ -175,12 +175,11 @@ impl MassRegression {
     /// Keeps the mass in its range.
     fn clamp(&mut self) {
         let [low, high] = self.range_kg;
-        let inside = self
-            .rls
-            .belief
-            .x
-            .x
-            .clamp(low / self.mass0_kg, high / self.mass0_kg);
+        let inside = within(
+            self.rls.belief.x.x,
+            low / self.mass0_kg,
+            high / self.mass0_kg,
+        );
         self.saturated = inside != self.rls.belief.x.x;
         self.rls.belief.x.x = inside;
     }

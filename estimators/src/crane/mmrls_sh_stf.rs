@@ -1,7 +1,8 @@
 //! `mmrls_sh_stf`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
 //! road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches
 //! between Sage-Husa and strong tracking ([`SlopeFilter`]). The formulas are reconstructed: those of the published text are pictures,
-//! and the switching criterion is cut off; here a smoothed innovation with hysteresis switches.
+//! and the switching criterion is cut off; here strong tracking takes over
+//! while innovations are too large and keep to one side.
 
 use super::{
     force_balance::ForceBalance,

@@ -1,7 +1,8 @@
 //! Estimators of a crane's mass and slope, constructed by name.
 //!
 //! A pipeline gets checked and merged signals ([`front_end`], [`hosted`]), knows the [`force_balance`], and puts algorithms of this
-//! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in [`registry!`].
+//! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in
+//! `registry!`.
 
 pub mod conditioner;
 pub mod curvature;
@@ -177,5 +178,7 @@ impl Estimator for AnyEstimator {
     }
 }
 
+#[cfg(test)]
+mod behaviour;
 #[cfg(test)]
 mod tests;

@@ -29,7 +29,7 @@ use crate::{
     Real,
     conditioning::MatchedFilter,
     gaussian::Gaussian,
-    real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh},
+    real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh, within},
     rls::{Forgetting, Outcome, Rls},
     signals::{Value, Vehicle},
 };
@@ -173,11 +173,7 @@ impl MultiModelMass {
         let [low, high] = self.range_kg;
         self.saturated = false;
         for rls in [&mut self.straight, &mut self.turning] {
-            let inside = rls
-                .belief
-                .x
-                .x
-                .clamp(low / self.mass0_kg, high / self.mass0_kg);
+            let inside = within(rls.belief.x.x, low / self.mass0_kg, high / self.mass0_kg);
             self.saturated |= inside != rls.belief.x.x;
             rls.belief.x.x = inside;
         }

@@ -57,7 +57,7 @@ pub enum Adaptation {
         /// Fading factor.
         fading: Real,
     },
-    /// Sage-Husa while all is well, strong tracking while the innovations are too large for the noise believed (patent
+    /// Sage-Husa while all is well, strong tracking while innovations are too large and keep to one side (patent
     /// CN 111507019 B, step 4). Never both in one step: a jump of the slope must not be taken for a noisier sensor.
     Switched {
         /// Fading factor of Sage-Husa.
@@ -89,10 +89,11 @@ pub struct SlopeFilter {
     belief: Gaussian<2>,
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
-    tracking: Option<(StrongTracking<1>, Alarm)>,
+    tracking: Option<(StrongTracking<1>, Alarm<1>)>,
     fading: Real,
-    /// Q of the last prediction: the part of P that strong tracking leaves alone.
-    Q: Matrix2<Real>,
+    /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking needs.
+    carried: Matrix2<Real>,
+    process: Real,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 2>>,
@@ -132,7 +133,8 @@ impl SlopeFilter {
             adaptive,
             tracking,
             fading: 1.0,
-            Q: Matrix2::zeros(),
+            carried: Matrix2::identity(),
+            process: 0.0,
             started: false,
             saturated: false,
             last: None,
@@ -145,14 +147,15 @@ impl SlopeFilter {
         let Some(drive) = drive else {
             self.belief.P.m12 = 0.0;
             self.belief.P.m21 = 0.0;
-            self.Q = Matrix2::zeros();
+            (self.carried, self.process) = (Matrix2::identity(), 0.0);
             self.belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
             return;
         };
         let (x_next, F) = self.transition(&self.belief.x, &drive, dt);
         let Q = Matrix2::from_diagonal(&vector![self.params.q_v * dt, self.params.q_theta * dt]);
         ekf::predict(&mut self.belief, x_next, &F, &Q);
-        self.Q = Q;
+        self.carried = F * self.carried;
+        self.process += Q.m11;
     }
 
     /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
@@ -186,6 +189,7 @@ impl SlopeFilter {
         let z = vector![wheel_speed_mps];
         let tracking = adapt && self.track(wheel_speed_mps, &R);
         let z_predicted = H * self.belief.x;
+        (self.carried, self.process) = (Matrix2::identity(), 0.0);
         let Some(correction) = ekf::update(&mut self.belief, z, z_predicted, &H, &R) else {
             return;
         };
@@ -205,14 +209,17 @@ impl SlopeFilter {
             return false;
         };
         let y = wheel_speed_mps - self.belief.x.x;
-        let carried = (self.belief.P.m11 - self.Q.m11).max(0.0);
-        let active = alarm.active(y * y / (self.belief.P.m11 + R.x));
-        let process = Matrix1::new(self.Q.m11);
-        let lambda = tracking.fading(&vector![y], &Matrix1::new(carried), &process, R);
+        let explained = Matrix1::new((self.belief.P.m11 - self.process).max(0.0));
+        let active = alarm.active(&vector![y], &Matrix1::new(self.belief.P.m11 + R.x));
+        let lambda = tracking.fading(&vector![y], &explained, &Matrix1::new(self.process), R);
         self.fading = if active { lambda } else { 1.0 };
-        self.belief.P -= self.Q;
-        fade(&mut self.belief, &vector![1.0, self.fading]);
-        self.belief.P += self.Q;
+        // As if the slope had faded at the last update and been carried since.
+        let mut jump =
+            Gaussian::independent(Vector2::zeros(), vector![0.0, sqrt(self.belief.P.m22)]);
+        let unfaded = jump.P;
+        fade(&mut jump, &vector![1.0, self.fading]);
+        self.belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
+        self.belief.symmetrise();
         // Fading step upon step would grow without end while measurements make no sense.
         self.belief
             .limit_variance(&vector![FASTEST * FASTEST, STEEPEST * STEEPEST]);
