@@ -1,6 +1,7 @@
 //! A folder with a good scenario in it, and the real binary run there.
 
 #![allow(dead_code)] // every test file is a program of its own and uses part of this
+#![allow(clippy::unwrap_used)] // a helper of tests
 
 use std::path::Path;
 use std::process::{Command, Stdio};
