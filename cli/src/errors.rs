@@ -40,11 +40,8 @@ pub enum CliError {
         source: std::io::Error,
     },
     /// Stopped from outside: counts as not run.
-    #[error("interrupted: the run is not whole and nothing was kept of it")]
+    #[error("interrupted: the run did not reach its end; what was recorded up to there is whole")]
     Interrupted,
-    /// No simulation is linked into this build.
-    #[error("this build of monorig cannot simulate: `check` and `schema` work")]
-    NoSimulation,
 }
 
 /// Show an error on standard error.

@@ -9,6 +9,7 @@ mod progress;
 mod report;
 mod run;
 mod schema;
+mod simulate;
 
 use arguments::{Arguments, Task};
 use clap::Parser;

@@ -8,45 +8,37 @@ use std::time::{Duration, Instant};
 /// Between two plain lines at least this long.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Positions of the bar.
+const STEPS: u64 = 1000;
+
 /// Progress of one run.
 pub struct Progress {
     name: String,
-    end_s: f64,
     bar: Option<ProgressBar>,
     started: Instant,
     spoke: Instant,
 }
 
 impl Progress {
-    /// A run called `name` that goes to `end_s` of simulated time at most.
-    pub fn new(name: &str, end_s: f64) -> Self {
+    /// A run called `name`.
+    pub fn new(name: &str) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::with_draw_target(
-                Some(milliseconds(end_s)),
-                ProgressDrawTarget::stderr_with_hz(10),
-            );
-            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg} {eta}") {
+            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
+            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}") {
                 bar.set_style(style);
             }
             bar.with_prefix(name.to_owned())
         });
         let now = Instant::now();
-        Self {
-            name: name.to_owned(),
-            end_s,
-            bar,
-            started: now,
-            spoke: now,
-        }
+        Self { name: name.to_owned(), bar, started: now, spoke: now }
     }
 
-    /// The run has come to `t_s`.
-    pub fn at(&mut self, t_s: f64) {
+    /// The run has come to this share of its way, 0…1.
+    pub fn at(&mut self, share: f64) {
         if let Some(bar) = &self.bar {
-            bar.set_position(milliseconds(t_s));
-            bar.set_message(format!("{t_s:.1} s"));
+            bar.set_position((share * STEPS as f64) as u64);
         } else if self.spoke.elapsed() >= PATIENCE {
-            note(&format!("{}: {t_s:.1} of {:.1} s", self.name, self.end_s));
+            note(&format!("{}: {:.0} %", self.name, share * 100.0));
             self.spoke = Instant::now();
         }
     }
@@ -71,8 +63,4 @@ impl Drop for Progress {
             bar.finish_and_clear();
         }
     }
-}
-
-fn milliseconds(t_s: f64) -> u64 {
-    (t_s.max(0.0) * 1e3) as u64
 }

@@ -20,6 +20,13 @@ pub struct Row {
     pub held: Option<bool>,
 }
 
+impl Row {
+    /// A number without a bound.
+    pub fn plain(seed: u64, estimator: &str, metric: &str, value: f64) -> Self {
+        Self { seed, estimator: estimator.into(), metric: metric.into(), value: Some(value), bound: None, held: None }
+    }
+}
+
 /// Whether the run is good: no bound failed, and no bound went unmeasured.
 pub fn all_held(rows: &[Row]) -> bool {
     rows.iter().all(|row| {

@@ -1,9 +1,11 @@
-//! `monorig run`: simulate a scenario, seed by seed, and report.
+//! `monorig run`: simulate a scenario and report.
 
 use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::progress::Progress;
-use crate::report::{self, Row};
+use crate::report;
+use crate::simulate::simulate;
+use crate::output::note;
 use crate::{Outcome, output};
 use monorig_sim::scenario::Scenario;
 use std::path::Path;
@@ -12,23 +14,26 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Set by the first Ctrl-C; the second ends the program at once.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Simulate every seed of a scenario. Nothing is written before the whole input has been found good.
+/// Simulate a scenario. Nothing is written before the whole input has been found good.
 pub fn run(task: &Run) -> Result<Outcome, CliError> {
     let scenario = Scenario::load(&task.file, &task.overrides())?;
     prepare_out(&task.out)?;
     listen_for_interrupts();
     let mut rows = Vec::new();
-    for &seed in scenario.seeds() {
+    for &seed in seeds(&scenario, task) {
         let name = format!("{} seed {seed}", scenario.name);
-        let mut progress = Progress::new(&name, scenario.file.stop.time_limit_s());
-        let end_s = simulate(&scenario, seed, task, &mut rows, &mut |t_s| {
-            progress.at(t_s);
+        let mut progress = Progress::new(&name);
+        let done = simulate(&scenario, seed, task, &mut |share| {
+            progress.at(share);
             !INTERRUPTED.load(Ordering::Relaxed)
         })?;
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        progress.done(done.simulated_s);
+        note(&format!("results in {}", done.folder.display()));
+        rows.extend(done.rows);
+        if !done.finished {
+            output::print(&report::table(&rows))?;
             return Err(CliError::Interrupted);
         }
-        progress.done(end_s);
     }
     output::print(&report::table(&rows))?;
     Ok(match report::all_held(&rows) {
@@ -37,18 +42,10 @@ pub fn run(task: &Run) -> Result<Outcome, CliError> {
     })
 }
 
-/// Simulate one seed: results go below `task.out`, numbers to `rows`; `go_on` is told the simulated time and says whether
-/// to go on. Gives the simulated time at the end.
-fn simulate(
-    _scenario: &Scenario,
-    _seed: u64,
-    task: &Run,
-    _rows: &mut Vec<Row>,
-    _go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<f64, CliError> {
-    // The one place where the simulation is called; it is not part of this build yet.
-    let _ = (task.live, task.no_rerun);
-    Err(CliError::NoSimulation)
+/// The seed asked for, else the first of the scenario: all of them are for tests and comparisons.
+fn seeds<'a>(scenario: &'a Scenario, task: &Run) -> &'a [u64] {
+    let all = scenario.seeds();
+    if task.seed.is_some() { all } else { all.get(..1).unwrap_or(all) }
 }
 
 /// The folder for results is there and can be written, found out before a long run and not after it.

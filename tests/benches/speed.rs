@@ -64,7 +64,7 @@ fn recorded(name: &str) -> f64 {
         };
         let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];
         let record = rig.scenario.file.record;
-        let mut tape = Tape::new(sinks, &layout, &record, false).expect("tape");
+        let mut tape = Tape::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("tape");
         let done = run(&mut rig, &mut [&mut tape as &mut dyn Observer], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }

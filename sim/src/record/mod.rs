@@ -1,6 +1,7 @@
 //! What a run leaves behind: columns in chunks, handed to sinks (Parquet here, Rerun in `monorig-viz`).
 
 pub mod folder;
+pub mod inputs;
 pub mod manifest;
 pub mod parquet;
 

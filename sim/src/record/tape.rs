@@ -7,11 +7,6 @@ use crate::run::{Frame, Observer};
 use crate::scenario::Record;
 use monorig_estimators::signals::{MAX_DRIVES, Measurements};
 
-/// Simulated seconds in a chunk.
-const CHUNK_S: f64 = 30.0;
-/// The same when someone is watching.
-pub const LIVE_CHUNK_S: f64 = 1.0;
-
 /// Records a run.
 pub struct Tape<'a> {
     sinks: Vec<&'a mut dyn Sink>,
@@ -125,13 +120,13 @@ fn flag(b: bool) -> f64 {
 }
 
 impl<'a> Tape<'a> {
-    /// A tape for a run laid out like `layout`; tells the sinks.
-    pub fn new(mut sinks: Vec<&'a mut dyn Sink>, layout: &Layout<'_>, record: &Record, live: bool) -> Result<Self, Error> {
+    /// A tape for a run laid out like `layout`, handed on every `chunk_s` of simulated time; tells the sinks.
+    pub fn new(mut sinks: Vec<&'a mut dyn Sink>, layout: &Layout<'_>, record: &Record, chunk_s: f64) -> Result<Self, Error> {
         for s in &mut sinks {
             s.begin(layout)?;
         }
         let period = |hz: f64| libm::round(1e9 / hz) as i64;
-        let chunk_ns = ((if live { LIVE_CHUNK_S } else { CHUNK_S }) * 1e9) as i64;
+        let chunk_ns = period(1.0 / chunk_s);
         let mut tape = Self {
             sinks,
             chunk: Chunk::default(),
