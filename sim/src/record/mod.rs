@@ -4,6 +4,7 @@ pub mod folder;
 pub mod inputs;
 pub mod manifest;
 pub mod parquet;
+pub mod tape;
 
 use crate::error::Error;
 use crate::rail::Frame as RailFrame;
@@ -99,30 +100,7 @@ mod testing {
 
     /// A train without bodies: what a sink of columns needs.
     pub fn sample_train() -> Train {
-        Train {
-            name: "none".into(),
-            bodies: vec![],
-            connections: vec![],
-            drives: vec![],
-            mounts: vec![],
-            load: None,
-            limits: crate::train::Limits {
-                min_radius_horizontal_m: 4.0,
-                min_radius_vertical_m: 10.0,
-                max_grade_rad: 0.5,
-                max_speed_mps: 2.4,
-                length_m: 18.1,
-                max_load_kg: 2e4,
-            },
-            resistance: crate::train::Resistance {
-                clamped_wheel: 0.0,
-                running_wheel: 0.0,
-                guide_wheel: 0.0,
-                bearing_n: 0.0,
-                bearing_nspm: 0.0,
-                air_nspm2: 0.0,
-            },
-        }
+        Train::default()
     }
 
     /// A layout with these channels.

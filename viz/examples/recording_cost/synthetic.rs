@@ -359,6 +359,7 @@ fn train() -> Train {
             bearing_nspm: 0.0,
             air_nspm2: 0.0,
         },
+        ..Default::default()
     }
 }
 

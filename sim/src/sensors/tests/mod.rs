@@ -9,7 +9,7 @@ mod seeds;
 use super::{Sensors, Sheet, Suite};
 use crate::error::Error;
 use crate::plant::{DriveState, MountState, Truth};
-use crate::train::{Drive, Limits, Mount, Resistance, Train};
+use crate::train::{Drive, Mount, Train};
 use monorig_estimators::signals::{Measurements, Sample};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::path::PathBuf;
@@ -86,23 +86,7 @@ pub fn train(drives: usize) -> Train {
                 pose: Isometry3::identity(),
             })
             .collect(),
-        load: None,
-        limits: Limits {
-            min_radius_horizontal_m: 4.0,
-            min_radius_vertical_m: 8.0,
-            max_grade_rad: 0.5,
-            max_speed_mps: 3.0,
-            length_m: 18.1,
-            max_load_kg: 2e4,
-        },
-        resistance: Resistance {
-            clamped_wheel: 0.0,
-            running_wheel: 0.0,
-            guide_wheel: 0.0,
-            bearing_n: 0.0,
-            bearing_nspm: 0.0,
-            air_nspm2: 0.0,
-        },
+        ..Default::default()
     }
 }
 
