@@ -515,3 +515,37 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
     // The median of eight has 0.43 of the noise of one (Monte Carlo of eight normal numbers).
     assert!((0.014..0.021).contains(&sd), "{sd}");
 }
+
+#[test]
+fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
+    let curves = |seed| World {
+        curve: |s| {
+            if (s / 10.0) as i64 % 3 == 2 {
+                0.25
+            } else {
+                0.0
+            }
+        },
+        curve_resistance_m: 0.04,
+        grade: |s| 4f64.to_radians() * (0.2 * s).sin(),
+        seconds: 180.0,
+        ..world(seed)
+    };
+    let mean = |settings: &[(&str, Real)]| {
+        let (mut mass, mut slope) = (0.0, 0.0);
+        for seed in 1..=10 {
+            let settings = settings.iter().copied();
+            let rows = curves(seed).run(&mut build("dffrls_aekf", &vehicle(), settings).unwrap());
+            mass += mass_error(&rows, 60.0) / 10.0;
+            slope += grade_error_deg(&rows, 30.0) / 10.0;
+        }
+        std::println!(
+            "curves {settings:?}: mass {:.2} %, slope {slope:.3}°",
+            100.0 * mass
+        );
+        (mass, slope)
+    };
+    let (knows, ignores) = (mean(&[]), mean(&[("curve_sd_m", 0.0)]));
+    assert!(knows.0 < 0.02 && knows.1 < 0.3, "{knows:?}");
+    assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
+}
