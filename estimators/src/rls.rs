@@ -18,7 +18,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::{
     Real,
     gaussian::Gaussian,
-    real::{exp, pow, sqrt},
+    real::{exp, pow, sqrt, within},
 };
 
 /// How old samples lose weight.
@@ -76,6 +76,9 @@ pub struct Rls<const N: usize> {
     policy: Forgetting<N>,
     /// Running variance of the normalised residual: 1 when the noise variance given is right.
     spread: Real,
+    /// Running product of successive normalised residuals.
+    tie: Real,
+    last: Real,
     updates: u32,
 }
 
@@ -87,6 +90,8 @@ impl<const N: usize> Rls<N> {
             prior: prior.P.diagonal(),
             policy,
             spread: 1.0,
+            tie: 0.0,
+            last: 0.0,
             updates: 0,
         }
     }
@@ -130,7 +135,11 @@ impl<const N: usize> Rls<N> {
         let limited = next.belief.limit_variance(&self.prior);
         // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
         let square = (normalised * normalised).min(25.0 * next.spread.max(1e-12));
-        next.spread += (square - next.spread) / SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        let memory = SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        let limit = 25.0 * next.spread.max(1e-12);
+        next.tie += (within(normalised * self.last, -limit, limit) - next.tie) / memory;
+        next.last = normalised;
+        next.spread += (square - next.spread) / memory;
         next.updates = self.updates.saturating_add(1);
         if !next.belief.is_finite() {
             return None;
@@ -185,6 +194,16 @@ impl<const N: usize> Rls<N> {
     /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
     pub fn spread(&self) -> Real {
         sqrt(self.spread)
+    }
+
+    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not independent:
+    /// (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    pub fn correlation_factor(&self) -> Real {
+        if self.updates < SPREAD_KNOWN {
+            return 1.0;
+        }
+        let rho = within(self.tie / self.spread.max(1e-12), 0.0, 0.9);
+        (1.0 + rho) / (1.0 - rho)
     }
 
     /// Updates made so far.
@@ -377,6 +396,32 @@ mod tests {
                 .is_none()
         );
         assert_eq!(rls, before);
+    }
+
+    #[test]
+    fn residuals_that_hang_together_are_noticed() {
+        // Residuals of an AR(1) process with ρ = 0.5 make the mean three times as uncertain as white ones.
+        let mut random = Random::new(9);
+        let factor = |rho: Real, random: &mut Random| {
+            let mut rls = Rls::new(
+                Gaussian::<1>::independent(vector![0.0], vector![10.0]),
+                Forgetting::None,
+            );
+            let (mut noise, mut sum) = (0.0, 0.0);
+            for k in 0..5000 {
+                noise = rho * noise + (1.0 - rho * rho).sqrt() * random.normal();
+                rls.update(noise, &vector![1.0], 1.0, false).unwrap();
+                sum += if k >= 1000 {
+                    rls.correlation_factor() / 4000.0
+                } else {
+                    0.0
+                };
+            }
+            sum
+        };
+        assert!(factor(0.0, &mut random) < 1.3);
+        let tied = factor(0.5, &mut random);
+        assert!((2.4..3.6).contains(&tied), "{tied}");
     }
 
     #[test]

@@ -211,10 +211,10 @@ impl MassRegression {
         }
     }
 
-    /// Covariance, widened if the residuals are larger than expected.
+    /// Covariance, widened if the residuals are larger than expected or hang together.
     fn covariance(&self) -> Matrix4<Real> {
         let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread)
+        self.rls.belief.P * (spread * spread * self.rls.correlation_factor())
     }
 }
 
