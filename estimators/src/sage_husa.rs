@@ -4,7 +4,7 @@
 //! the two forms that cannot:
 //!
 //! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ), since
-//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017, eq. 13);
+//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
 //! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start.

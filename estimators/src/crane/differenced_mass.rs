@@ -18,9 +18,10 @@ use super::{
 };
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 

@@ -26,9 +26,10 @@ use super::{
 };
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, lag, sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 

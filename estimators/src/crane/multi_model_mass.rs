@@ -28,9 +28,10 @@ use super::{
 use crate::{
     Real,
     conditioning::MatchedFilter,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 
