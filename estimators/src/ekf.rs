@@ -1,4 +1,4 @@
-//! Extended Kalman filter (Jazwinski 1970, sections 8.3 and 9.7; linearised at the latest estimate).
+//! Extended Kalman filter (Jazwinski 1970; linearised at the latest estimate).
 //!
 //! - predict: x⁻ = f(x), P⁻ = F P Fᵀ + Q, with F = ∂f/∂x at x
 //! - update: y = z − h(x⁻), then [`Gaussian::correct`] with H = ∂h/∂x at x⁻
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn linear_case_equals_a_kalman_recursion_written_out_by_hand() {
-        // Oracle: constant-velocity filter, scalar by scalar (Bar-Shalom, Li & Kirubarajan 2001, section 5.2.3).
+        // Oracle: constant-velocity filter, scalar by scalar (Bar-Shalom, Li & Kirubarajan 2001).
         let (dt, q, r) = (0.1, 0.3, 0.5);
         let F = matrix![1.0, dt; 0.0, 1.0];
         let Q = matrix![q * dt * dt * dt / 3.0, q * dt * dt / 2.0; q * dt * dt / 2.0, q * dt];

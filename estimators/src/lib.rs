@@ -3,7 +3,7 @@
 //! `no_std`, no allocation, no panic, no NaN: every algorithm estimates the load mass of a monorail crane and the slope
 //! under it from motor torque, wheel speed and an IMU.
 //!
-//! - algorithms, one a file: [`gaussian`], [`rls`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
+//! - algorithms, one a file: [`gaussian`], [`rls`] with its ways of [`forgetting`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
 //! - the crane: [`crane`], with the force balance, what the pipelines share, one file for each named pipeline, and
 //!   construction by name ([`crane::build`])
 //! - what crosses the border: [`signals`]
@@ -33,6 +33,7 @@ pub mod conditioning;
 pub mod crane;
 pub mod ekf;
 pub mod error;
+pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
 pub mod real;

@@ -1,14 +1,8 @@
 //! Recursive least squares: one recursion, several ways to forget.
 //!
-//! y(k) = hᵀ(k) χ + e(k). A step first forgets, then corrects:
+//! y(k) = hᵀ(k) χ + e(k). A step first forgets, then corrects.
 //!
-//! | policy | forgetting | source |
-//! |---|---|---|
-//! | [`Forgetting::None`] | λ = 1 | Plackett 1950 |
-//! | [`Forgetting::Constant`] | λ constant | Åström & Wittenmark 1995 |
-//! | [`Forgetting::Dynamic`] | λ = δ + (1 − δ) exp(−σ Δ), Δ = size of the residual | Liu et al. 2023, eq. 19 |
-//! | [`Forgetting::Multiple`] | one λ for each parameter, each with a variance of its own | Vahidi, Stefanopoulou & Peng 2005, eq. 14–18 |
-//! | [`Forgetting::TimeLaw`] | λ = 1 − a bᵏ | patent CN 111507019 B, with a = 0.05 and b = 0.98 |
+//! λ comes from a policy ([`Forgetting`]).
 //!
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
 //! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
@@ -17,42 +11,15 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
-    real::{exp, pow, sqrt},
+    real::{sqrt, within},
 };
-
-/// How old samples lose weight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Forgetting<const N: usize> {
-    /// All samples weigh the same.
-    None,
-    /// A sample's weight falls by this factor at each new one.
-    Constant(Real),
-    /// Forgets more when the residual is large: λ = floor + (1 − floor) exp(−sharpness · Δ), where Δ is the residual in units
-    /// of its own running standard deviation, so that `sharpness` has no unit.
-    Dynamic {
-        /// Smallest λ (the paper's δ).
-        floor: Real,
-        /// How fast λ falls with the residual (the paper's σ).
-        sharpness: Real,
-        /// λ while the running deviation of the residual is not yet known.
-        first: Real,
-    },
-    /// One factor for each parameter; correlations between parameters are not kept.
-    Multiple([Real; N]),
-    /// λ = 1 − loss · decayᵏ at update k = 1, 2, …: forgets early samples and then settles.
-    TimeLaw {
-        /// Loss of weight at k = 0.
-        loss: Real,
-        /// Factor from one update to the next.
-        decay: Real,
-    },
-}
 
 /// Number of updates the running deviation of the residual looks back on.
 const SPREAD_MEMORY: Real = 50.0;
-/// Updates after which the running deviation is trusted.
-const SPREAD_KNOWN: u32 = 10;
+/// Updates after which running statistics are trusted.
+pub(crate) const SPREAD_KNOWN: u32 = 10;
 
 /// What an update did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,6 +43,9 @@ pub struct Rls<const N: usize> {
     policy: Forgetting<N>,
     /// Running variance of the normalised residual: 1 when the noise variance given is right.
     spread: Real,
+    /// Running product of successive normalised residuals.
+    tie: Real,
+    last: Real,
     updates: u32,
 }
 
@@ -87,6 +57,8 @@ impl<const N: usize> Rls<N> {
             prior: prior.P.diagonal(),
             policy,
             spread: 1.0,
+            tie: 0.0,
+            last: 0.0,
             updates: 0,
         }
     }
@@ -111,7 +83,7 @@ impl<const N: usize> Rls<N> {
         let lambda = if remember {
             1.0
         } else {
-            self.lambda(normalised)
+            self.policy.lambda(normalised / self.spread(), self.updates)
         };
         match self.policy {
             Forgetting::Multiple(lambdas) => {
@@ -130,7 +102,11 @@ impl<const N: usize> Rls<N> {
         let limited = next.belief.limit_variance(&self.prior);
         // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
         let square = (normalised * normalised).min(25.0 * next.spread.max(1e-12));
-        next.spread += (square - next.spread) / SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        let memory = SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        let limit = 25.0 * next.spread.max(1e-12);
+        next.tie += (within(normalised * self.last, -limit, limit) - next.tie) / memory;
+        next.last = normalised;
+        next.spread += (square - next.spread) / memory;
         next.updates = self.updates.saturating_add(1);
         if !next.belief.is_finite() {
             return None;
@@ -144,7 +120,7 @@ impl<const N: usize> Rls<N> {
         })
     }
 
-    /// Vahidi et al. 2005, eq. 14–18, for any number of parameters: each has its own variance and factor, the gains share
+    /// Vahidi et al. 2005, for any number of parameters: each has its own variance and factor, the gains share
     /// one denominator D = r + Σ Pᵢ hᵢ² / λᵢ.
     fn update_multiple(
         &mut self,
@@ -164,27 +140,19 @@ impl<const N: usize> Rls<N> {
         Some(())
     }
 
-    fn lambda(&self, normalised: Real) -> Real {
-        match self.policy {
-            Forgetting::None => 1.0,
-            Forgetting::Constant(lambda) => lambda,
-            Forgetting::Dynamic { first, .. } if self.updates < SPREAD_KNOWN => first,
-            Forgetting::Dynamic {
-                floor, sharpness, ..
-            } => {
-                let size = normalised.abs() / sqrt(self.spread.max(1e-12));
-                floor + (1.0 - floor) * exp(-sharpness * size)
-            }
-            Forgetting::Multiple(lambdas) => lambdas.iter().copied().fold(1.0, Real::min),
-            Forgetting::TimeLaw { loss, decay } => {
-                1.0 - loss * pow(decay, self.updates as Real + 1.0)
-            }
-        }
-    }
-
     /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
     pub fn spread(&self) -> Real {
-        sqrt(self.spread)
+        sqrt(self.spread.max(1e-12))
+    }
+
+    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not independent:
+    /// (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    pub fn correlation_factor(&self) -> Real {
+        if self.updates < SPREAD_KNOWN {
+            return 1.0;
+        }
+        let rho = within(self.tie / self.spread.max(1e-12), 0.0, 0.9);
+        (1.0 + rho) / (1.0 - rho)
     }
 
     /// Updates made so far.
@@ -377,6 +345,32 @@ mod tests {
                 .is_none()
         );
         assert_eq!(rls, before);
+    }
+
+    #[test]
+    fn residuals_that_hang_together_are_noticed() {
+        // Residuals of an AR(1) process with ρ = 0.5 make the mean three times as uncertain as white ones.
+        let mut random = Random::new(9);
+        let factor = |rho: Real, random: &mut Random| {
+            let mut rls = Rls::new(
+                Gaussian::<1>::independent(vector![0.0], vector![10.0]),
+                Forgetting::None,
+            );
+            let (mut noise, mut sum) = (0.0, 0.0);
+            for k in 0..5000 {
+                noise = rho * noise + (1.0 - rho * rho).sqrt() * random.normal();
+                rls.update(noise, &vector![1.0], 1.0, false).unwrap();
+                sum += if k >= 1000 {
+                    rls.correlation_factor() / 4000.0
+                } else {
+                    0.0
+                };
+            }
+            sum
+        };
+        assert!(factor(0.0, &mut random) < 1.3);
+        let tied = factor(0.5, &mut random);
+        assert!((2.4..3.6).contains(&tied), "{tied}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! the two forms that cannot:
 //!
 //! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ), since
-//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017, eq. 13);
+//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
 //! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start.
@@ -177,5 +177,43 @@ mod tests {
             },
         );
         assert!(noise.covariance().iter().all(|v| v.is_finite()));
+    }
+
+    /// The estimator as Liu et al. print it (eq. 30; dimensions mended), on the in-model filter of [`adapted`]: how many of the
+    /// first thousand steps leave R or a variance of Q not positive.
+    fn printed_failures(seed: u64, b: Real) -> usize {
+        let (dt, q, r): (Real, Real, Real) = (0.01, 1e-3, 0.01);
+        let (F, H) = (matrix![1.0, dt; 0.0, 1.0], matrix![1.0, 0.0]);
+        let (mut Q, mut R) = (matrix![1e-9, 0.0; 0.0, q * dt], Matrix1::new(r));
+        let mut random = Random::new(seed);
+        let mut truth = vector![0.0, 1.0];
+        let mut belief = Gaussian::<2>::independent(truth, vector![0.1, 0.1]);
+        let mut failures = 0;
+        for k in 0..1000 {
+            truth = F * truth + vector![0.0, (q * dt).sqrt() * random.normal()];
+            let z = vector![truth.x + r.sqrt() * random.normal()];
+            let carried = F * belief.P * F.transpose();
+            let x_next = F * belief.x;
+            ekf::predict(&mut belief, x_next, &F, &Q);
+            let P_prior = belief.P;
+            let z_predicted = H * belief.x;
+            let Some(done) = ekf::update(&mut belief, z, z_predicted, &H, &R) else {
+                return failures + 1000 - k; // the filter has broken down
+            };
+            let d = (1.0 - b) / (1.0 - b.powi(k as i32 + 1));
+            let moved = done.K * done.y;
+            Q = Q * (1.0 - d) + (moved * moved.transpose() + belief.P - carried) * d;
+            R = R * (1.0 - d) + (done.y * done.y.transpose() - H * P_prior * H.transpose()) * d;
+            failures += usize::from(R.x <= 0.0 || Q.m11 < 0.0 || Q.m22 < 0.0);
+        }
+        failures
+    }
+
+    #[test]
+    fn the_printed_form_loses_positive_definiteness() {
+        let broken = (0..40)
+            .filter(|seed| printed_failures(*seed, 0.966) > 500)
+            .count();
+        assert!(broken > 20, "in only {broken} of 40 runs");
     }
 }

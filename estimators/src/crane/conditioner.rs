@@ -3,6 +3,10 @@
 use super::{force_balance::ForceBalance, front_end::Reading};
 use crate::{Real, conditioning::MatchedFilter};
 
+/// Speed below which a yaw rate tells no curvature, m/s, and the largest curvature of a rail, 1/m.
+const SLOW_MPS: Real = 0.1;
+const TIGHTEST_PER_M: Real = 0.5;
+
 /// One filtered sample; all its numbers are delayed alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioned {
@@ -14,6 +18,8 @@ pub struct Conditioned {
     pub acceleration_mps2: Real,
     /// Specific force along the train v̇ + g sin θ, m/s²; `None` without an accelerometer.
     pub specific_force_mps2: Option<Real>,
+    /// Horizontal curvature of the rail without its sign, |yaw rate|/|v|, 1/m; 0 without a gyro.
+    pub curvature_per_m: Real,
     /// Time since the sample before it, s.
     pub period_s: Real,
 }
@@ -24,6 +30,7 @@ pub struct Conditioner {
     force: MatchedFilter,
     speed: MatchedFilter,
     specific_force: MatchedFilter,
+    curvature: MatchedFilter,
     rate_hz: Real,
     settle_s: Real,
     running_s: Real,
@@ -38,6 +45,7 @@ impl Conditioner {
             force: filter,
             speed: filter,
             specific_force: filter,
+            curvature: filter,
             rate_hz,
             settle_s,
             running_s: 0.0,
@@ -65,6 +73,7 @@ impl Conditioner {
         } else {
             self.specific_force.empty();
         }
+        self.curvature.step(curvature_per_m(reading), dt);
         self.running_s = if running { self.running_s + dt } else { 0.0 };
         self.since_s += dt;
         if !self.settled() || self.since_s * self.rate_hz < 1.0 - 1e-9 {
@@ -77,6 +86,7 @@ impl Conditioner {
             speed_mps: self.speed.value()?,
             acceleration_mps2: self.speed.rate(),
             specific_force_mps2: self.specific_force.value(),
+            curvature_per_m: self.curvature.value()?,
             period_s,
         })
     }
@@ -84,6 +94,15 @@ impl Conditioner {
     /// Whether the train has been running long enough for samples to count.
     pub fn settled(&self) -> bool {
         self.running_s > 0.0 && self.running_s >= self.settle_s
+    }
+}
+
+/// Horizontal curvature of the rail under the train without its sign, |yaw rate|/|v|, 1/m: 0 while standing or without a gyro,
+/// and never more than that of the tightest rail.
+pub fn curvature_per_m(reading: &Reading) -> Real {
+    match reading.yaw_rate_radps.zip(reading.speed_mps) {
+        Some((yaw_rate, v)) if v.abs() > SLOW_MPS => (yaw_rate / v).abs().min(TIGHTEST_PER_M),
+        _ => 0.0,
     }
 }
 

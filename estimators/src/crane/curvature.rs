@@ -14,9 +14,10 @@ use super::{front_end::Reading, params::params};
 use crate::{
     Real,
     conditioning::MatchedFilter,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, cos, sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     smoothing::AdaptiveSmoother,
 };
 

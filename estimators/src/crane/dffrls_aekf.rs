@@ -15,7 +15,7 @@ use super::{
     params::{param_groups, params},
     slope_filter::{Adaptation, SlopeFilter, SlopeParams},
 };
-use crate::{rls::Forgetting, signals::Vehicle};
+use crate::{forgetting::Forgetting, signals::Vehicle};
 
 params! {
     /// How `dffrls_aekf` forgets and adapts.

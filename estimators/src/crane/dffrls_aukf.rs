@@ -1,4 +1,4 @@
-//! `dffrls_aukf`: dynamic inclination of monorail cranes by curvature (least squares with dynamic forgetting) and an adaptive
+//! `dffrls_aukf`: the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests): curvature (least squares with dynamic forgetting) and an adaptive
 //! unscented Kalman filter ([`CurvatureUkf`]); Sage-Husa adapts the wheel-speed noise alone, in a form that stays positive.
 //! It helps where the noise was told wrongly, and costs a little where it was told rightly.
 

@@ -18,9 +18,10 @@ use super::{
 };
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 
@@ -127,7 +128,8 @@ impl DifferencedMass {
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
-        let sd = sqrt(self.rls.belief.P.x) * self.rls.spread().max(1.0) * self.mass0_kg;
+        let widened = self.rls.belief.P.x * self.rls.correlation_factor();
+        let sd = sqrt(widened) * self.rls.spread().max(1.0) * self.mass0_kg;
         Value {
             value,
             sd,

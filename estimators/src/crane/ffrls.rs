@@ -18,9 +18,10 @@ use super::{
 };
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, asin, sin, sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Estimate, Flags, Value, Vehicle},
 };
 

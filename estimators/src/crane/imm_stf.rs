@@ -1,4 +1,5 @@
-//! `imm_stf`: Guo et al. 2024, mass and road grade with lateral dynamics: mass by differenced least squares ([`DifferencedMass`]),
+//! `imm_stf`: Guo, Wang, Zhao & Dai 2024, "Joint estimation of vehicle mass and road slope considering lateral motion",
+//! Journal of Jilin University (Engineering), doi 10.13229/j.cnki.jdxbgxb.20221061: mass by differenced least squares ([`DifferencedMass`]),
 //! slope by two strong-tracking filters that interact as time-varying multiple models ([`Imm`]).
 //!
 //! State [v, a, i], i = sin θ; measurements: specific force a + g i, wheel speed v.

@@ -1,10 +1,11 @@
 //! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias left free.
 //!
-//! F − J v̇ = M (f + s μ₀ g c) + r s g c + a,  s = sgn v, c = cos θ
+//! F − J v̇ = M (f + s μ₀ g c) + r s g c + q s g c |κ| + a,  s = sgn v, c = cos θ
 //!
-//! Parameters: M total mass; r = M (μ − μ₀); a = −M b, b the accelerometer's bias. In one driving direction only r s g + a is
-//! seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression good in
-//! both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
+//! Parameters: M total mass; r what the running resistance differs from μ₀ M g c by, over g c; q the same per curvature κ of the rail
+//! (yaw rate over speed: guide rollers drag in curves); a = −M b, b the accelerometer's bias. In one driving direction only
+//! r s g + a is seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression
+//! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
 //! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
 //!
 //! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
@@ -13,10 +14,10 @@
 //!
 //! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
 
-use nalgebra::{SVector, vector};
+use nalgebra::{Matrix4, Vector4, vector};
 
 use super::{
-    conditioner::{Conditioned, Conditioner},
+    conditioner::{Conditioned, Conditioner, curvature_per_m},
     force_balance::ForceBalance,
     front_end::Reading,
     load_watch::LoadWatch,
@@ -25,9 +26,10 @@ use super::{
 };
 use crate::{
     Real,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, lag, sqrt, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 
@@ -47,6 +49,7 @@ params! {
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
         accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias.";
+        curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
         kinematic ["-"] = 0.0, 0.0 => 1.0, "0: regress on the specific force; 1: on the derivative of wheel speed, which needs a constant slope.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
@@ -64,8 +67,8 @@ params! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassRegression {
     params: MassParams,
-    /// Parameters divided by the first mass: [M, r, a]/M₀.
-    rls: Rls<3>,
+    /// Parameters divided by the first mass: [M, r, a, q]/M₀.
+    rls: Rls<4>,
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
@@ -75,6 +78,8 @@ pub struct MassRegression {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
+    /// Curvature of the rail now, 1/m.
+    curvature: Real,
 }
 
 /// Exponentially weighted mean and variance.
@@ -98,7 +103,7 @@ impl RunningDeviation {
 
 impl MassRegression {
     /// From the vehicle, the parameters and the way to forget.
-    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<3>) -> Self {
+    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
         // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
@@ -107,10 +112,18 @@ impl MassRegression {
         } else {
             0.1 * GRAVITY
         };
-        let sd = vector![params.mass_sd, params.mu_sd * mu0, free_sd];
+        let sd = vector![
+            params.mass_sd,
+            params.mu_sd * mu0,
+            free_sd,
+            params.curve_sd_m
+        ];
         Self {
             params,
-            rls: Rls::new(Gaussian::independent(vector![1.0, 0.0, 0.0], sd), policy),
+            rls: Rls::new(
+                Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd),
+                policy,
+            ),
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
@@ -123,6 +136,7 @@ impl MassRegression {
                 lambda: 1.0,
                 ..Outcome::default()
             },
+            curvature: 0.0,
         }
     }
 
@@ -148,7 +162,12 @@ impl MassRegression {
             GRAVITY
         } * cosine;
         let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
-        let h = vector![f + against * self.mu0, against, 1.0];
+        let h = vector![
+            f + against * self.mu0,
+            against,
+            1.0,
+            against * now.curvature_per_m
+        ];
         let weight = if self.excited {
             1.0
         } else {
@@ -168,7 +187,7 @@ impl MassRegression {
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
-            self.rls.reopen(&vector![1.0, 0.0, 0.0]);
+            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
         }
     }
 
@@ -193,10 +212,10 @@ impl MassRegression {
         }
     }
 
-    /// Covariance, widened if the residuals are larger than expected.
-    fn covariance(&self) -> nalgebra::Matrix3<Real> {
+    /// Covariance, widened if the residuals are larger than expected or hang together.
+    fn covariance(&self) -> Matrix4<Real> {
         let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread)
+        self.rls.belief.P * (spread * spread * self.rls.correlation_factor())
     }
 }
 
@@ -211,6 +230,7 @@ impl MassStage for MassRegression {
     ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        self.curvature = curvature_per_m(reading);
         if let Some(sample) = self.signals.step(reading, balance, running, dt) {
             self.sample(sample, balance);
         } else if !self.signals.settled() {
@@ -229,17 +249,19 @@ impl MassStage for MassRegression {
         }
     }
 
-    /// As far as it is told from the accelerometer's bias.
+    /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
     fn running_resistance(&self) -> Real {
-        (self.mu0 + self.rls.belief.x.y / self.rls.belief.x.x).clamp(0.0, 1.0)
+        let x = self.rls.belief.x;
+        (self.mu0 + (x.y + x.w * self.curvature) / x.x).clamp(0.0, 1.0)
     }
 
     /// sin θ + s μ c = F/(M g) at steady speed.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
-        let m = self.rls.belief.x.x;
-        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
-            + direction * self.rls.belief.x.y / (m * m);
-        let gradient: SVector<Real, 3> = vector![by_m, -direction / m, 0.0];
+        let x = self.rls.belief.x;
+        let by_m = -traction_n / (self.mass0_kg * GRAVITY * x.x * x.x)
+            + direction * (x.y + x.w * self.curvature) / (x.x * x.x);
+        let by_r = -direction / x.x;
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.curvature];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 

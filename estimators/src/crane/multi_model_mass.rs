@@ -28,9 +28,10 @@ use super::{
 use crate::{
     Real,
     conditioning::MatchedFilter,
+    forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh, within},
-    rls::{Forgetting, Outcome, Rls},
+    rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
 
@@ -240,8 +241,12 @@ impl MassStage for MultiModelMass {
         let (s, t) = (self.straight.belief, self.turning.belief);
         let (w, mean) = (self.straight_weight, self.fused());
         let away = |x: Real| (x - mean) * (x - mean);
-        let variance = w * (s.P.x * self.straight.spread().max(1.0) + away(s.x.x))
-            + (1.0 - w) * (t.P.x * self.turning.spread().max(1.0) + away(t.x.x));
+        let widened = |rls: &Rls<1>| {
+            let spread = rls.spread().max(1.0);
+            rls.belief.P.x * spread * spread * rls.correlation_factor()
+        };
+        let variance = w * (widened(&self.straight) + away(s.x.x))
+            + (1.0 - w) * (widened(&self.turning) + away(t.x.x));
         let level = mean * self.level_error();
         let (value, sd) = (
             mean * self.mass0_kg,

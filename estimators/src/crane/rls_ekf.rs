@@ -9,7 +9,7 @@ use super::{
     params::param_groups,
     slope_filter::{Adaptation, SlopeFilter, SlopeParams},
 };
-use crate::{rls::Forgetting, signals::Vehicle};
+use crate::{forgetting::Forgetting, signals::Vehicle};
 
 param_groups! {
     /// Parameters of `rls_ekf`.

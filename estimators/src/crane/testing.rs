@@ -29,6 +29,9 @@ pub struct World {
     /// Load picked up or set down at an instant: (s, total mass after it).
     pub mass_change: Option<(Real, Real)>,
     pub mu: Real,
+    /// Horizontal curvature, 1/m, at a chainage, m, and what it adds to the running-resistance coefficient, times the radius, m.
+    pub curve: fn(Real) -> Real,
+    pub curve_resistance_m: Real,
     pub accel_bias: Real,
     pub torque_gain: Real,
     pub disturbance: Real,
@@ -51,6 +54,8 @@ pub fn world(seed: u64) -> World {
         mass_kg: 15_000.0,
         mass_change: None,
         mu: 0.02,
+        curve: |_| 0.0,
+        curve_resistance_m: 0.0,
         accel_bias: 0.0,
         torque_gain: 1.0,
         disturbance: 0.02,
@@ -112,7 +117,10 @@ impl World {
             last_theta = theta;
             push += -push * DT / 0.3 + self.disturbance * (2.0 * DT / 0.3).sqrt() * random.normal();
             let drive = force - mass * 9.81 * theta.sin() + mass * push;
-            let friction = self.mu * mass * 9.81 * theta.cos();
+            let friction = (self.mu + self.curve_resistance_m * (self.curve)(s).abs())
+                * mass
+                * 9.81
+                * theta.cos();
             let stands = v.abs() < 1e-9 && drive.abs() < friction;
             let direction = if v.abs() > 1e-9 {
                 v.signum()
@@ -143,7 +151,7 @@ impl World {
             let rate = pitch_rate + 1e-4 * random.normal();
             z.angular_rate_radps = Some(Sample {
                 t_s: t,
-                value: [0.0, -rate, 0.0],
+                value: [0.0, -rate, v * (self.curve)(s) + 1e-4 * random.normal()],
             });
             if k % 2 == 0 {
                 let loss = if force * v >= 0.0 {

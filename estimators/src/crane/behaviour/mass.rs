@@ -1,0 +1,234 @@
+//! Mass: what it needs, what it does not, and what the estimators say of their own certainty.
+
+use super::*;
+
+#[test]
+fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degree() {
+    for seed in 1..=10 {
+        let mut estimator = build("dffrls_aekf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = world(seed).run(&mut estimator);
+        let (mass, slope) = (mass_error(&rows, 50.0), grade_error_deg(&rows, 10.0));
+        std::println!("seed {seed}: mass {:.3} %, slope {slope:.3}°", 100.0 * mass);
+        assert!(mass < 0.01, "seed {seed}: {mass}");
+        assert!(slope < 0.3, "seed {seed}: {slope}");
+        assert!(rows.last().unwrap().estimate.total_mass_kg.valid);
+    }
+}
+
+#[test]
+fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
+    let (bias, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+        let mut random = Random::new(900 + seed);
+        World {
+            mu: 0.02 * (1.0 + 0.25 * random.normal()),
+            accel_bias: 0.02 * random.normal(),
+            ..world(seed)
+        }
+    });
+    std::println!(
+        "bias {:.3} %, rms {:.3} %, (error/sd)² {normalised:.2}",
+        100.0 * bias,
+        100.0 * rms
+    );
+    assert!(bias.abs() < 0.002 && rms < 0.005, "{bias} {rms}");
+    // Its own standard deviation is honest, within the scatter of forty draws and the disturbance not being white.
+    assert!((0.5..1.6).contains(&normalised), "{normalised}");
+}
+
+#[test]
+fn a_torque_gain_error_is_a_mass_error_and_hardly_a_slope_error() {
+    let (mut slope, mut slope_gain, mut ratio) = (0.0, 0.0, 0.0);
+    for seed in 1..=10 {
+        let run = |torque_gain| {
+            let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+            World {
+                torque_gain,
+                ..world(seed)
+            }
+            .run(&mut estimator)
+        };
+        let (right, wrong) = (run(1.0), run(1.02));
+        let mass = |rows: &[Row]| rows.last().unwrap().estimate.total_mass_kg.value;
+        ratio += mass(&wrong) / mass(&right) / 10.0;
+        slope += grade_error_deg(&right, 20.0) / 10.0;
+        slope_gain += grade_error_deg(&wrong, 20.0) / 10.0;
+    }
+    assert!((ratio - 1.02).abs() < 0.002, "{ratio}");
+    assert!((slope_gain - slope).abs() < 0.02, "{slope} {slope_gain}");
+}
+
+#[test]
+fn without_excitation_the_mass_stays_near_its_prior_and_says_so() {
+    // Rolling at constant speed on the level: the force tells M only as well as the running resistance is known.
+    let (_, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+        let mut random = Random::new(700 + seed);
+        World {
+            mu: 0.02 * (1.0 + 0.3 * random.normal()),
+            grade: |_| 0.0,
+            speed: |_| 0.6,
+            start_mps: 0.6,
+            ..world(seed)
+        }
+    });
+    std::println!("rms {:.1} %, (error/sd)² {normalised:.2}", 100.0 * rms);
+    assert!(normalised < 1.6, "{normalised}");
+    assert!(rms < 0.4, "{rms}");
+}
+
+#[test]
+fn a_steady_grade_tells_the_mass_as_well_as_the_prior_of_resistance_and_bias_allows() {
+    let (_, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+        let mut random = Random::new(800 + seed);
+        World {
+            mu: 0.02 * (1.0 + 0.3 * random.normal()),
+            grade: |_| 8f64.to_radians(),
+            speed: |_| 0.6,
+            start_mps: 0.6,
+            ..world(seed)
+        }
+    });
+    // sd of the intercept over the level of f + μ g: 0.059/1.56
+    std::println!("rms {:.1} %, (error/sd)² {normalised:.2}", 100.0 * rms);
+    assert!(rms < 0.06, "{rms}");
+    assert!(normalised < 1.6, "{normalised}");
+}
+
+#[test]
+fn another_load_is_noticed_and_learnt() {
+    for seed in 1..=5 {
+        let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+        let waves = |s: Real| 4f64.to_radians() * (0.3 * s).sin();
+        let start_stop = |t: Real| 0.7 + 0.3 * (0.5 * t).sin();
+        let change = Some((60.0, 10_000.0));
+        let world = World {
+            mass_change: change,
+            grade: waves,
+            speed: start_stop,
+            seconds: 120.0,
+            ..world(seed)
+        };
+        let rows = world.run(&mut estimator);
+        let before = rows.iter().rfind(|row| row.t < 60.0).unwrap();
+        assert!((before.estimate.total_mass_kg.value / 15_000.0 - 1.0).abs() < 0.01);
+        let after = mass_error(&rows, 100.0);
+        std::println!("seed {seed}: {:.2} % after the change", 100.0 * after);
+        assert!(after < 0.02, "seed {seed}: {after}");
+    }
+}
+
+#[test]
+fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
+    let run = |mu: Real, seed: u64| {
+        let mut estimator = build("mmrls_sh_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = World { mu, ..world(seed) }.run(&mut estimator);
+        let last = rows.last().unwrap().estimate.total_mass_kg;
+        (
+            mass_error(&rows, 50.0),
+            grade_error_deg(&rows, 10.0),
+            (last.value - 15_000.0).abs() / last.sd,
+        )
+    };
+    for seed in 1..=10 {
+        let (mass, slope, normalised) = run(0.02, seed);
+        std::println!(
+            "patent, seed {seed}: mass {:.2} %, slope {slope:.3}°",
+            100.0 * mass
+        );
+        assert!(
+            mass < 0.02 && slope < 0.35 && normalised < 3.0,
+            "{mass} {slope} {normalised}"
+        );
+        let (wrong, _, normalised) = run(0.026, seed);
+        assert!(
+            wrong > mass && normalised < 3.0,
+            "{wrong} {mass} {normalised}"
+        );
+    }
+}
+
+#[test]
+fn a_load_set_down_is_noticed_by_the_patent_too() {
+    for seed in 1..=5 {
+        let mut estimator = build("mmrls_sh_stf", &vehicle(), []).unwrap();
+        let world = World {
+            mass_change: Some((60.0, 10_000.0)),
+            grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
+            speed: |t| 0.7 + 0.3 * (0.5 * t).sin(),
+            seconds: 120.0,
+            ..world(seed)
+        };
+        let after = mass_error(&world.run(&mut estimator), 100.0);
+        std::println!(
+            "patent, seed {seed}: {:.2} % after the change",
+            100.0 * after
+        );
+        assert!(after < 0.03, "seed {seed}: {after}");
+    }
+}
+
+#[test]
+fn a_reversal_tells_running_resistance_and_accelerometer_bias_apart() {
+    for (seed, mu, accel_bias) in [(1, 0.026, 0.02), (2, 0.014, -0.02), (3, 0.026, -0.02)] {
+        let mut estimator = build("rls_ekf", &vehicle(), []).unwrap();
+        let world = World {
+            mu,
+            accel_bias,
+            grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
+            speed: |t| 1.2 * (0.15 * t).sin(),
+            seconds: 240.0,
+            ..world(seed)
+        };
+        let rows = world.run(&mut estimator);
+        let mut values = [0.0; 16];
+        estimator.internal_values(&mut values);
+        let at = |name: &str| {
+            values[estimator
+                .internals()
+                .iter()
+                .position(|n| *n == name)
+                .unwrap()]
+        };
+        let (found_mu, found_bias) = (at("running_resistance"), at("accel_bias_mps2"));
+        std::println!("mu {found_mu:.4} for {mu}, bias {found_bias:.4} for {accel_bias}");
+        assert!((found_mu - mu).abs() < 0.001, "{found_mu} for {mu}");
+        assert!(
+            (found_bias - accel_bias).abs() < 0.005,
+            "{found_bias} for {accel_bias}"
+        );
+        assert!(mass_error(&rows, 200.0) < 0.01);
+    }
+}
+
+#[test]
+fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
+    let curves = |seed| World {
+        curve: |s| {
+            if (s / 10.0) as i64 % 3 == 2 {
+                0.25
+            } else {
+                0.0
+            }
+        },
+        curve_resistance_m: 0.04,
+        grade: |s| 4f64.to_radians() * (0.2 * s).sin(),
+        seconds: 180.0,
+        ..world(seed)
+    };
+    let mean = |settings: &[(&str, Real)]| {
+        let (mut mass, mut slope) = (0.0, 0.0);
+        for seed in 1..=10 {
+            let settings = settings.iter().copied();
+            let rows = curves(seed).run(&mut build("dffrls_aekf", &vehicle(), settings).unwrap());
+            mass += mass_error(&rows, 60.0) / 10.0;
+            slope += grade_error_deg(&rows, 30.0) / 10.0;
+        }
+        std::println!(
+            "curves {settings:?}: mass {:.2} %, slope {slope:.3}°",
+            100.0 * mass
+        );
+        (mass, slope)
+    };
+    let (knows, ignores) = (mean(&[]), mean(&[("curve_sd_m", 0.0)]));
+    assert!(knows.0 < 0.02 && knows.1 < 0.3, "{knows:?}");
+    assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
+}
