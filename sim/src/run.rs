@@ -8,7 +8,7 @@ use crate::rig::Rig;
 use crate::scenario::FeedForward;
 use crate::sensors::{Sensors, Suite};
 use crate::timeline::Timeline;
-use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements};
+use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements, Value};
 
 /// What observers see after every step of the plant.
 pub struct Frame<'a> {
@@ -254,12 +254,14 @@ impl Loop {
                 total_mass_kg: truth.total_mass_kg,
             },
             FeedForward::Estimate => match self.in_loop.and_then(|i| bank.get(i)) {
+                // What the estimator does not vouch for changes nothing: the last value it vouched for holds.
                 Some(m) => {
-                    let e = &m.estimate;
+                    let (e, last, share) = (&m.estimate, &self.perception, self.dt_s / FEEDFORWARD_LAG_S);
+                    let follow = |last: f64, v: &Value| if v.valid { last + share * (v.value - last) } else { last };
                     Perception {
                         speed_mps,
-                        grade_rad: if e.grade_rad.valid { e.grade_rad.value } else { 0.0 },
-                        total_mass_kg: if e.total_mass_kg.valid { e.total_mass_kg.value } else { self.nominal_mass_kg },
+                        grade_rad: follow(last.grade_rad, &e.grade_rad),
+                        total_mass_kg: follow(last.total_mass_kg, &e.total_mass_kg),
                     }
                 }
                 None => nominal,
@@ -267,6 +269,10 @@ impl Loop {
         }
     }
 }
+
+/// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes; without
+/// the lag the two chase each other.
+const FEEDFORWARD_LAG_S: f64 = 1.0;
 
 fn any_new(z: &Measurements) -> bool {
     z.specific_force_mps2.is_some()
