@@ -46,8 +46,8 @@ fn recorded(name: &str) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
         let mut rig = Rig::build(scenario(name, &[]), 1).expect("rig");
-        let mut parquet = ParquetSink::create(&folder.join("channels.parquet")).expect("parquet");
-        let mut rerun = monorig_viz::RerunSink::file(&folder.join("run.rrd")).expect("rrd");
+        let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
+        let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
         let channels = tape::channels(rig.train.drives.len(), &rig.bank);
         let samples = rig.rail_samples();
