@@ -45,24 +45,48 @@ impl Cycle {
             .iter()
             .map(|p| (p.at_s.or(p.at_m).map_or(0.0, f64::from), p.mps.get()))
             .collect();
-        let accel = d.accel_mps2.map_or(if by_time { f64::INFINITY } else { ACCEL }, f64::from);
-        Self { points, by_time, accel, now: Reference { speed_mps: speed, accel_mps2: 0.0 } }
+        let accel = d
+            .accel_mps2
+            .map_or(if by_time { f64::INFINITY } else { ACCEL }, f64::from);
+        Self {
+            points,
+            by_time,
+            accel,
+            now: Reference {
+                speed_mps: speed,
+                accel_mps2: 0.0,
+            },
+        }
     }
 
     /// The reference at time `t` (s) with the front at chainage `s` (m), `dt` after the last call.
     pub fn at(&mut self, t: f64, s: f64, dt: f64) -> Reference {
-        let wish = if self.by_time { self.interpolate(t) } else { self.allowed(s) };
+        let wish = if self.by_time {
+            self.interpolate(t)
+        } else {
+            self.allowed(s)
+        };
         let before = self.now.speed_mps;
         let step = self.accel * dt;
-        let speed = if step.is_finite() { before + (wish - before).clamp(-step, step) } else { wish };
+        let speed = if step.is_finite() {
+            before + (wish - before).clamp(-step, step)
+        } else {
+            wish
+        };
         let accel = if dt > 0.0 { (speed - before) / dt } else { 0.0 };
-        self.now = Reference { speed_mps: speed, accel_mps2: accel };
+        self.now = Reference {
+            speed_mps: speed,
+            accel_mps2: accel,
+        };
         self.now
     }
 
     fn interpolate(&self, t: f64) -> f64 {
         let next = self.points.partition_point(|p| p.0 <= t);
-        match (next.checked_sub(1).and_then(|i| self.points.get(i)), self.points.get(next)) {
+        match (
+            next.checked_sub(1).and_then(|i| self.points.get(i)),
+            self.points.get(next),
+        ) {
             (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
             (Some(a), None) => a.1,
             (None, Some(b)) => b.1,
@@ -108,7 +132,14 @@ const RELEASE_S: f64 = 0.4;
 
 impl SpeedController {
     /// A controller for a vehicle with motors of `torque_max` (N·m each) and clamps at `clamp_mpa` (MPa).
-    pub fn new(pi: Pi, vehicle: Vehicle, torque_max: f64, clamp_mpa: f64, gravity: f64, moving: bool) -> Self {
+    pub fn new(
+        pi: Pi,
+        vehicle: Vehicle,
+        torque_max: f64,
+        clamp_mpa: f64,
+        gravity: f64,
+        moving: bool,
+    ) -> Self {
         Self {
             pi,
             vehicle,
@@ -128,7 +159,10 @@ impl SpeedController {
 
     /// The command for the next step of `dt` (s). `emergency` = share of the brake asked for by hand.
     pub fn control(&mut self, r: &Reference, p: &Perception, emergency: f64, dt: f64) -> Command {
-        let mut c = Command { clamp_pressure_mpa: self.clamp_mpa, ..Default::default() };
+        let mut c = Command {
+            clamp_pressure_mpa: self.clamp_mpa,
+            ..Default::default()
+        };
         if emergency > 0.0 {
             self.integral = 0.0;
             c.brake = emergency;
@@ -155,13 +189,21 @@ impl SpeedController {
         let inertia = p.total_mass_kg + self.vehicle.rotating_mass_kg;
         let error = r.speed_mps - p.speed_mps;
         let weight = p.total_mass_kg * self.gravity;
-        let direction = if r.speed_mps == 0.0 { 0.0 } else { r.speed_mps.signum() };
+        let direction = if r.speed_mps == 0.0 {
+            0.0
+        } else {
+            r.speed_mps.signum()
+        };
         let ahead = weight * libm::sin(p.grade_rad)
             + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance
             + inertia * r.accel_mps2;
         let force = ahead + inertia * (self.pi.kp.get() * error + self.integral);
         let v = &self.vehicle;
-        let efficiency = if force * p.speed_mps >= 0.0 { v.efficiency } else { 1.0 / v.efficiency };
+        let efficiency = if force * p.speed_mps >= 0.0 {
+            v.efficiency
+        } else {
+            1.0 / v.efficiency
+        };
         let drives = v.drives.max(1) as f64;
         let torque = force * v.wheel_radius_m / (v.gear_ratio * efficiency * drives);
         let limited = torque.clamp(-self.torque_max, self.torque_max);

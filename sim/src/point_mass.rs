@@ -87,7 +87,11 @@ impl PointMass {
     /// A point at the chainage of the IMU.
     pub fn new(train: Train, rail: Arc<Rail>, o: &PointMassOptions) -> Self {
         let rotating_kg = train.rotating_mass_kg();
-        let bound = train.bodies.iter().filter(|b| !b.stations.is_empty()).count() as f64;
+        let bound = train
+            .bodies
+            .iter()
+            .filter(|b| !b.stations.is_empty())
+            .count() as f64;
         let mount = &train.mounts[o.imu];
         let offset = train.bodies[mount.body].start_s + mount.pose.translation.x;
         // A train without drive units is a point without a motor.
@@ -95,7 +99,11 @@ impl PointMass {
         let clamp_mpa = drive.clamp_mpa;
         let truth = Truth {
             mounts: vec![
-                MountState { v_w: Vector3::zeros(), q_wm: UnitQuaternion::identity(), w_w: Vector3::zeros() };
+                MountState {
+                    v_w: Vector3::zeros(),
+                    q_wm: UnitQuaternion::identity(),
+                    w_w: Vector3::zeros()
+                };
                 train.mounts.len()
             ],
             drives: vec![DriveState::default(); train.drives.len()],
@@ -132,7 +140,15 @@ impl PointMass {
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn update_truth(&mut self, f: &Frame, accel: f64, traction: f64, against: f64, brake: f64, normal: f64) {
+    fn update_truth(
+        &mut self,
+        f: &Frame,
+        accel: f64,
+        traction: f64,
+        against: f64,
+        brake: f64,
+        normal: f64,
+    ) {
         let t = &mut self.truth;
         t.t_s = self.ns as f64 * 1e-9;
         t.chainage_m = f.s;
@@ -154,7 +170,11 @@ impl PointMass {
         // The frame turns with the curve: w = v (t × k) for its bending, and what the horizontal curvature adds about t.
         let w_w = f.t.cross(&f.k) * self.v;
         for &i in &self.mounts {
-            t.mounts[i] = MountState { v_w: f.t * self.v, q_wm: q, w_w };
+            t.mounts[i] = MountState {
+                v_w: f.t * self.v,
+                q_wm: q,
+                w_w,
+            };
         }
     }
 }
@@ -179,7 +199,8 @@ impl Plant for PointMass {
         let units = n as f64;
         let rim = units * wheel_torque(d, torque, omega) / d.wheel_radius_m;
         let limit = units * 2.0 * mu * clamp;
-        let rolling = units * 2.0 * resistance::clamped_wheel(res, clamp, d.wheel_radius_m, omega) / d.wheel_radius_m;
+        let rolling = units * 2.0 * resistance::clamped_wheel(res, clamp, d.wheel_radius_m, omega)
+            / d.wheel_radius_m;
         let (brake_max, brake_lag) = (units * d.brake_max_n, d.brake_lag_s);
         let traction = (rim - rolling).clamp(-limit, limit);
         self.truth.drives.fill(DriveState {
@@ -192,7 +213,8 @@ impl Plant for PointMass {
             clamp_mpa: pressure,
             adhesion: mu,
         });
-        let against = resistance::direction(v) * (res.running_wheel * weight * cos + self.bound * res.bearing_n)
+        let against = resistance::direction(v)
+            * (res.running_wheel * weight * cos + self.bound * res.bearing_n)
             + self.bound * res.bearing_nspm * v
             + resistance::air(res, v);
         let brake_limit = self.brake.step(command.brake * brake_max, brake_lag, dt);
@@ -209,7 +231,14 @@ impl Plant for PointMass {
         let normal = weight * cos;
         self.frame = after;
         self.update_truth(&after, accel, traction, against + rolling, brake, normal);
-        if self.v.is_finite() { Ok(()) } else { Err(Error::Broken { t_s: self.truth.t_s, what: "speed is not finite".into() }) }
+        if self.v.is_finite() {
+            Ok(())
+        } else {
+            Err(Error::Broken {
+                t_s: self.truth.t_s,
+                what: "speed is not finite".into(),
+            })
+        }
     }
 
     fn truth(&self) -> &Truth {
@@ -230,7 +259,10 @@ impl Plant for PointMass {
             let f = self.rail.frame(front + b.start_s);
             let r = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[f.t, f.l, f.u]));
             let q = UnitQuaternion::from_rotation_matrix(&r);
-            self.truth.poses[i] = (f.p + r * b.start_pose.translation.vector, q * b.start_pose.rotation);
+            self.truth.poses[i] = (
+                f.p + r * b.start_pose.translation.vector,
+                q * b.start_pose.rotation,
+            );
         }
     }
 }

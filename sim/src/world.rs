@@ -17,8 +17,8 @@ use monorig_estimators::signals::Command;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::math::{Matrix, Pose, Rotation, Vector};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, FrictionModel, Group, InteractionGroups, InteractionTestMode, MassProperties,
-    PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape,
+    ColliderBuilder, ColliderHandle, FrictionModel, Group, InteractionGroups, InteractionTestMode,
+    MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape,
 };
 use std::sync::Arc;
 
@@ -126,7 +126,11 @@ impl Sway {
                 () => None,
             })
             .collect();
-        Some(Self { load, above, anchor: anchors.iter().sum::<Vector3<f64>>() / anchors.len() as f64 })
+        Some(Self {
+            load,
+            above,
+            anchor: anchors.iter().sum::<Vector3<f64>>() / anchors.len() as f64,
+        })
     }
 }
 
@@ -151,7 +155,10 @@ fn from_rapier(v: Vector) -> Vector3<f64> {
 
 fn pose_to_rapier(iso: &Isometry3<f64>) -> Pose {
     let q = iso.rotation.quaternion();
-    Pose { translation: to_rapier(&iso.translation.vector), rotation: Rotation::from_xyzw(q.i, q.j, q.k, q.w) }
+    Pose {
+        translation: to_rapier(&iso.translation.vector),
+        rotation: Rotation::from_xyzw(q.i, q.j, q.k, q.w),
+    }
 }
 
 fn mass_properties(b: &Body) -> MassProperties {
@@ -166,7 +173,10 @@ fn mass_properties(b: &Body) -> MassProperties {
 
 fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
     Some(match g {
-        Geometry::Box(size) => (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), Pose::IDENTITY),
+        Geometry::Box(size) => (
+            SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0),
+            Pose::IDENTITY,
+        ),
         // parry's cylinders stand along y, ours along z
         Geometry::Cylinder(r, l) => (
             SharedShape::cylinder(l / 2.0, *r),
@@ -177,7 +187,10 @@ fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
         ),
         Geometry::Sphere(r) => (SharedShape::ball(*r), Pose::IDENTITY),
         Geometry::Mesh { vertices, .. } => {
-            let points: Vec<Vector> = vertices.iter().map(|v| Vector::new(v[0], v[1], v[2])).collect();
+            let points: Vec<Vector> = vertices
+                .iter()
+                .map(|v| Vector::new(v[0], v[1], v[2]))
+                .collect();
             (SharedShape::convex_hull(&points)?, Pose::IDENTITY)
         }
     })
@@ -212,8 +225,14 @@ impl World {
             for shape in b.shapes.iter().filter(|s| s.collides) {
                 let own = if Some(i) == train.load { LOAD } else { TRAIN };
                 // What runs on the rail would collide with it for ever; what hangs below may touch it.
-                let with = if b.stations.is_empty() { AROUND | RAIL } else { AROUND };
-                let Some((s, turn)) = shared_shape(&shape.geometry) else { continue };
+                let with = if b.stations.is_empty() {
+                    AROUND | RAIL
+                } else {
+                    AROUND
+                };
+                let Some((s, turn)) = shared_shape(&shape.geometry) else {
+                    continue;
+                };
                 let pose = pose_to_rapier(&shape.pose) * turn;
                 let collider = ColliderBuilder::new(s.clone())
                     .position(pose)
@@ -221,8 +240,17 @@ impl World {
                     .friction(FRICTION)
                     .collision_groups(groups(own, with))
                     .enabled(false);
-                let collider = physics.colliders.insert_with_parent(collider, handle, &mut physics.bodies);
-                parts.push(Part { body: i, pose, shape: s, collider, hung: b.stations.is_empty() });
+                let collider =
+                    physics
+                        .colliders
+                        .insert_with_parent(collider, handle, &mut physics.bodies);
+                parts.push(Part {
+                    body: i,
+                    pose,
+                    shape: s,
+                    collider,
+                    hung: b.stations.is_empty(),
+                });
             }
             handles.push(handle);
         }
@@ -233,7 +261,8 @@ impl World {
         let mut dynamics = Dynamics::new(train, &rail, options.front_m, options.gravity_mps2);
         dynamics.zones.clone_from(&options.zones);
         let n = handles.len();
-        let imu_start = options.front_m + dynamics.train.bodies[dynamics.train.mounts[options.imu].body].start_s;
+        let imu_start = options.front_m
+            + dynamics.train.bodies[dynamics.train.mounts[options.imu].body].start_s;
         let mut world = Self {
             sway: Sway::of(&dynamics.train),
             imu: (options.imu, Cursor::at(imu_start)),
@@ -266,7 +295,12 @@ impl World {
         let dt = 1e-3;
         let command = Command {
             brake: 1.0,
-            clamp_pressure_mpa: self.dynamics.drives.iter().map(|d| d.spec.clamp_mpa).fold(0.0, f64::max),
+            clamp_pressure_mpa: self
+                .dynamics
+                .drives
+                .iter()
+                .map(|d| d.spec.clamp_mpa)
+                .fold(0.0, f64::max),
             ..Default::default()
         };
         for u in &mut self.dynamics.drives {
@@ -295,7 +329,10 @@ impl World {
         if speed != 0.0 {
             for (h, s) in self.handles.iter().zip(&self.states) {
                 // A body at its place on the rail moves along the tangent there.
-                let t = self.rail.frame(self.rail.project(&s.p, &mut self.imu.1.clone())).t;
+                let t = self
+                    .rail
+                    .frame(self.rail.project(&s.p, &mut self.imu.1.clone()))
+                    .t;
                 self.physics.bodies[*h].set_linvel(to_rapier(&(t * speed)), false);
             }
             for u in &mut self.dynamics.drives {
@@ -310,7 +347,11 @@ impl World {
         self.time = Clock::default();
         self.truth = Truth {
             mounts: vec![
-                MountState { v_w: Vector3::zeros(), q_wm: UnitQuaternion::identity(), w_w: Vector3::zeros() };
+                MountState {
+                    v_w: Vector3::zeros(),
+                    q_wm: UnitQuaternion::identity(),
+                    w_w: Vector3::zeros()
+                };
                 self.dynamics.train.mounts.len()
             ],
             drives: vec![DriveState::default(); self.dynamics.drives.len()],
@@ -325,7 +366,9 @@ impl World {
 
     /// One step of forces and rapier.
     fn advance(&mut self, command: &Command, dt: f64) {
-        self.sums = self.dynamics.forces(&self.rail, &self.states, command, dt, &mut self.wrenches);
+        self.sums = self
+            .dynamics
+            .forces(&self.rail, &self.states, command, dt, &mut self.wrenches);
         for (h, w) in self.handles.iter().zip(&self.wrenches) {
             let b = &mut self.physics.bodies[*h];
             b.reset_forces(false);
@@ -340,7 +383,10 @@ impl World {
 
     /// A part where it is now.
     fn posed<'a>(&self, part: &'a Part) -> (Pose, &'a SharedShape) {
-        (*self.physics.bodies[self.handles[part.body]].position() * part.pose, &part.shape)
+        (
+            *self.physics.bodies[self.handles[part.body]].position() * part.pose,
+            &part.shape,
+        )
     }
 
     /// Wake the colliders when something could touch before the next look, let them sleep otherwise.
@@ -356,7 +402,10 @@ impl World {
                 to_rail = self.rail_hull.distance(&pose, shape, to_rail);
             }
         }
-        let wait = f64::min((to_blocks - TOUCH_MARGIN) / FASTEST, (to_rail - TOUCH_MARGIN) / FASTEST_SWAY);
+        let wait = f64::min(
+            (to_blocks - TOUCH_MARGIN) / FASTEST,
+            (to_rail - TOUCH_MARGIN) / FASTEST_SWAY,
+        );
         self.next_look_s = self.truth.t_s + wait.max(LOOK_S);
         let touchable = wait <= LOOK_S;
         if touchable != self.touchable {
@@ -379,7 +428,11 @@ impl World {
             self.states.push(BodyState {
                 p: from_rapier(pose.translation),
                 q: UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z)),
-                r: Matrix3::from_columns(&[from_rapier(m.x_axis), from_rapier(m.y_axis), from_rapier(m.z_axis)]),
+                r: Matrix3::from_columns(&[
+                    from_rapier(m.x_axis),
+                    from_rapier(m.y_axis),
+                    from_rapier(m.z_axis),
+                ]),
                 c: from_rapier(b.center_of_mass()),
                 v: from_rapier(b.linvel()),
                 w: from_rapier(b.angvel()),
@@ -394,7 +447,11 @@ impl World {
             let m = &train.mounts[i];
             let s = &self.states[m.body];
             let at = s.point(&m.pose.translation.vector);
-            t.mounts[i] = MountState { v_w: s.velocity(&at), q_wm: s.q * m.pose.rotation, w_w: s.w };
+            t.mounts[i] = MountState {
+                v_w: s.velocity(&at),
+                q_wm: s.q * m.pose.rotation,
+                w_w: s.w,
+            };
         }
         let m = &train.mounts[self.imu.0];
         let s = &self.states[m.body];
@@ -419,7 +476,11 @@ impl World {
         t.traction_n = sums.traction_n;
         t.resistance_n = sums.resistance_n;
         t.brake_n = sums.brake_n;
-        t.running_resistance = if sums.normal_n > 0.0 { sums.resistance_n / sums.normal_n } else { 0.0 };
+        t.running_resistance = if sums.normal_n > 0.0 {
+            sums.resistance_n / sums.normal_n
+        } else {
+            0.0
+        };
         t.off_rail_m = sums.off_rail_m;
         if let Some(sway) = &self.sway {
             let d = self.states[sway.load].c - self.states[sway.above].point(&sway.anchor);
@@ -427,7 +488,10 @@ impl World {
             let flat = Vector3::new(ahead.x, ahead.y, 0.0);
             let flat = flat / flat.norm().max(1e-9);
             let left = Vector3::new(-flat.y, flat.x, 0.0);
-            t.sway_rad = [libm::atan2(d.dot(&flat), -d.z), libm::atan2(d.dot(&left), -d.z)];
+            t.sway_rad = [
+                libm::atan2(d.dot(&flat), -d.z),
+                libm::atan2(d.dot(&left), -d.z),
+            ];
         }
         for (i, (out, u)) in t.drives.iter_mut().zip(&self.dynamics.drives).enumerate() {
             let r = u.spec.wheel_radius_m;
@@ -438,7 +502,11 @@ impl World {
                 wheel_rate_radps: u.wheels.map(|w| w.omega),
                 wheel_angle_rad: u.angles,
                 traction_n: u.wheels[0].force + u.wheels[1].force,
-                slip_mps: if slip[0].abs() > slip[1].abs() { slip[0] } else { slip[1] },
+                slip_mps: if slip[0].abs() > slip[1].abs() {
+                    slip[0]
+                } else {
+                    slip[1]
+                },
                 clamp_mpa: u.clamp.value,
                 adhesion: u.adhesion,
             };
@@ -451,9 +519,16 @@ impl World {
     /// Still on the rail, still finite?
     fn check(&self) -> Result<(), Error> {
         let off = self.sums.off_rail_m;
-        let broken = |what: String| Err(Error::Broken { t_s: self.truth.t_s, what });
+        let broken = |what: String| {
+            Err(Error::Broken {
+                t_s: self.truth.t_s,
+                what,
+            })
+        };
         if !(self.truth.speed_mps.is_finite() && off.is_finite()) {
-            return broken("the motion is no longer finite: a stiffness is too high for the step".into());
+            return broken(
+                "the motion is no longer finite: a stiffness is too high for the step".into(),
+            );
         }
         if off > LOST {
             return broken(format!("a wheel is {:.0} mm off the rail", off * 1e3));
@@ -491,7 +566,8 @@ impl World {
         let mut e = self.dynamics.stored_energy(&self.rail, &self.states);
         for (s, b) in self.states.iter().zip(&self.dynamics.train.bodies) {
             let w = s.r.transpose() * s.w;
-            e += b.mass_kg * (0.5 * s.v.norm_squared() + self.dynamics.gravity * s.c.z) + 0.5 * w.dot(&(b.inertia * w));
+            e += b.mass_kg * (0.5 * s.v.norm_squared() + self.dynamics.gravity * s.c.z)
+                + 0.5 * w.dot(&(b.inertia * w));
         }
         e
     }
@@ -526,12 +602,15 @@ impl Plant for World {
 
     fn set_load_mass(&mut self, mass_kg: f64) {
         let train = &mut self.dynamics.train;
-        let (Some(i), Some(payload)) = (train.load, &mut train.payload) else { return };
+        let (Some(i), Some(payload)) = (train.load, &mut train.payload) else {
+            return;
+        };
         payload.mass_kg = mass_kg;
         let now = payload.body_with(mass_kg);
         let body = &mut train.bodies[i];
         (body.mass_kg, body.com, body.inertia) = (now.mass_kg, now.com, now.inertia);
-        self.physics.bodies[self.handles[i]].set_additional_mass_properties(mass_properties(body), false);
+        self.physics.bodies[self.handles[i]]
+            .set_additional_mass_properties(mass_properties(body), false);
         self.dynamics.distribute_masses();
     }
 
@@ -548,7 +627,11 @@ impl Plant for World {
             let (pose, shape) = self.posed(part);
             least = self.blocks.distance(&pose, shape, least);
         }
-        self.truth.clearance_m = if least < CLEARANCE_REACH { least } else { f64::INFINITY };
+        self.truth.clearance_m = if least < CLEARANCE_REACH {
+            least
+        } else {
+            f64::INFINITY
+        };
     }
 }
 
@@ -557,17 +640,27 @@ fn groups(of: Group, with: Group) -> InteractionGroups {
 }
 
 /// The rail as a fixed body of mesh pieces, obstacles and walls as boxes; the same shapes for questions of distance.
-fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]) -> (Fixed, Fixed) {
+fn insert_surroundings(
+    physics: &mut PhysicsWorld,
+    rail: &Rail,
+    blocks: &[Block],
+) -> (Fixed, Fixed) {
     let fixed = physics.bodies.insert(RigidBodyBuilder::fixed());
     let mut insert = |pose: Pose, shape: &SharedShape, of: Group| {
         let collider = ColliderBuilder::new(shape.clone())
             .position(pose)
             .friction(FRICTION)
             .collision_groups(groups(of, TRAIN | LOAD));
-        physics.colliders.insert_with_parent(collider, fixed, &mut physics.bodies);
+        physics
+            .colliders
+            .insert_with_parent(collider, fixed, &mut physics.bodies);
     };
     for piece in rail.mesh(RAIL_STEP, RAIL_PIECE) {
-        let points = piece.vertices.iter().map(|v| Vector::new(v[0], v[1], v[2])).collect();
+        let points = piece
+            .vertices
+            .iter()
+            .map(|v| Vector::new(v[0], v[1], v[2]))
+            .collect();
         if let Ok(shape) = SharedShape::trimesh(points, piece.triangles) {
             insert(Pose::IDENTITY, &shape, RAIL);
         }
@@ -585,7 +678,10 @@ fn insert_surroundings(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]
     let hull = frames.windows(2).map(|w| {
         let middle = Block::between(&w[0], &w[1], size);
         let half = middle.size / 2.0;
-        (pose_to_rapier(&middle.pose), SharedShape::cuboid(half.x, half.y, half.z))
+        (
+            pose_to_rapier(&middle.pose),
+            SharedShape::cuboid(half.x, half.y, half.z),
+        )
     });
     (Fixed::new(hull.collect()), Fixed::new(boxes))
 }
