@@ -201,7 +201,7 @@ fn the_estimate_in_the_loop_changes_the_motion() {
                 last = f.truth.chainage_m;
             },
         );
-        ((sum / n as f64).sqrt(), last)
+        ((sum / n).sqrt(), last)
     };
     let (without, end_without) = follow("none");
     let (with, end_with) = follow("estimate");

@@ -2,7 +2,7 @@
 
 use super::adhesion::{self, Zone};
 use super::body_state::{BodyState, Wrench};
-use super::friction::{Bristle, RollingContact, SlidingContact};
+use super::friction::{Bristle, RollingContact, SlidingContact, Wheel};
 use super::motor::{Lag, Motor, wheel_torque};
 use super::running_gear::{self, grip};
 use super::{Drive, Train, coupling, resistance};
@@ -272,12 +272,7 @@ impl Dynamics {
             let clamp = pressure * 1e6 * d.piston_area_m2;
             unit.adhesion = adhesion::at(&self.zones, unit.cursor.s, d.adhesion);
 
-            let bristle = Bristle {
-                sigma0: d.sigma0,
-                sigma1: d.sigma1,
-                kappa: d.kappa,
-            };
-            let inertia = d.wheel_inertia + 0.5 * d.gear_ratio * d.gear_ratio * d.motor_inertia;
+            let friction_wheel = d.friction_wheel();
             let r = d.wheel_radius_m;
             let mut along = 0.0;
             for (side, wheel) in unit.wheels.iter_mut().enumerate() {
@@ -288,15 +283,8 @@ impl Dynamics {
                 };
                 let rolling = resistance::clamped_wheel(res, clamp, r, wheel.omega);
                 let before = wheel.omega;
-                along += wheel.step(
-                    &bristle,
-                    unit.adhesion * clamp,
-                    inertia,
-                    r,
-                    0.5 * torque - rolling,
-                    v_side,
-                    dt,
-                );
+                let limit = unit.adhesion * clamp;
+                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, v_side, dt);
                 let mean = 0.5 * (before + wheel.omega);
                 unit.angles[side] += dt * wheel.omega;
                 sums.loss_w += wheel.loss + rolling * mean;
@@ -359,7 +347,7 @@ impl Dynamics {
         }
         for u in &self.drives {
             let d = &u.spec;
-            let inertia = d.wheel_inertia + 0.5 * d.gear_ratio * d.gear_ratio * d.motor_inertia;
+            let inertia = d.friction_wheel().inertia;
             for w in &u.wheels {
                 e += 0.5 * d.sigma0 * w.z * w.z + 0.5 * inertia * w.omega * w.omega;
             }
@@ -376,5 +364,21 @@ impl Dynamics {
     /// Chainage of the friction wheels of drive `i`, m.
     pub fn drive_chainage(&self, i: usize) -> f64 {
         self.drives[i].cursor.s
+    }
+}
+
+impl Drive {
+    /// One of its two friction wheels, with half of the motor.
+    fn friction_wheel(&self) -> Wheel {
+        Wheel {
+            bristle: Bristle {
+                sigma0: self.sigma0,
+                sigma1: self.sigma1,
+                kappa: self.kappa,
+            },
+            inertia: self.wheel_inertia
+                + 0.5 * self.gear_ratio * self.gear_ratio * self.motor_inertia,
+            radius: self.wheel_radius_m,
+        }
     }
 }

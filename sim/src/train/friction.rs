@@ -27,6 +27,17 @@ pub struct Bristle {
     pub kappa: f64,
 }
 
+/// A friction wheel.
+#[derive(Clone, Copy, Debug)]
+pub struct Wheel {
+    /// Its contact.
+    pub bristle: Bristle,
+    /// Inertia about its axle, with its share of the motor, kg·m².
+    pub inertia: f64,
+    /// Radius, m.
+    pub radius: f64,
+}
+
 /// A turning wheel on the rail.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RollingContact {
@@ -56,18 +67,10 @@ impl Bristle {
 }
 
 impl RollingContact {
-    /// Advance by `dt`: limit force `g` (N), wheel inertia `j` (kg·m²), radius `r` (m), torque on the wheel `torque` (N·m),
-    /// rail-bound body moving at `v_t` (m/s). Sets and returns the force on the body, N.
-    pub fn step(
-        &mut self,
-        b: &Bristle,
-        g: f64,
-        j: f64,
-        r: f64,
-        torque: f64,
-        v_t: f64,
-        dt: f64,
-    ) -> f64 {
+    /// Advance by `dt`: limit force `g` (N), torque on the wheel `torque` (N·m), rail-bound body moving at `v_t` (m/s). Sets
+    /// and returns the force on the body, N.
+    pub fn step(&mut self, wheel: &Wheel, g: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
+        let (b, j, r) = (&wheel.bristle, wheel.inertia, wheel.radius);
         if g <= 0.0 {
             self.z = 0.0;
             self.omega += dt / j * torque;
@@ -143,6 +146,12 @@ mod tests {
         kappa: 20.0,
     };
 
+    const WHEEL: Wheel = Wheel {
+        bristle: B,
+        inertia: 2.0,
+        radius: 0.17,
+    };
+
     #[test]
     fn a_sliding_contact_carries_exactly_its_limit() {
         let mut c = SlidingContact::default();
@@ -187,7 +196,7 @@ mod tests {
             ..Default::default()
         };
         for _ in 0..20_000 {
-            c.step(&B, 10_000.0, 2.0, 0.17, 3000.0 * 0.17, 1.0, 1e-3);
+            c.step(&WHEEL, 10_000.0, 3000.0 * 0.17, 1.0, 1e-3);
         }
         let creep = (c.omega * 0.17 - 1.0) / (c.omega * 0.17);
         assert!((c.force - 3000.0).abs() < 1e-3);
@@ -201,7 +210,7 @@ mod tests {
     fn torque_beyond_adhesion_spins_the_wheel_and_the_force_stays_at_the_limit() {
         let mut c = RollingContact::default();
         for _ in 0..1000 {
-            c.step(&B, 4000.0, 2.0, 0.17, 2.0 * 4000.0 * 0.17, 0.0, 1e-3);
+            c.step(&WHEEL, 4000.0, 2.0 * 4000.0 * 0.17, 0.0, 1e-3);
         }
         // J ω̇ = T − r g → after 1 s ω = r g / J.
         assert!((c.force - 4000.0).abs() < 1e-6);

@@ -87,8 +87,10 @@ impl Clock {
 impl World {
     /// Put a train on a rail and let it settle.
     pub fn new(train: Train, rail: Arc<Rail>, options: &WorldOptions) -> Result<Self, Error> {
-        let mut physics = PhysicsWorld::default();
-        physics.gravity = Vector::new(0.0, 0.0, -options.gravity_mps2);
+        let mut physics = PhysicsWorld {
+            gravity: Vector::new(0.0, 0.0, -options.gravity_mps2),
+            ..Default::default()
+        };
         let p = &mut physics.integration_parameters;
         p.num_solver_iterations = 1;
         p.max_ccd_substeps = 0;
