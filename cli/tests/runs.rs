@@ -1,6 +1,8 @@
 //! Runs of the real program: what they leave behind, that they repeat to the bit, and that the recording says what the
 //! columns say.
 
+#![allow(clippy::unwrap_used)]
+
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::collections::BTreeMap;
 use std::fs::File;
