@@ -6,7 +6,6 @@ use crate::error::Error;
 use crate::plant::Plant;
 use crate::point_mass::{PointMass, PointMassOptions};
 use crate::rail::{Frame, Rail};
-use crate::run::StopAt;
 use crate::scenario::{Event, FeedForward, PlantKind, Scenario};
 use crate::sensors::{Sheet, Suite};
 use crate::surroundings::{self, Block};
@@ -56,6 +55,15 @@ pub struct Rig {
     pub stop: StopAt,
     /// What stands around the rail.
     pub blocks: Vec<Block>,
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug)]
+pub struct StopAt {
+    /// s.
+    pub after_s: f64,
+    /// Chainage of the front, m.
+    pub at_m: f64,
 }
 
 /// Room left behind the last wheel at the start when the scenario does not say where to start, m.

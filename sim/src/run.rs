@@ -4,7 +4,7 @@ use crate::bank::Member;
 use crate::control::{Cycle, Perception, Reference, SpeedController};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
-use crate::rig::Rig;
+use crate::rig::{Rig, StopAt};
 use crate::scenario::FeedForward;
 use crate::sensors::{Sensors, Suite};
 use crate::timeline::Timeline;
@@ -72,15 +72,6 @@ pub fn run(
         o.finish()?;
     }
     result
-}
-
-/// When a run ends.
-#[derive(Clone, Copy, Debug)]
-pub struct StopAt {
-    /// s.
-    pub after_s: f64,
-    /// Chainage of the front, m.
-    pub at_m: f64,
 }
 
 fn drive(

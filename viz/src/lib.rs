@@ -26,6 +26,3 @@ mod stream;
 
 pub use live::Live;
 pub use sink::RerunSink;
-
-#[cfg(test)]
-mod testing;

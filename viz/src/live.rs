@@ -93,7 +93,7 @@ impl Live {
 mod tests {
     use super::*;
     use crate::stream::{Stream, entity};
-    use crate::testing::TempDir;
+
     use std::net::TcpListener;
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
     /// Something that takes the connection and then never reads: the run gives it up, and the file is whole.
     #[test]
     fn a_viewer_that_takes_nothing_is_given_up() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("run.rrd");
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();

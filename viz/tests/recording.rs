@@ -12,26 +12,9 @@ use monorig_viz::RerunSink;
 use monorig_viz::readback::{Recording, read};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 use synthetic::Run;
-
-/// A folder that goes away with the test.
-struct TempDir(PathBuf);
-
-impl TempDir {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("monorig-{test}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for TempDir {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 const CHANNELS: usize = 80;
 
@@ -77,11 +60,11 @@ fn parquet_columns(path: &Path) -> Vec<(String, Vec<(i64, f64)>)> {
 
 #[test]
 fn channels_are_the_same_in_parquet_and_rerun() {
-    let dir = TempDir::new("channels");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let parquet = dir.0.join("channels.parquet");
+    let parquet = dir.path().join("channels.parquet");
     record(ParquetSink::create(&parquet).unwrap(), &run);
-    let rerun = recording(&dir.0.join("run.rrd"), &run);
+    let rerun = recording(&dir.path().join("run.rrd"), &run);
 
     let columns = parquet_columns(&parquet);
     assert_eq!(columns.len(), CHANNELS + 1);
@@ -103,10 +86,10 @@ fn channels_are_the_same_in_parquet_and_rerun() {
 
 #[test]
 fn everything_sent_is_in_the_recording() {
-    let dir = TempDir::new("everything");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
     let sent = chunks(&run);
-    let rerun = recording(&dir.0.join("run.rrd"), &run);
+    let rerun = recording(&dir.path().join("run.rrd"), &run);
     assert_eq!(rerun.application, "monorig");
     assert_eq!(rerun.id, "synthetic-1");
     assert!(rerun.complete);
@@ -187,9 +170,9 @@ fn everything_sent_is_in_the_recording() {
 /// Degrees and bands, against the channels they are made from.
 #[test]
 fn what_is_made_for_the_eye_follows_from_the_channels() {
-    let dir = TempDir::new("display");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let rerun = recording(&dir.0.join("run.rrd"), &run);
+    let rerun = recording(&dir.path().join("run.rrd"), &run);
     let scalars = |path: &str| rerun.entities[path].scalars.clone();
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs().max(1.0);
     let radians = scalars("/truth/grade_at_imu");
@@ -214,9 +197,9 @@ fn what_is_made_for_the_eye_follows_from_the_channels() {
 /// Rerun's encoder makes out of hash maps of its own, in an order that changes.
 #[test]
 fn same_run_same_recording() {
-    let dir = TempDir::new("same");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let (a, b) = (dir.0.join("a.rrd"), dir.0.join("b.rrd"));
+    let (a, b) = (dir.path().join("a.rrd"), dir.path().join("b.rrd"));
     assert_eq!(recording(&a, &run), recording(&b, &run));
     let (a, b) = (std::fs::read(a).unwrap(), std::fs::read(b).unwrap());
     let messages = messages_end(&a);
@@ -238,9 +221,9 @@ fn messages_end(bytes: &[u8]) -> usize {
 
 #[test]
 fn dropped_without_an_end_it_is_whole() {
-    let dir = TempDir::new("dropped");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let path = dir.0.join("run.rrd");
+    let path = dir.path().join("run.rrd");
     {
         let mut sink = RerunSink::file(&path);
         sink.begin(&run.layout()).unwrap();
@@ -254,9 +237,9 @@ fn dropped_without_an_end_it_is_whole() {
 /// A recording cut off in the middle (a killed process, a full disk) is seen to be incomplete.
 #[test]
 fn a_truncated_file_is_told_from_a_whole_one() {
-    let dir = TempDir::new("truncated");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let path = dir.0.join("run.rrd");
+    let path = dir.path().join("run.rrd");
     assert!(recording(&path, &run).complete);
     let bytes = std::fs::read(&path).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
@@ -267,9 +250,9 @@ fn a_truncated_file_is_told_from_a_whole_one() {
 
 #[test]
 fn live_without_a_viewer_records_as_usual() {
-    let dir = TempDir::new("live");
+    let dir = tempfile::tempdir().unwrap();
     let run = Run::new(CHANNELS);
-    let (a, b) = (dir.0.join("a.rrd"), dir.0.join("b.rrd"));
+    let (a, b) = (dir.path().join("a.rrd"), dir.path().join("b.rrd"));
     let nobody = std::net::TcpListener::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()

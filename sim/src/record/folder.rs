@@ -107,7 +107,6 @@ fn at(path: &Path, source: std::io::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::testing::TempDir;
 
     fn entries(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(folder)
@@ -120,7 +119,7 @@ mod tests {
 
     #[test]
     fn whole_or_not_at_all() {
-        let root = TempDir::new();
+        let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.write("a", b"1").unwrap();
         assert!(!folder.place().exists(), "visible before it is whole");
@@ -136,7 +135,7 @@ mod tests {
 
     #[test]
     fn replaces_an_older_run_entirely_and_only_when_whole() {
-        let root = TempDir::new();
+        let root = tempfile::tempdir().unwrap();
         for (file, text) in [("old", "1"), ("new", "2")] {
             let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
             folder.write(file, text.as_bytes()).unwrap();
@@ -152,7 +151,7 @@ mod tests {
     /// If the new run cannot be moved into place, the older one is back where it was.
     #[test]
     fn failed_commit_keeps_the_older_run() {
-        let root = TempDir::new();
+        let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.write("old", b"1").unwrap();
         folder.commit().unwrap();
@@ -165,7 +164,7 @@ mod tests {
 
     #[test]
     fn orphans_go_and_the_living_stay() {
-        let root = TempDir::new();
+        let root = tempfile::tempdir().unwrap();
         let parent = root.path().join("hill");
         let living = format!(".3.partial-{}", std::os::unix::process::parent_id());
         for name in [".3.partial-4294967295", &living, "4"] {
@@ -178,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_root_that_is_a_file_is_an_error_that_names_it() {
-        let root = TempDir::new();
+        let root = tempfile::tempdir().unwrap();
         let file = root.path().join("runs");
         fs::write(&file, "").unwrap();
         match RunFolder::create(&file, "hill", 3) {

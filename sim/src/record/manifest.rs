@@ -83,7 +83,6 @@ fn hex(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::testing::TempDir;
 
     fn manifest(seed: u64, track: &str) -> Manifest {
         let inputs = BTreeMap::from([
@@ -114,7 +113,7 @@ mod tests {
 
     #[test]
     fn reads_back() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("manifest.json");
         let sent = manifest(1, "x");
         std::fs::write(&path, sent.to_json()).unwrap();

@@ -70,33 +70,6 @@ pub trait Sink {
 #[cfg(test)]
 mod testing {
     use super::*;
-    use std::path::{Path, PathBuf};
-    use std::sync::atomic::{AtomicU32, Ordering};
-
-    /// A folder that goes away with the test. (The crate `tempfile` would do, but as a dev-dependency it changes the
-    /// features of a crate far down, and with that the viewer is built a second time, for tests.)
-    pub struct TempDir(PathBuf);
-
-    impl TempDir {
-        pub fn new() -> Self {
-            static COUNT: AtomicU32 = AtomicU32::new(0);
-            let n = COUNT.fetch_add(1, Ordering::Relaxed);
-            let name = format!("monorig-sim-test-{}-{n}", std::process::id());
-            let path = std::env::temp_dir().join(name);
-            std::fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-
-        pub fn path(&self) -> &Path {
-            &self.0
-        }
-    }
-
-    impl Drop for TempDir {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
-    }
 
     /// A train without bodies: what a sink of columns needs.
     pub fn sample_train() -> Train {

@@ -190,7 +190,7 @@ fn not_begun(path: &Path) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::testing::{TempDir, layout_of, sample_chunk, sample_train};
+    use crate::record::testing::{layout_of, sample_chunk, sample_train};
     use arrow::array::Array;
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
@@ -216,7 +216,7 @@ mod tests {
     /// What was sent is what is read: every bit of every value, nulls for NaN, units, one row group a chunk, events.
     #[test]
     fn reads_back_what_was_sent() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("channels.parquet");
         let channels = channels(5);
         let chunks = [sample_chunk(5, 0, 40), sample_chunk(5, 40, 3)];
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn same_chunks_same_bytes() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let (a, b) = (dir.path().join("a"), dir.path().join("b"));
         let chunks = [sample_chunk(4, 0, 100)];
         record(&a, &channels(4), &chunks);
@@ -278,7 +278,7 @@ mod tests {
     /// An interrupted run leaves a file that can be read.
     #[test]
     fn dropped_is_closed() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("channels.parquet");
         let train = sample_train();
         let channels = channels(2);
@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn wrong_shape_and_bad_folder_are_errors() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let missing = dir.path().join("no/such/folder/channels.parquet");
         assert!(
             matches!(ParquetSink::create(&missing), Err(Error::Io { path, .. })
@@ -314,7 +314,7 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn full_disk_is_an_error() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("channels.parquet");
         let train = sample_train();
         let channels = channels(3);
