@@ -1,9 +1,9 @@
 //! What the tests of the whole rig share: trains and tracks from the assets, worlds on them.
 
-
 use monorig_estimators::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
 use monorig_sim::rail::{Rail, profile::Profile, track::TrackFile};
+use monorig_sim::scenario::Scenario;
 use monorig_sim::train::Train;
 use monorig_sim::world::{World, WorldOptions};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,9 @@ use std::sync::Arc;
 pub const G: f64 = 9.81;
 
 pub fn asset(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../assets")
+        .join(name)
 }
 
 pub fn train(name: &str) -> Train {
@@ -21,14 +23,30 @@ pub fn train(name: &str) -> Train {
 
 /// A track from the YAML lines that follow its name.
 pub fn track(yaml: &str) -> Arc<Rail> {
-    let file: TrackFile = serde_yaml::from_str(&format!("version: 1\nname: test\nprofile: none\n{yaml}")).expect("track");
+    let file: TrackFile =
+        serde_yaml::from_str(&format!("version: 1\nname: test\nprofile: none\n{yaml}"))
+            .expect("track");
     let profile = Profile::load(&asset("rails/i140e.yaml")).expect("profile");
     Arc::new(Rail::build(&file, profile, Path::new("test.yaml")).expect("rail"))
 }
 
+/// A scenario of the repository, with values set as by `--set`.
+pub fn scenario(name: &str, set: &[(&str, &str)]) -> Scenario {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios")
+        .join(format!("{name}.yaml"));
+    let set: Vec<(String, String)> = set
+        .iter()
+        .map(|(a, b)| (a.to_string(), b.to_string()))
+        .collect();
+    Scenario::load(&path, &set).expect("scenario")
+}
+
 /// A straight track of constant grade, degrees.
 pub fn slope(deg: f64) -> Arc<Rail> {
-    track(&format!("vertical: [{{kind: grade, grade_deg: {deg}, length_m: 400}}]\n"))
+    track(&format!(
+        "vertical: [{{kind: grade, grade_deg: {deg}, length_m: 400}}]\n"
+    ))
 }
 
 pub fn asset_track(name: &str) -> Arc<Rail> {
@@ -36,21 +54,42 @@ pub fn asset_track(name: &str) -> Arc<Rail> {
 }
 
 pub fn imu(train: &Train) -> usize {
-    train.mounts.iter().position(|m| m.name.ends_with("/imu_link")).expect("imu mount")
+    train
+        .mounts
+        .iter()
+        .position(|m| m.name.ends_with("/imu_link"))
+        .expect("imu mount")
 }
 
 pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
     let imu = imu(train);
-    WorldOptions { front_m, speed_mps, gravity_mps2: G, imu, mounts: vec![imu], zones: vec![], blocks: vec![] }
+    WorldOptions {
+        front_m,
+        speed_mps,
+        gravity_mps2: G,
+        imu,
+        mounts: vec![imu],
+        zones: vec![],
+        blocks: vec![],
+    }
 }
 
 pub fn world(train: &Train, rail: &Arc<Rail>, front_m: f64, speed_mps: f64) -> World {
-    World::new(train.clone(), rail.clone(), &options(train, front_m, speed_mps)).expect("world")
+    World::new(
+        train.clone(),
+        rail.clone(),
+        &options(train, front_m, speed_mps),
+    )
+    .expect("world")
 }
 
 /// All motors at the same torque, clamps at their nominal pressure.
 pub fn torque(train: &Train, nm: f64) -> Command {
-    Command { motor_torque_nm: [nm; MAX_DRIVES], clamp_pressure_mpa: train.drives[0].clamp_mpa, brake: 0.0 }
+    Command {
+        motor_torque_nm: [nm; MAX_DRIVES],
+        clamp_pressure_mpa: train.drives[0].clamp_mpa,
+        brake: 0.0,
+    }
 }
 
 pub fn run(w: &mut World, c: &Command, seconds: f64, dt: f64) {
@@ -72,7 +111,12 @@ impl Cruise {
         let d = &train.drives[0];
         let total: f64 = train.bodies.iter().map(|b| b.mass_kg).sum();
         let gain = total * d.wheel_radius_m / (d.gear_ratio * train.drives.len() as f64);
-        Self { speed, integral: 0.0, torque_max: d.torque_max_nm, gain }
+        Self {
+            speed,
+            integral: 0.0,
+            torque_max: d.torque_max_nm,
+            gain,
+        }
     }
 
     pub fn command(&mut self, train: &Train, w: &World, dt: f64) -> Command {
@@ -81,6 +125,9 @@ impl Cruise {
         let t = self.gain * (2.0 * e + 0.8 * self.integral);
         // Downhill the motors alone may not hold the train: the brake takes what is too fast.
         let brake = ((-e - 0.05) / 0.5).clamp(0.0, 1.0);
-        Command { brake, ..torque(train, t.clamp(-self.torque_max, self.torque_max)) }
+        Command {
+            brake,
+            ..torque(train, t.clamp(-self.torque_max, self.torque_max))
+        }
     }
 }

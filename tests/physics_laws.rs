@@ -1,17 +1,19 @@
 //! The laws the rapier world must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a record of
 //! what the code happened to give.
 
-
-
-use monorig_tests::*;
 use monorig_estimators::signals::Command;
 use monorig_sim::plant::Plant;
 use monorig_sim::train::adhesion::Zone;
 use monorig_sim::world::{World, WorldOptions};
+use monorig_tests::*;
 use nalgebra::Vector3;
 
 fn momentum(w: &World) -> Vector3<f64> {
-    w.bodies().iter().zip(&w.dynamics().train.bodies).map(|(s, b)| s.v * b.mass_kg).sum()
+    w.bodies()
+        .iter()
+        .zip(&w.dynamics().train.bodies)
+        .map(|(s, b)| s.v * b.mass_kg)
+        .sum()
 }
 
 #[test]
@@ -30,9 +32,16 @@ fn momentum_changes_by_the_impulse_of_rail_and_gravity_on_any_track() {
         let impulse = w.rail_impulse() - Vector3::z() * (mass * G * dt * k as f64);
         let change = momentum(&w) - before;
         scale = scale.max(change.norm());
-        assert!((change - impulse).norm() <= 1e-4 * scale.max(mass * 0.01), "t = {:.3}: {change} against {impulse}", dt * k as f64);
+        assert!(
+            (change - impulse).norm() <= 1e-4 * scale.max(mass * 0.01),
+            "t = {:.3}: {change} against {impulse}",
+            dt * k as f64
+        );
     }
-    assert!(w.truth().sway_rad[0].abs().max(w.truth().sway_rad[1].abs()) > 1e-4, "the load swings in this test");
+    assert!(
+        w.truth().sway_rad[0].abs().max(w.truth().sway_rad[1].abs()) > 1e-4,
+        "the load swings in this test"
+    );
 }
 
 #[test]
@@ -53,7 +62,10 @@ fn momentum_along_a_slope_is_traction_minus_gravity_minus_resistance() {
         impulse += dt * (s.traction_n + s.brake_n - s.body_resistance_n - mass * G * t.z);
     }
     let change = momentum(&w).dot(&t) - before;
-    assert!((change - impulse).abs() <= 1e-4 * change.abs(), "{change} against {impulse}");
+    assert!(
+        (change - impulse).abs() <= 1e-4 * change.abs(),
+        "{change} against {impulse}"
+    );
 }
 
 #[test]
@@ -67,7 +79,10 @@ fn constant_torque_on_8_degrees_accelerates_as_newton_says() {
     let n = train.drives.len() as f64;
     // Enough for about 0.1 m/s² beyond the slope.
     let force = mass * (G * libm::sin(8f64.to_radians()) + 0.1) + 0.02 * mass * G;
-    let c = torque(&train, force * d.wheel_radius_m / (n * d.gear_ratio * d.efficiency_drive));
+    let c = torque(
+        &train,
+        force * d.wheel_radius_m / (n * d.gear_ratio * d.efficiency_drive),
+    );
     let dt = 1e-3;
     run(&mut w, &c, 4.0, dt);
     let (v0, mut resistance, mut steps) = (mean_speed(&w), 0.0, 0);
@@ -81,7 +96,10 @@ fn constant_torque_on_8_degrees_accelerates_as_newton_says() {
     let resistance = resistance / steps as f64;
     let rotating = train.rotating_mass_kg();
     let expected = (rim - mass * G * libm::sin(8f64.to_radians()) - resistance) / (mass + rotating);
-    assert!((measured / expected - 1.0).abs() < 5e-4, "{measured} against {expected}");
+    assert!(
+        (measured / expected - 1.0).abs() < 5e-4,
+        "{measured} against {expected}"
+    );
 }
 
 /// Speed of the centre of mass along a straight track.
@@ -107,7 +125,11 @@ fn break_away_traction_is_twice_adhesion_times_clamp_force_per_unit() {
     let rail = slope(0.0);
     let mu = 0.05;
     let mut o = options(&train, 40.0, 0.0);
-    o.zones = vec![Zone { from_m: -100.0, to_m: 1000.0, adhesion: mu }];
+    o.zones = vec![Zone {
+        from_m: -100.0,
+        to_m: 1000.0,
+        adhesion: mu,
+    }];
     let mut w = World::new(train.clone(), rail, &o).unwrap();
     let d = train.drives[0];
     let c = torque(&train, d.torque_max_nm);
@@ -118,7 +140,10 @@ fn break_away_traction_is_twice_adhesion_times_clamp_force_per_unit() {
         most = most.max(w.truth().traction_n);
     }
     assert!(w.truth().drives[0].slip_mps > 0.05, "the wheels spin");
-    assert!((most / expected - 1.0).abs() < 0.01, "{most} against {expected}");
+    assert!(
+        (most / expected - 1.0).abs() < 0.01,
+        "{most} against {expected}"
+    );
 }
 
 #[test]
@@ -144,7 +169,11 @@ fn sliding_on_locked_brakes_down_8_degrees_covers_the_distance_of_a_sliding_bloc
     }
     let rail = slope(-8.0);
     let mut w = world(&train, &rail, 60.0, 0.3);
-    let c = Command { clamp_pressure_mpa: 0.0, brake: 1.0, ..Default::default() };
+    let c = Command {
+        clamp_pressure_mpa: 0.0,
+        brake: 1.0,
+        ..Default::default()
+    };
     let dt = 1e-3;
     run(&mut w, &c, 2.0, dt);
     let (s0, v0) = (w.truth().chainage_m, mean_speed(&w));
@@ -152,7 +181,10 @@ fn sliding_on_locked_brakes_down_8_degrees_covers_the_distance_of_a_sliding_bloc
     let distance = w.truth().chainage_m - s0;
     let a = G * libm::sin(8f64.to_radians()) - brake / mass;
     let expected = v0 * 5.0 + 0.5 * a * 25.0;
-    assert!((distance / expected - 1.0).abs() < 5e-3, "{distance} against {expected}");
+    assert!(
+        (distance / expected - 1.0).abs() < 5e-3,
+        "{distance} against {expected}"
+    );
 }
 
 #[test]
@@ -162,16 +194,25 @@ fn static_wheel_loads_carry_the_weight_on_any_slope() {
     for deg in [0.0, 8.0, 15.0, -20.0] {
         let rail = slope(deg);
         let mut w = world(&train, &rail, 60.0, 0.0);
-        let hold = Command { brake: 1.0, ..torque(&train, 0.0) };
+        let hold = Command {
+            brake: 1.0,
+            ..torque(&train, 0.0)
+        };
         run(&mut w, &hold, 10.0, 2e-3);
         let f = rail.frame(60.0);
         // All wheel forces of one step: running wheels carry the part across the rail, shoes and friction wheels the part along it.
         let normal = w.sums().external.dot(&f.u);
         let expected = mass * G * libm::cos(deg.to_radians());
-        assert!((normal / expected - 1.0).abs() < 1e-6, "{deg}°: {normal} against {expected}");
+        assert!(
+            (normal / expected - 1.0).abs() < 1e-6,
+            "{deg}°: {normal} against {expected}"
+        );
         let along = w.sums().external.dot(&f.t);
         let expected = mass * G * libm::sin(deg.to_radians());
-        assert!((along - expected).abs() < 1e-6 * mass * G, "{deg}°: {along} against {expected}");
+        assert!(
+            (along - expected).abs() < 1e-6 * mass * G,
+            "{deg}°: {along} against {expected}"
+        );
     }
 }
 
@@ -184,7 +225,10 @@ fn the_load_swings_with_the_period_of_its_pendulum() {
         let load = train.load.unwrap();
         let rail = slope(0.0);
         let mut w = world(&train, &rail, 60.0, 0.0);
-        let hold = Command { brake: 1.0, ..torque(&train, 0.0) };
+        let hold = Command {
+            brake: 1.0,
+            ..torque(&train, 0.0)
+        };
         w.set_velocity(load, rail.frame(60.0).t * 0.05);
         let dt = 1e-3;
         let (mut before, mut crossings, mut t) = (w.truth().sway_rad[0], Vec::new(), 0.0);
@@ -201,7 +245,10 @@ fn the_load_swings_with_the_period_of_its_pendulum() {
         let period = (crossings[periods] - crossings[0]) / periods as f64;
         let expected = swing_period(&train);
         assert!(periods >= 8, "{periods} swings seen");
-        assert!((period / expected - 1.0).abs() < 0.01, "{payload} kg: {period} s against {expected} s");
+        assert!(
+            (period / expected - 1.0).abs() < 0.01,
+            "{payload} kg: {period} s against {expected} s"
+        );
     }
 }
 
@@ -211,19 +258,38 @@ fn swing_period(train: &monorig_sim::train::Train) -> f64 {
     let load = train.load.unwrap();
     let beam = train.supports(load)[0];
     let (m, mb) = (train.bodies[load].mass_kg, train.bodies[beam].mass_kg);
-    let (i, ib) = (train.bodies[load].inertia[(1, 1)], train.bodies[beam].inertia[(1, 1)]);
-    let chains: Vec<_> = train.connections.iter().filter(|c| c.a == load || c.b == load).collect();
-    let on = |c: &monorig_sim::train::Connection, body: usize| if c.a == body { c.anchor_a } else { c.anchor_b };
-    let hangers: Vec<_> =
-        train.connections.iter().filter(|c| (c.a == beam || c.b == beam) && c.a != load && c.b != load).collect();
+    let (i, ib) = (
+        train.bodies[load].inertia[(1, 1)],
+        train.bodies[beam].inertia[(1, 1)],
+    );
+    let chains: Vec<_> = train
+        .connections
+        .iter()
+        .filter(|c| c.a == load || c.b == load)
+        .collect();
+    let on = |c: &monorig_sim::train::Connection, body: usize| {
+        if c.a == body { c.anchor_a } else { c.anchor_b }
+    };
+    let hangers: Vec<_> = train
+        .connections
+        .iter()
+        .filter(|c| (c.a == beam || c.b == beam) && c.a != load && c.b != load)
+        .collect();
     let trolley = |c: &monorig_sim::train::Connection| if c.a == beam { c.b } else { c.a };
     // A hanger in series with the four running wheels of its trolley.
     let vertical = |c: &monorig_sim::train::Connection| {
-        let wheels: f64 = train.bodies[trolley(c)].stations.iter().map(|s| 2.0 * s.wheel_k).sum();
+        let wheels: f64 = train.bodies[trolley(c)]
+            .stations
+            .iter()
+            .map(|s| 2.0 * s.wheel_k)
+            .sum();
         1.0 / (1.0 / c.k + 1.0 / wheels)
     };
     let length = chains[0].length_m + m * G / chains.iter().map(|c| c.k).sum::<f64>();
-    let kb_pitch: f64 = hangers.iter().map(|c| vertical(c) * on(c, beam).x.powi(2)).sum();
+    let kb_pitch: f64 = hangers
+        .iter()
+        .map(|c| vertical(c) * on(c, beam).x.powi(2))
+        .sum();
     // Along the rail: hanger, pitch of its trolley on its wheels, drawbar, bristles of the braked drive unit behind it.
     let kb_shift: f64 = hangers
         .iter()
@@ -232,9 +298,15 @@ fn swing_period(train: &monorig_sim::train::Train) -> f64 {
             let bar = train
                 .connections
                 .iter()
-                .find(|b| b.kind == monorig_sim::train::ConnectionKind::Drawbar && (b.a == t || b.b == t))
+                .find(|b| {
+                    b.kind == monorig_sim::train::ConnectionKind::Drawbar && (b.a == t || b.b == t)
+                })
                 .unwrap();
-            let pitch: f64 = train.bodies[t].stations.iter().map(|s| 2.0 * s.wheel_k * s.x_m * s.x_m).sum();
+            let pitch: f64 = train.bodies[t]
+                .stations
+                .iter()
+                .map(|s| 2.0 * s.wheel_k * s.x_m * s.x_m)
+                .sum();
             let arm = on(c, t).z - on(bar, t).z;
             let bristles = 3.0 * train.drives[0].sigma0;
             1.0 / (1.0 / c.k + arm * arm / pitch + 1.0 / bar.k + 1.0 / bristles)
@@ -242,14 +314,29 @@ fn swing_period(train: &monorig_sim::train::Train) -> f64 {
         .sum();
     let kc_pitch: f64 = chains.iter().map(|c| c.k * on(c, load).x.powi(2)).sum();
     let hang = on(hangers[0], beam).z;
-    let (cb, d) = (hang - train.bodies[beam].com.z, hang - on(chains[0], beam).z);
+    let (cb, d) = (
+        hang - train.bodies[beam].com.z,
+        hang - on(chains[0], beam).z,
+    );
     let h = on(chains[0], load).z - train.bodies[load].com.z;
     let kp = m * G / length;
     let mass = nalgebra::Matrix4::new(
-        mb, -mb * cb, 0.0, 0.0, //
-        -mb * cb, mb * cb * cb + ib, 0.0, 0.0, //
-        0.0, 0.0, m, -m * h, //
-        0.0, 0.0, -m * h, m * h * h + i,
+        mb,
+        -mb * cb,
+        0.0,
+        0.0, //
+        -mb * cb,
+        mb * cb * cb + ib,
+        0.0,
+        0.0, //
+        0.0,
+        0.0,
+        m,
+        -m * h, //
+        0.0,
+        0.0,
+        -m * h,
+        m * h * h + i,
     );
     // A chain leans by (X − (Xb − d φb)) / length.
     let lean = nalgebra::Vector4::new(-1.0, d, 1.0, 0.0);
@@ -259,7 +346,9 @@ fn swing_period(train: &monorig_sim::train::Train) -> f64 {
     stiffness[(1, 1)] += kb_pitch + mb * G * cb + m * G * d;
     stiffness[(3, 3)] += m * G * h;
     let l = mass.cholesky().unwrap().l().try_inverse().unwrap();
-    let w2 = (l * stiffness * l.transpose()).symmetric_eigenvalues().min();
+    let w2 = (l * stiffness * l.transpose())
+        .symmetric_eigenvalues()
+        .min();
     2.0 * std::f64::consts::PI / w2.sqrt()
 }
 
@@ -278,13 +367,22 @@ fn energy_of_the_drives_is_kinetic_potential_or_lost() {
     let (work, lost) = w.work();
     let gained = w.energy() - e0;
     assert!(work > 1e4, "{work}");
-    assert!((work - gained - lost).abs() < 5e-3 * work, "work {work}, gained {gained}, lost {lost}");
+    assert!(
+        (work - gained - lost).abs() < 5e-3 * work,
+        "work {work}, gained {gained}, lost {lost}"
+    );
 }
 
 #[test]
 fn the_whole_train_stays_on_a_winding_rail() {
     for (track, seconds, speed) in [("winding", 300.0, 0.9), ("steep_30deg", 100.0, 1.0)] {
-        let train = train("dx80_176y").with_load_mass(if track == "winding" { 10_000.0 } else { 2_000.0 }).unwrap();
+        let train = train("dx80_176y")
+            .with_load_mass(if track == "winding" {
+                10_000.0
+            } else {
+                2_000.0
+            })
+            .unwrap();
         let rail = asset_track(track);
         let mut w = world(&train, &rail, 20.0, 0.0);
         let dt = 2e-3;
@@ -298,7 +396,11 @@ fn the_whole_train_stays_on_a_winding_rail() {
                 break;
             }
         }
-        assert!(w.truth().chainage_m > (0.8 * seconds * speed).min(rail.length() - 20.0), "{track}: got to {} m", w.truth().chainage_m);
+        assert!(
+            w.truth().chainage_m > (0.8 * seconds * speed).min(rail.length() - 20.0),
+            "{track}: got to {} m",
+            w.truth().chainage_m
+        );
         assert!(worst <= 0.015, "{track}: {worst} m off the rail");
     }
 }
@@ -308,7 +410,10 @@ fn a_train_parked_on_15_degrees_for_ten_minutes_moves_less_than_a_millimetre() {
     let train = train("dx80_176y");
     let rail = slope(15.0);
     let mut w = world(&train, &rail, 60.0, 0.0);
-    let hold = Command { brake: 1.0, ..torque(&train, 0.0) };
+    let hold = Command {
+        brake: 1.0,
+        ..torque(&train, 0.0)
+    };
     let start = w.truth().chainage_m;
     let load = train.load.unwrap();
     // Someone bumps the load, so that it swings while the train is parked.
@@ -326,14 +431,20 @@ fn a_million_metres_from_the_origin_the_run_is_the_same() {
     let train = train("dx80_176y");
     let dt = 2e-3;
     let go = |origin: &str| {
-        let rail = track(&format!("{origin}vertical: [{{kind: grade, length_m: 60}}, {{kind: arc, to_grade_deg: 8, radius_m: 20}}, {{kind: grade, length_m: 100}}]\n"));
+        let rail = track(&format!(
+            "{origin}vertical: [{{kind: grade, length_m: 60}}, {{kind: arc, to_grade_deg: 8, radius_m: 20}}, {{kind: grade, length_m: 100}}]\n"
+        ));
         let mut w = world(&train, &rail, 40.0, 0.0);
         let mut cruise = Cruise::new(&train, 1.0);
         for _ in 0..10_000 {
             let c = cruise.command(&train, &w, dt);
             w.step(&c, dt).unwrap();
         }
-        (w.truth().chainage_m - 40.0, w.truth().speed_mps, w.truth().traction_n)
+        (
+            w.truth().chainage_m - 40.0,
+            w.truth().speed_mps,
+            w.truth().traction_n,
+        )
     };
     let near = go("");
     let far = go("start: {x_m: 1.0e6}\n");
@@ -428,13 +539,24 @@ fn a_world_is_the_same_whoever_builds_it_and_however_often() {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
     let go = || {
-        let mut w = World::new(train.clone(), rail.clone(), &WorldOptions { ..options(&train, 20.0, 0.0) }).unwrap();
+        let mut w = World::new(
+            train.clone(),
+            rail.clone(),
+            &WorldOptions {
+                ..options(&train, 20.0, 0.0)
+            },
+        )
+        .unwrap();
         let mut cruise = Cruise::new(&train, 1.0);
         for _ in 0..3000 {
             let c = cruise.command(&train, &w, 2e-3);
             w.step(&c, 2e-3).unwrap();
         }
-        w.bodies().iter().flat_map(|b| [b.p.x, b.p.y, b.p.z, b.v.x, b.w.z]).map(f64::to_bits).collect::<Vec<_>>()
+        w.bodies()
+            .iter()
+            .flat_map(|b| [b.p.x, b.p.y, b.p.z, b.v.x, b.w.z])
+            .map(f64::to_bits)
+            .collect::<Vec<_>>()
     };
     let here = go();
     let there = std::thread::scope(|s| {

@@ -61,7 +61,11 @@ impl Observer for Series {
         }
         let t = f.truth;
         if self.estimators.is_empty() {
-            self.estimators = f.bank.iter().map(|m| (m.name.clone(), Vec::new())).collect();
+            self.estimators = f
+                .bank
+                .iter()
+                .map(|m| (m.name.clone(), Vec::new()))
+                .collect();
         }
         for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
             let e = &m.estimate;

@@ -69,7 +69,17 @@ impl Summary {
     /// The numbers of a run.
     pub fn new(scenario: &Scenario, seed: u64, outcome: &Outcome, series: &Series) -> Self {
         let (from, to) = (AFTER_S, f64::INFINITY);
-        let of = |name: &str| METRICS.iter().map(|m| (m.name, finite(metrics::measure(series, name, m.name, from, to)))).collect();
+        let of = |name: &str| {
+            METRICS
+                .iter()
+                .map(|m| {
+                    (
+                        m.name,
+                        finite(metrics::measure(series, name, m.name, from, to)),
+                    )
+                })
+                .collect()
+        };
         Self {
             version: 1,
             scenario: scenario.name.clone(),
@@ -78,10 +88,22 @@ impl Summary {
             simulated_s: outcome.simulated_s,
             steps: outcome.steps,
             after_s: AFTER_S,
-            estimators: series.estimators.iter().map(|(name, _)| (name.clone(), of(name))).collect(),
-            run: RUN_METRICS.iter().map(|m| (m.0, finite(metrics::measure_run(series, m.0, from, to)))).collect(),
+            estimators: series
+                .estimators
+                .iter()
+                .map(|(name, _)| (name.clone(), of(name)))
+                .collect(),
+            run: RUN_METRICS
+                .iter()
+                .map(|m| (m.0, finite(metrics::measure_run(series, m.0, from, to))))
+                .collect(),
             refusals: outcome.refusals.clone(),
-            expectations: scenario.file.expect.iter().map(|e| judge(e, series, outcome.finished)).collect(),
+            expectations: scenario
+                .file
+                .expect
+                .iter()
+                .map(|e| judge(e, series, outcome.finished))
+                .collect(),
         }
     }
 
@@ -101,12 +123,19 @@ fn judge(e: &Expectation, series: &Series, finished: bool) -> Verdict {
     });
     let (most, least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
     let within = |x: f64| most.is_none_or(|m| x <= m) && least.is_none_or(|l| x >= l);
-    let bound = [most.map(|m| format!("≤ {m}")), least.map(|l| format!("≥ {l}"))];
+    let bound = [
+        most.map(|m| format!("≤ {m}")),
+        least.map(|l| format!("≥ {l}")),
+    ];
     Verdict {
         estimator: e.estimator.clone(),
         metric: e.metric.clone(),
         value,
-        bound: bound.into_iter().flatten().collect::<Vec<_>>().join(" and "),
+        bound: bound
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(" and "),
         held: finished && value.is_some_and(within),
     }
 }

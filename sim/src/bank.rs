@@ -17,7 +17,13 @@ pub struct Member {
 impl Member {
     /// An estimator under its name.
     pub fn new(name: String, estimator: AnyEstimator) -> Self {
-        Self { name, estimator, estimate: Estimate::default(), refused: 0, reason: String::new() }
+        Self {
+            name,
+            estimator,
+            estimate: Estimate::default(),
+            refused: 0,
+            reason: String::new(),
+        }
     }
 
     /// Give it new samples. A refused step keeps the last estimate, marked invalid.

@@ -18,9 +18,16 @@ pub struct Fixed {
 impl Fixed {
     /// Shapes that never move.
     pub fn new(shapes: Vec<(Pose, SharedShape)>) -> Self {
-        let boxes: Vec<Aabb> = shapes.iter().map(|(pose, s)| s.compute_aabb(pose)).collect();
+        let boxes: Vec<Aabb> = shapes
+            .iter()
+            .map(|(pose, s)| s.compute_aabb(pose))
+            .collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::default(), &boxes);
-        Self { shapes, boxes, tree }
+        Self {
+            shapes,
+            boxes,
+            tree,
+        }
     }
 
     /// Whether there are none.
@@ -51,5 +58,8 @@ impl Fixed {
 
 /// Distance of two boxes, m.
 fn gap(a: &Aabb, b: &Aabb) -> f64 {
-    (a.mins - b.maxs).max(b.mins - a.maxs).max(Vector::ZERO).length()
+    (a.mins - b.maxs)
+        .max(b.mins - a.maxs)
+        .max(Vector::ZERO)
+        .length()
 }

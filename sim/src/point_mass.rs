@@ -11,10 +11,36 @@ use crate::plant::{DriveState, MountState, Plant, Truth};
 use crate::rail::{Cursor, Frame, Rail};
 use crate::train::adhesion::{self, Zone};
 use crate::train::motor::{Lag, Motor, wheel_torque};
-use crate::train::{Train, resistance};
+use crate::train::{Drive, Train, resistance};
 use monorig_estimators::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
+
+/// A drive unit that does nothing.
+const NO_DRIVE: Drive = Drive {
+    body: 0,
+    contact: Vector3::new(0.0, 0.0, 0.0),
+    wheel_radius_m: 1.0,
+    wheel_inertia: 0.0,
+    motor_inertia: 0.0,
+    gear_ratio: 1.0,
+    efficiency_drive: 1.0,
+    efficiency_brake: 1.0,
+    torque_max_nm: 0.0,
+    power_w: 0.0,
+    speed_max_radps: 1.0,
+    lag_s: 0.0,
+    rate_nmps: 0.0,
+    piston_area_m2: 0.0,
+    clamp_mpa: 0.0,
+    clamp_lag_s: 0.0,
+    adhesion: 0.0,
+    sigma0: 1.0,
+    sigma1: 0.0,
+    kappa: 0.0,
+    brake_max_n: 0.0,
+    brake_lag_s: 0.0,
+};
 
 /// How a point mass is built.
 #[derive(Clone, Debug)]
@@ -46,7 +72,9 @@ pub struct PointMass {
     bound: f64,
     cursor: Cursor,
     v: f64,
-    motors: Vec<Motor>,
+    frame: Frame,
+    drive: Drive,
+    motor: Motor,
     clamp: Lag,
     brake: Lag,
     clamp_limit_mpa: f64,
@@ -59,13 +87,23 @@ impl PointMass {
     /// A point at the chainage of the IMU.
     pub fn new(train: Train, rail: Arc<Rail>, o: &PointMassOptions) -> Self {
         let rotating_kg = train.rotating_mass_kg();
-        let bound = train.bodies.iter().filter(|b| !b.stations.is_empty()).count() as f64;
+        let bound = train
+            .bodies
+            .iter()
+            .filter(|b| !b.stations.is_empty())
+            .count() as f64;
         let mount = &train.mounts[o.imu];
         let offset = train.bodies[mount.body].start_s + mount.pose.translation.x;
-        let clamp_mpa = train.drives.first().map_or(0.0, |d| d.clamp_mpa);
+        // A train without drive units is a point without a motor.
+        let drive = train.drives.first().copied().unwrap_or(NO_DRIVE);
+        let clamp_mpa = drive.clamp_mpa;
         let truth = Truth {
             mounts: vec![
-                MountState { v_w: Vector3::zeros(), q_wm: UnitQuaternion::identity(), w_w: Vector3::zeros() };
+                MountState {
+                    v_w: Vector3::zeros(),
+                    q_wm: UnitQuaternion::identity(),
+                    w_w: Vector3::zeros()
+                };
                 train.mounts.len()
             ],
             drives: vec![DriveState::default(); train.drives.len()],
@@ -75,7 +113,9 @@ impl PointMass {
         };
         let mut this = Self {
             cursor: Cursor::at(o.front_m + offset),
-            motors: vec![Motor::default(); train.drives.len()],
+            frame: rail.frame(o.front_m + offset),
+            drive,
+            motor: Motor::default(),
             clamp: Lag { value: clamp_mpa },
             brake: Lag::default(),
             clamp_limit_mpa: f64::INFINITY,
@@ -93,14 +133,22 @@ impl PointMass {
             rail,
             truth,
         };
-        let f = this.rail.frame_at(this.cursor.s, &mut this.cursor);
+        let f = this.frame;
         this.update_truth(&f, 0.0, 0.0, 0.0, 0.0, 0.0);
         this.look_around();
         this
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn update_truth(&mut self, f: &Frame, accel: f64, traction: f64, against: f64, brake: f64, normal: f64) {
+    fn update_truth(
+        &mut self,
+        f: &Frame,
+        accel: f64,
+        traction: f64,
+        against: f64,
+        brake: f64,
+        normal: f64,
+    ) {
         let t = &mut self.truth;
         t.t_s = self.ns as f64 * 1e-9;
         t.chainage_m = f.s;
@@ -122,43 +170,51 @@ impl PointMass {
         // The frame turns with the curve: w = v (t × k) for its bending, and what the horizontal curvature adds about t.
         let w_w = f.t.cross(&f.k) * self.v;
         for &i in &self.mounts {
-            t.mounts[i] = MountState { v_w: f.t * self.v, q_wm: q, w_w };
+            t.mounts[i] = MountState {
+                v_w: f.t * self.v,
+                q_wm: q,
+                w_w,
+            };
         }
     }
 }
 
 impl Plant for PointMass {
     fn step(&mut self, command: &Command, dt: f64) -> Result<(), Error> {
-        let f = self.rail.frame_at(self.cursor.s, &mut self.cursor);
+        let f = self.frame;
         let mass = self.tare_kg + self.load_kg;
         let weight = mass * self.gravity;
         let cos = libm::sqrt((1.0 - f.t.z * f.t.z).max(0.0));
         let (res, v) = (&self.train.resistance, self.v);
 
+        // One motor, one clamp and one brake stand for all units: on a point they cannot differ.
+        let (d, n) = (&self.drive, self.train.drives.len());
+        let asked = command.motor_torque_nm.iter().take(n).sum::<f64>() / n.max(1) as f64;
+        let omega = v / d.wheel_radius_m;
+        let torque = self.motor.step(d, asked, omega, dt);
         let pressure_asked = command.clamp_pressure_mpa.min(self.clamp_limit_mpa);
-        let (mut rim, mut limit, mut rolling, mut brake_max, mut brake_lag) = (0.0, 0.0, 0.0, 0.0, 0.1);
-        for (i, (d, motor)) in self.train.drives.iter().zip(&mut self.motors).enumerate() {
-            let omega = v / d.wheel_radius_m;
-            let torque = motor.step(d, command.motor_torque_nm.get(i).copied().unwrap_or(0.0), omega, dt);
-            rim += wheel_torque(d, torque, omega) / d.wheel_radius_m;
-            if i == 0 {
-                self.clamp.step(pressure_asked, d.clamp_lag_s, dt);
-            }
-            let clamp = self.clamp.value * 1e6 * d.piston_area_m2;
-            let mu = adhesion::at(&self.zones, f.s, d.adhesion);
-            limit += 2.0 * mu * clamp;
-            rolling += 2.0 * resistance::clamped_wheel(res, clamp, d.wheel_radius_m, omega) / d.wheel_radius_m;
-            brake_max += d.brake_max_n;
-            brake_lag = d.brake_lag_s;
-            let out = &mut self.truth.drives[i];
-            out.chainage_m = f.s;
-            out.motor_torque_nm = torque;
-            out.wheel_rate_radps = [omega; 2];
-            out.clamp_mpa = self.clamp.value;
-            out.adhesion = mu;
-        }
+        let pressure = self.clamp.step(pressure_asked, d.clamp_lag_s, dt);
+        let clamp = pressure * 1e6 * d.piston_area_m2;
+        let mu = adhesion::at(&self.zones, f.s, d.adhesion);
+        let units = n as f64;
+        let rim = units * wheel_torque(d, torque, omega) / d.wheel_radius_m;
+        let limit = units * 2.0 * mu * clamp;
+        let rolling = units * 2.0 * resistance::clamped_wheel(res, clamp, d.wheel_radius_m, omega)
+            / d.wheel_radius_m;
+        let (brake_max, brake_lag) = (units * d.brake_max_n, d.brake_lag_s);
         let traction = (rim - rolling).clamp(-limit, limit);
-        let against = resistance::direction(v) * (res.running_wheel * weight * cos + self.bound * res.bearing_n)
+        self.truth.drives.fill(DriveState {
+            chainage_m: f.s,
+            motor_torque_nm: torque,
+            wheel_rate_radps: [omega; 2],
+            wheel_angle_rad: [0.0; 2],
+            traction_n: traction / units,
+            slip_mps: 0.0,
+            clamp_mpa: pressure,
+            adhesion: mu,
+        });
+        let against = resistance::direction(v)
+            * (res.running_wheel * weight * cos + self.bound * res.bearing_n)
             + self.bound * res.bearing_nspm * v
             + resistance::air(res, v);
         let brake_limit = self.brake.step(command.brake * brake_max, brake_lag, dt);
@@ -173,8 +229,16 @@ impl Plant for PointMass {
         self.ns += libm::round(dt * 1e9) as i64;
         let after = self.rail.frame_at(self.cursor.s, &mut self.cursor);
         let normal = weight * cos;
+        self.frame = after;
         self.update_truth(&after, accel, traction, against + rolling, brake, normal);
-        if self.v.is_finite() { Ok(()) } else { Err(Error::Broken { t_s: self.truth.t_s, what: "speed is not finite".into() }) }
+        if self.v.is_finite() {
+            Ok(())
+        } else {
+            Err(Error::Broken {
+                t_s: self.truth.t_s,
+                what: "speed is not finite".into(),
+            })
+        }
     }
 
     fn truth(&self) -> &Truth {
@@ -195,7 +259,10 @@ impl Plant for PointMass {
             let f = self.rail.frame(front + b.start_s);
             let r = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[f.t, f.l, f.u]));
             let q = UnitQuaternion::from_rotation_matrix(&r);
-            self.truth.poses[i] = (f.p + r * b.start_pose.translation.vector, q * b.start_pose.rotation);
+            self.truth.poses[i] = (
+                f.p + r * b.start_pose.translation.vector,
+                q * b.start_pose.rotation,
+            );
         }
     }
 }

@@ -83,18 +83,28 @@ impl Rig {
             train.check_step(dt_s)?;
         }
         let front = place(&scenario, &rail, &train)?;
-        let mut sensors =
-            Suite::new(&Sheet::load(&scenario.sensors)?, &train, s.physics.gravity_mps2.get(), seed)?;
+        let mut sensors = Suite::new(
+            &Sheet::load(&scenario.sensors)?,
+            &train,
+            s.physics.gravity_mps2.get(),
+            seed,
+        )?;
         sensors.check_step(dt_s)?;
         sensors.add_faults(scenario.path(), &s.events)?;
-        let imu = sensors.imu_mount().or_else(|| train.mount("imu_link")).unwrap_or(0);
+        let imu = sensors
+            .imu_mount()
+            .or_else(|| train.mount("imu_link"))
+            .unwrap_or(0);
         let mounts = vec![imu];
         let zones = zones(&scenario, &rail)?;
         let blocks = surroundings::blocks(&scenario, &rail)?;
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
         let vehicle = believed_vehicle(&scenario, &train);
-        let guess = s.vehicle.total_mass_guess_kg.map_or(nominal_mass(&train), f64::from);
+        let guess = s
+            .vehicle
+            .total_mass_guess_kg
+            .map_or(nominal_mass(&train), f64::from);
         let bank = bank(&scenario, &vehicle)?;
         let in_loop = match &s.in_loop {
             None => None,
@@ -114,7 +124,14 @@ impl Rig {
                 Box::new(World::new(train.clone(), rail.clone(), &o)?)
             }
             PlantKind::PointMass => {
-                let o = PointMassOptions { front_m: front, speed_mps: speed, gravity_mps2: gravity, imu, mounts, zones };
+                let o = PointMassOptions {
+                    front_m: front,
+                    speed_mps: speed,
+                    gravity_mps2: gravity,
+                    imu,
+                    mounts,
+                    zones,
+                };
                 Box::new(PointMass::new(train.clone(), rail.clone(), &o))
             }
         };
@@ -122,7 +139,14 @@ impl Rig {
         let clamp = train.drives.first().map_or(0.0, |d| d.clamp_mpa);
         let imu_offset_m = plant.truth().chainage_m - front;
         Ok(Self {
-            controller: SpeedController::new(s.drive.controller, vehicle, torque_max, clamp, gravity, speed != 0.0),
+            controller: SpeedController::new(
+                s.drive.controller,
+                vehicle,
+                torque_max,
+                clamp,
+                gravity,
+                speed != 0.0,
+            ),
             cycle: Cycle::new(&s.drive, speed),
             timeline: Timeline::new(&s.events),
             feedforward: s.drive.controller.feedforward,
@@ -170,12 +194,24 @@ fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> 
 fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
     let mut zones = Vec::new();
     for (i, e) in scenario.file.events.iter().enumerate() {
-        if let Event::Adhesion { from_m, to_m, adhesion } = e {
-            let z = Zone { from_m: from_m.get(), to_m: to_m.get(), adhesion: adhesion.get() };
+        if let Event::Adhesion {
+            from_m,
+            to_m,
+            adhesion,
+        } = e
+        {
+            let z = Zone {
+                from_m: from_m.get(),
+                to_m: to_m.get(),
+                adhesion: adhesion.get(),
+            };
             if z.from_m >= rail.length() {
                 return Err(scenario.error(
                     format!("events[{i}].from_m"),
-                    format!("the zone starts at {} m, beyond the end of the track", z.from_m),
+                    format!(
+                        "the zone starts at {} m, beyond the end of the track",
+                        z.from_m
+                    ),
                     format!("a chainage below {} m", rail.length()),
                 ));
             }
@@ -198,22 +234,42 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
-        wheel_radius_m: belief.wheel_radius_m.map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
+        wheel_radius_m: belief
+            .wheel_radius_m
+            .map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
         efficiency: first.map_or(1.0, |d| d.efficiency_drive),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: belief.running_resistance.map_or(train.nominal_running_resistance(nominal_mass(train), scenario.file.physics.gravity_mps2.get()), f64::from),
+        running_resistance: belief.running_resistance.map_or(
+            train.nominal_running_resistance(
+                nominal_mass(train),
+                scenario.file.physics.gravity_mps2.get(),
+            ),
+            f64::from,
+        ),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
     }
 }
 
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
-    let find = |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let find =
+        |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
     scenario.check_estimators(
         crane::NAMES,
-        &|name| crane::keys(name).into_iter().flatten().map(|k| k.name).collect(),
-        &|name, key, value| match find(name, key).filter(|k| !(k.range[0]..=k.range[1]).contains(&value)) {
-            Some(k) => Err(format!("{value} is outside {}…{} {} ({})", k.range[0], k.range[1], k.unit, k.doc)),
+        &|name| {
+            crane::keys(name)
+                .into_iter()
+                .flatten()
+                .map(|k| k.name)
+                .collect()
+        },
+        &|name, key, value| match find(name, key)
+            .filter(|k| !(k.range[0]..=k.range[1]).contains(&value))
+        {
+            Some(k) => Err(format!(
+                "{value} is outside {}…{} {} ({})",
+                k.range[0], k.range[1], k.unit, k.doc
+            )),
             None => Ok(()),
         },
     )?;
@@ -221,7 +277,11 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     for (name, params) in &scenario.file.estimators {
         let settings = params.iter().map(|(k, v)| (k.as_str(), v.get()));
         let estimator = crane::build(name, vehicle, settings).map_err(|e| {
-            scenario.error(format!("estimators.{name}"), e.to_string(), "values that fit this vehicle")
+            scenario.error(
+                format!("estimators.{name}"),
+                e.to_string(),
+                "values that fit this vehicle",
+            )
         })?;
         bank.push(Member::new(name.to_string(), estimator));
     }

@@ -89,9 +89,25 @@ fn drive(
     go_on: &mut dyn FnMut(f64) -> bool,
     end: StopAt,
 ) -> Result<Outcome, Error> {
-    let Rig { plant, sensors, bank, controller, cycle, timeline, in_loop, feedforward, .. } = rig;
+    let Rig {
+        plant,
+        sensors,
+        bank,
+        controller,
+        cycle,
+        timeline,
+        in_loop,
+        feedforward,
+        ..
+    } = rig;
     let plant: &mut dyn Plant = plant.as_mut();
-    let mut loop_state = Loop::new(rig.nominal_mass_kg, rig.dt_s, rig.imu_offset_m, *in_loop, *feedforward);
+    let mut loop_state = Loop::new(
+        rig.nominal_mass_kg,
+        rig.dt_s,
+        rig.imu_offset_m,
+        *in_loop,
+        *feedforward,
+    );
     let start_front = loop_state.front(plant.truth());
     let mut finished = true;
     loop {
@@ -111,7 +127,10 @@ fn drive(
         if front > rig.track_length_m {
             return Err(Error::Broken {
                 t_s: t,
-                what: format!("the train ran off the end of the track at {:.1} m", rig.track_length_m),
+                what: format!(
+                    "the train ran off the end of the track at {:.1} m",
+                    rig.track_length_m
+                ),
             });
         }
         loop_state.step(plant, sensors, bank, controller, cycle, timeline)?;
@@ -182,7 +201,10 @@ impl Loop {
             wheel_speed: [None; MAX_DRIVES],
             command: Command::default(),
             reference: Reference::default(),
-            perception: Perception { total_mass_kg: nominal_mass_kg, ..Default::default() },
+            perception: Perception {
+                total_mass_kg: nominal_mass_kg,
+                ..Default::default()
+            },
         }
     }
 
@@ -205,13 +227,21 @@ impl Loop {
         self.reference = cycle.at(t, front, self.dt_s);
         self.perception = self.perceive(truth, bank);
         timeline.apply(t, plant, controller);
-        self.command = controller.control(&self.reference, &self.perception, timeline.emergency_brake(), self.dt_s);
+        self.command = controller.control(
+            &self.reference,
+            &self.perception,
+            timeline.emergency_brake(),
+            self.dt_s,
+        );
         plant.step(&self.command, self.dt_s)?;
         self.steps += 1;
 
         let truth = plant.truth();
         self.time_ns = libm::round(truth.t_s * 1e9) as i64;
-        self.z = Measurements { t_s: truth.t_s, ..Measurements::default() };
+        self.z = Measurements {
+            t_s: truth.t_s,
+            ..Measurements::default()
+        };
         sensors.measure(truth, &mut self.z)?;
         self.sampled = any_new(&self.z);
         if self.sampled {
@@ -245,7 +275,11 @@ impl Loop {
             n if n % 2 == 1 => known[n / 2],
             n => 0.5 * (known[n / 2 - 1] + known[n / 2]),
         };
-        let nominal = Perception { speed_mps, grade_rad: 0.0, total_mass_kg: self.nominal_mass_kg };
+        let nominal = Perception {
+            speed_mps,
+            grade_rad: 0.0,
+            total_mass_kg: self.nominal_mass_kg,
+        };
         match self.feedforward {
             FeedForward::None => nominal,
             FeedForward::Truth => Perception {
@@ -256,8 +290,15 @@ impl Loop {
             FeedForward::Estimate => match self.in_loop.and_then(|i| bank.get(i)) {
                 // What the estimator does not vouch for changes nothing: the last value it vouched for holds.
                 Some(m) => {
-                    let (e, last, share) = (&m.estimate, &self.perception, self.dt_s / FEEDFORWARD_LAG_S);
-                    let follow = |last: f64, v: &Value| if v.valid { last + share * (v.value - last) } else { last };
+                    let (e, last, share) =
+                        (&m.estimate, &self.perception, self.dt_s / FEEDFORWARD_LAG_S);
+                    let follow = |last: f64, v: &Value| {
+                        if v.valid {
+                            last + share * (v.value - last)
+                        } else {
+                            last
+                        }
+                    };
                     Perception {
                         speed_mps,
                         grade_rad: follow(last.grade_rad, &e.grade_rad),

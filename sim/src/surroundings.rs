@@ -34,12 +34,20 @@ pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
         if o.at_m.get() > rail.length() {
             return Err(scenario.error(
                 format!("surroundings[{i}].at_m"),
-                format!("the obstacle is at {} m, beyond the end of the track", o.at_m.get()),
+                format!(
+                    "the obstacle is at {} m, beyond the end of the track",
+                    o.at_m.get()
+                ),
                 format!("a chainage from 0 to {} m", rail.length()),
             ));
         }
         let size = Vector3::new(o.size_m[0].get(), o.size_m[1].get(), o.size_m[2].get());
-        blocks.push(block(rail, o.at_m.get(), [o.left_m.get(), o.up_m.get()], size));
+        blocks.push(block(
+            rail,
+            o.at_m.get(),
+            [o.left_m.get(), o.up_m.get()],
+            size,
+        ));
     }
     if let Some(r) = &scenario.file.roadway {
         let (width, above, below) = (r.width_m.get(), r.above_m.get(), r.below_m.get());
@@ -53,7 +61,12 @@ pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
             for side in [-1.0, 1.0] {
                 blocks.push(block(rail, at, [side * (width + wall) / 2.0, middle], long));
             }
-            blocks.push(block(rail, at, [0.0, -below - wall / 2.0], Vector3::new(WALL_PIECE, width, wall)));
+            blocks.push(block(
+                rail,
+                at,
+                [0.0, -below - wall / 2.0],
+                Vector3::new(WALL_PIECE, width, wall),
+            ));
         }
     }
     Ok(blocks)
@@ -69,5 +82,8 @@ fn block(rail: &Rail, s: f64, off: [f64; 2], size: Vector3<f64>) -> Block {
     let f = rail.frame(s);
     let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[f.t, f.l, f.u]));
     let at = f.p + f.l * off[0] + f.u * off[1];
-    Block { pose: Isometry3::from_parts(at.into(), UnitQuaternion::from_rotation_matrix(&turn)), size }
+    Block {
+        pose: Isometry3::from_parts(at.into(), UnitQuaternion::from_rotation_matrix(&turn)),
+        size,
+    }
 }

@@ -19,7 +19,9 @@ impl Timeline {
         let mut list: Vec<(f64, Event)> = Vec::new();
         for e in events {
             match e {
-                Event::LoadMass { at_s, .. } | Event::ClampPressure { at_s, .. } | Event::Brake { at_s, .. } => {
+                Event::LoadMass { at_s, .. }
+                | Event::ClampPressure { at_s, .. }
+                | Event::Brake { at_s, .. } => {
                     list.push((at_s.get(), e.clone()));
                 }
                 Event::SensorFault { from_s, .. } => list.push((from_s.get(), e.clone())),
@@ -27,7 +29,12 @@ impl Timeline {
             }
         }
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self { events: list, next: 0, brake: 0.0, happened: Vec::new() }
+        Self {
+            events: list,
+            next: 0,
+            brake: 0.0,
+            happened: Vec::new(),
+        }
     }
 
     /// Make happen what is due at `t`.
@@ -37,12 +44,14 @@ impl Timeline {
             match e {
                 Event::LoadMass { load_mass_kg, .. } => {
                     plant.set_load_mass(load_mass_kg.get());
-                    self.happened.push(format!("load is now {} kg", load_mass_kg.get()));
+                    self.happened
+                        .push(format!("load is now {} kg", load_mass_kg.get()));
                 }
                 Event::ClampPressure { clamp_mpa, .. } => {
                     plant.set_clamp_limit(clamp_mpa.get());
                     controller.set_clamp(clamp_mpa.get());
-                    self.happened.push(format!("clamp pressure {} MPa", clamp_mpa.get()));
+                    self.happened
+                        .push(format!("clamp pressure {} MPa", clamp_mpa.get()));
                 }
                 Event::Brake { brake, .. } => {
                     self.brake = brake.get();
@@ -52,7 +61,8 @@ impl Timeline {
                     });
                 }
                 Event::SensorFault { sensor, fault, .. } => {
-                    self.happened.push(format!("fault on {sensor}: {fault:?}").to_lowercase());
+                    self.happened
+                        .push(format!("fault on {sensor}: {fault:?}").to_lowercase());
                 }
                 Event::Adhesion { .. } => {}
             }

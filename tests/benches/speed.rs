@@ -6,26 +6,18 @@
 use monorig_estimators::signals::{Command, Measurements};
 use monorig_sim::plant::Plant;
 use monorig_sim::rail::Cursor;
+use monorig_sim::record::Layout;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::tape::{self, Tape};
-use monorig_sim::record::Layout;
 use monorig_sim::rig::Rig;
 use monorig_sim::run::{Observer, run};
-use monorig_sim::scenario::Scenario;
 use monorig_sim::sensors::Sensors;
 use monorig_sim::train::body_state::Wrench;
 use monorig_tests::*;
-use std::path::Path;
 use std::time::Instant;
 
 const ROUNDS: usize = 5;
-
-fn scenario(name: &str, set: &[(&str, &str)]) -> Scenario {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(format!("{name}.yaml"));
-    let set: Vec<(String, String)> = set.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
-    Scenario::load(&path, &set).expect("scenario")
-}
 
 /// Best real-time factor of a scenario without recording.
 fn factor(name: &str, set: &[(&str, &str)]) -> f64 {
@@ -46,8 +38,8 @@ fn recorded(name: &str) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
         let mut rig = Rig::build(scenario(name, &[]), 1).expect("rig");
-        let mut parquet = ParquetSink::create(&folder.join("channels.parquet")).expect("parquet");
-        let mut rerun = monorig_viz::RerunSink::file(&folder.join("run.rrd")).expect("rrd");
+        let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
+        let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
         let channels = tape::channels(rig.train.drives.len(), &rig.bank);
         let samples = rig.rail_samples();
@@ -64,8 +56,12 @@ fn recorded(name: &str) -> f64 {
         };
         let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];
         let record = rig.scenario.file.record;
-        let mut tape = Tape::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("tape");
-        let done = run(&mut rig, &mut [&mut tape as &mut dyn Observer], &mut |_| true).expect("run");
+        let mut tape =
+            Tape::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("tape");
+        let done = run(&mut rig, &mut [&mut tape as &mut dyn Observer], &mut |_| {
+            true
+        })
+        .expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }
     let _ = std::fs::remove_dir_all(&folder);
@@ -127,8 +123,13 @@ fn parts() {
     });
     println!("where a step of the loaded train goes, µs:");
     println!("  whole step of the plant                 {step:6.2}");
-    println!("  of it forces between rail and train     {forces:6.2}   (projection onto the rail {projection:.2})");
-    println!("  of it rapier and reading its bodies     {:6.2}", step - forces);
+    println!(
+        "  of it forces between rail and train     {forces:6.2}   (projection onto the rail {projection:.2})"
+    );
+    println!(
+        "  of it rapier and reading its bodies     {:6.2}",
+        step - forces
+    );
     println!("  sensors                                 {sensors:6.2}");
 }
 
@@ -136,15 +137,36 @@ fn main() {
     println!("multiples of real time, one core:");
     let at2 = factor("liu2023_vehicle_test", &[]);
     println!("  whole train, sensors, estimator, dt 2 ms   {at2:9.0}");
-    println!("  the same on the winding track              {:9.0}", factor("winding", &[]));
-    println!("  the same, dt 1 ms                          {:9.0}", factor("liu2023_vehicle_test", &[("physics.dt_ms", "1")]));
-    println!("  one drive unit, dt 2 ms                    {:9.0}", factor("liu2023_section1", &[]));
+    println!(
+        "  the same on the winding track              {:9.0}",
+        factor("winding", &[])
+    );
+    println!(
+        "  the same, dt 1 ms                          {:9.0}",
+        factor("liu2023_vehicle_test", &[("physics.dt_ms", "1")])
+    );
+    println!(
+        "  one drive unit, dt 2 ms                    {:9.0}",
+        factor("liu2023_section1", &[])
+    );
     let point = [("physics.plant", "point-mass"), ("physics.dt_ms", "2")];
-    println!("  point mass with sensors and estimator      {:9.0}", factor("liu2023_vehicle_test", &point));
-    println!("  point mass alone, dt 10 ms                 {:9.0}", point_mass_alone(10e-3));
-    println!("  point mass alone, dt 2 ms                  {:9.0}", point_mass_alone(2e-3));
+    println!(
+        "  point mass with sensors and estimator      {:9.0}",
+        factor("liu2023_vehicle_test", &point)
+    );
+    println!(
+        "  point mass alone, dt 10 ms                 {:9.0}",
+        point_mass_alone(10e-3)
+    );
+    println!(
+        "  point mass alone, dt 2 ms                  {:9.0}",
+        point_mass_alone(2e-3)
+    );
     let on = recorded("liu2023_vehicle_test");
-    println!("  whole train, recorded to Parquet and Rerun {on:9.0}   ({:.0} % more time)", (at2 / on - 1.0) * 100.0);
+    println!(
+        "  whole train, recorded to Parquet and Rerun {on:9.0}   ({:.0} % more time)",
+        (at2 / on - 1.0) * 100.0
+    );
     parts();
 }
 

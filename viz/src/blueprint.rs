@@ -83,7 +83,7 @@ fn plot(s: &Series) -> Option<Plot> {
     }
     match (s.unit.as_str(), group) {
         ("kg", "truth") if is(&["total"]) => Some(Plot::Mass),
-        ("kg", "estimates") => Some(Plot::Mass),
+        ("kg", "estimates") if !s.is_raw() => Some(Plot::Mass),
         ("°", _) if is(&["grade", "pitch", "slope"]) => Some(Plot::Slope),
         ("°", _) if is(&["sway"]) => Some(Plot::Sway),
         ("m/s", _) if is(&["slip"]) => Some(Plot::Slip),

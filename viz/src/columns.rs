@@ -190,11 +190,31 @@ fn scalars(
     all_times: &TimeColumn,
 ) -> Result<(), Error> {
     let column = |i: usize| chunk.values.get(i).map_or(&[][..], Vec::as_slice);
+    // 1 where row `i` is vouched for, else not a number
+    let vouched = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
+        Some(&v) if v != 1.0 => f64::NAN,
+        _ => 1.0,
+    };
     let (values, width): (Vec<f64>, usize) = match series.line {
-        Line::Value { channel, scale } => (column(channel).iter().map(|x| x * scale).collect(), 1),
-        Line::Band { channel, sd, scale } => {
-            let pairs = column(channel).iter().zip(column(sd));
-            let ends = |(x, sd): (&f64, &f64)| [(x - 2.0 * sd) * scale, (x + 2.0 * sd) * scale];
+        Line::Value {
+            channel,
+            scale,
+            valid,
+        } => {
+            let x = column(channel).iter().enumerate();
+            (x.map(|(i, x)| x * scale * vouched(valid, i)).collect(), 1)
+        }
+        Line::Band {
+            channel,
+            sd,
+            scale,
+            valid,
+        } => {
+            let pairs = column(channel).iter().zip(column(sd)).enumerate();
+            let ends = |(i, (x, sd)): (usize, (&f64, &f64))| {
+                let scale = scale * vouched(valid, i);
+                [(x - 2.0 * sd) * scale, (x + 2.0 * sd) * scale]
+            };
             (pairs.flat_map(ends).collect(), 2)
         }
     };

@@ -27,6 +27,8 @@ pub enum Line {
         channel: usize,
         /// Factor, such as 180/π.
         scale: f64,
+        /// Index of the channel that says (1) whether the value is vouched for; without it, it always is.
+        valid: Option<usize>,
     },
     /// Two scalars a row: `scale` × (value − 2 sd) and `scale` × (value + 2 sd).
     Band {
@@ -36,6 +38,8 @@ pub enum Line {
         sd: usize,
         /// Factor.
         scale: f64,
+        /// As above.
+        valid: Option<usize>,
     },
 }
 
@@ -79,6 +83,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
             Line::Value {
                 channel,
                 scale: 1.0,
+                valid: None,
             },
         );
         if c.path.ends_with("_sd") {
@@ -88,17 +93,27 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
             "rad" => ("°", DEG_PER_RAD),
             unit => (unit, 1.0),
         };
-        if unit != c.unit {
-            add("display", "", unit, Line::Value { channel, scale });
+        let beside = |what: &str| {
+            let path = format!("{}_{what}", c.path);
+            channels.iter().position(|d| d.path == path)
+        };
+        let valid = beside("valid");
+        if unit != c.unit || valid.is_some() {
+            let line = Line::Value {
+                channel,
+                scale,
+                valid,
+            };
+            add("display", "", unit, line);
         }
-        let sd_path = format!("{}_sd", c.path);
-        if let Some(sd) = channels.iter().position(|d| d.path == sd_path) {
-            add(
-                "display",
-                "two_sigma",
-                unit,
-                Line::Band { channel, sd, scale },
-            );
+        if let Some(sd) = beside("sd") {
+            let line = Line::Band {
+                channel,
+                sd,
+                scale,
+                valid,
+            };
+            add("display", "two_sigma", unit, line);
         }
     }
     all
@@ -215,21 +230,28 @@ mod tests {
                 raw.line,
                 Line::Value {
                     channel: i,
-                    scale: 1.0
+                    scale: 1.0,
+                    valid: None
                 }
             );
             assert_eq!(raw.unit, c.unit);
         }
         let scale = 180.0 / std::f64::consts::PI;
         let degrees = of("display/truth/grade_at_imu");
-        assert_eq!(degrees.line, Line::Value { channel: 0, scale });
+        let line = Line::Value {
+            channel: 0,
+            scale,
+            valid: None,
+        };
+        assert_eq!(degrees.line, line);
         let band = of("display/estimates/jekf/grade/two_sigma");
         assert_eq!(
             band.line,
             Line::Band {
                 channel: 1,
                 sd: 2,
-                scale
+                scale,
+                valid: None
             }
         );
         assert_eq!(all.len(), 4 + 2 + 1);

@@ -9,7 +9,10 @@ use std::path::Path;
 /// A string that is the path of a file counts as naming it; meshes named inside URDF files only change looks and are left out.
 pub fn inputs(file: &Path) -> Result<BTreeMap<String, Vec<u8>>, Error> {
     let root = file.parent().unwrap_or(Path::new(""));
-    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = file
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let mut found = BTreeMap::new();
     gather(root, Path::new(&name), &mut found)?;
     Ok(found)
@@ -22,7 +25,11 @@ fn gather(root: &Path, name: &Path, found: &mut BTreeMap<String, Vec<u8>>) -> Re
     }
     let text = read_text(&root.join(name))?;
     let yaml = name.extension().is_some_and(|e| e == "yaml" || e == "yml");
-    let value = if yaml { serde_yaml::from_str(&text).unwrap_or_default() } else { serde_yaml::Value::Null };
+    let value = if yaml {
+        serde_yaml::from_str(&text).unwrap_or_default()
+    } else {
+        serde_yaml::Value::Null
+    };
     found.insert(key, text.into_bytes());
     let mut names = Vec::new();
     strings(&value, &mut names);

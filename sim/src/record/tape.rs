@@ -1,8 +1,8 @@
 //! The tape: picks the channels out of every frame of a run and hands them on in chunks.
 
 use super::{Channel, Chunk, Layout, Sink};
-use crate::error::Error;
 use crate::bank::Member;
+use crate::error::Error;
 use crate::run::{Frame, Observer};
 use crate::scenario::Record;
 use monorig_estimators::signals::{MAX_DRIVES, Measurements};
@@ -78,8 +78,12 @@ const TRUTH: [(&str, &str); 20] = [
     ("clamp_pressure", "MPa"),
     ("largest_slip", "m/s"),
 ];
-const TRUTH_DRIVE: [(&str, &str); 4] =
-    [("motor_torque", "N·m"), ("traction", "N"), ("slip", "m/s"), ("adhesion", "1")];
+const TRUTH_DRIVE: [(&str, &str); 4] = [
+    ("motor_torque", "N·m"),
+    ("traction", "N"),
+    ("slip", "m/s"),
+    ("adhesion", "1"),
+];
 const IMU: [(&str, &str); 6] = [
     ("specific_force_x", "m/s²"),
     ("specific_force_y", "m/s²"),
@@ -88,8 +92,11 @@ const IMU: [(&str, &str); 6] = [
     ("angular_rate_y", "rad/s"),
     ("angular_rate_z", "rad/s"),
 ];
-const SENSOR_DRIVE: [(&str, &str); 3] =
-    [("motor_torque", "N·m"), ("wheel_speed", "m/s"), ("clamp_pressure", "MPa")];
+const SENSOR_DRIVE: [(&str, &str); 3] = [
+    ("motor_torque", "N·m"),
+    ("wheel_speed", "m/s"),
+    ("clamp_pressure", "MPa"),
+];
 const CONTROL: [(&str, &str); 7] = [
     ("reference_speed", "m/s"),
     ("reference_acceleration", "m/s²"),
@@ -121,7 +128,12 @@ fn flag(b: bool) -> f64 {
 
 impl<'a> Tape<'a> {
     /// A tape for a run laid out like `layout`, handed on every `chunk_s` of simulated time; tells the sinks.
-    pub fn new(mut sinks: Vec<&'a mut dyn Sink>, layout: &Layout<'_>, record: &Record, chunk_s: f64) -> Result<Self, Error> {
+    pub fn new(
+        mut sinks: Vec<&'a mut dyn Sink>,
+        layout: &Layout<'_>,
+        record: &Record,
+        chunk_s: f64,
+    ) -> Result<Self, Error> {
         for s in &mut sinks {
             s.begin(layout)?;
         }
@@ -161,8 +173,16 @@ impl<'a> Tape<'a> {
         let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
         let row = &mut self.row;
         row.clear();
-        let clamp = t.drives.iter().map(|d| d.clamp_mpa).fold(f64::INFINITY, f64::min);
-        let slip = t.drives.iter().map(|d| d.slip_mps).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let clamp = t
+            .drives
+            .iter()
+            .map(|d| d.clamp_mpa)
+            .fold(f64::INFINITY, f64::min);
+        let slip = t
+            .drives
+            .iter()
+            .map(|d| d.slip_mps)
+            .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         row.extend([
             t.chainage_m,
             t.speed_mps,
@@ -191,7 +211,14 @@ impl<'a> Tape<'a> {
         row.extend(z.specific_force_mps2.map_or([f64::NAN; 3], |s| s.value));
         row.extend(z.angular_rate_radps.map_or([f64::NAN; 3], |s| s.value));
         for d in 0..t.drives.len().min(MAX_DRIVES) {
-            row.extend([z.motor_torque_nm[d], z.wheel_speed_mps[d], z.clamp_pressure_mpa[d]].map(|s| s.map_or(f64::NAN, |s| s.value)));
+            row.extend(
+                [
+                    z.motor_torque_nm[d],
+                    z.wheel_speed_mps[d],
+                    z.clamp_pressure_mpa[d],
+                ]
+                .map(|s| s.map_or(f64::NAN, |s| s.value)),
+            );
         }
         let drives = t.drives.len().max(1) as f64;
         row.extend([

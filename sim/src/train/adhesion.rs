@@ -13,5 +13,9 @@ pub struct Zone {
 
 /// Coefficient at chainage `s`: that of the last zone which covers it, else `dry`.
 pub fn at(zones: &[Zone], s: f64, dry: f64) -> f64 {
-    zones.iter().rev().find(|z| (z.from_m..=z.to_m).contains(&s)).map_or(dry, |z| z.adhesion)
+    zones
+        .iter()
+        .rev()
+        .find(|z| (z.from_m..=z.to_m).contains(&s))
+        .map_or(dry, |z| z.adhesion)
 }

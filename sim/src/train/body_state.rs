@@ -42,7 +42,10 @@ pub struct Wrench {
 
 impl Wrench {
     /// Nothing.
-    pub const ZERO: Self = Self { force: Vector3::new(0.0, 0.0, 0.0), torque: Vector3::new(0.0, 0.0, 0.0) };
+    pub const ZERO: Self = Self {
+        force: Vector3::new(0.0, 0.0, 0.0),
+        torque: Vector3::new(0.0, 0.0, 0.0),
+    };
 
     /// Add a force at a world point of the body.
     pub fn add(&mut self, body: &BodyState, force: &Vector3<f64>, at: &Vector3<f64>) {

@@ -31,12 +31,22 @@ pub fn pull(c: &Connection, a: &BodyState, b: &BodyState) -> Pull {
                 let n = d / length;
                 let rate = n.dot(&v);
                 let tension = c.k * (length - c.length_m) + c.c * rate;
-                let slack = c.kind == ConnectionKind::Chain && (length <= c.length_m || tension <= 0.0);
-                if slack { (Vector3::zeros(), 0.0) } else { (n * tension, c.c * rate * rate) }
+                let slack =
+                    c.kind == ConnectionKind::Chain && (length <= c.length_m || tension <= 0.0);
+                if slack {
+                    (Vector3::zeros(), 0.0)
+                } else {
+                    (n * tension, c.c * rate * rate)
+                }
             }
         }
     };
-    Pull { force, at_a, at_b, loss }
+    Pull {
+        force,
+        at_a,
+        at_b,
+        loss,
+    }
 }
 
 /// Energy stored in the spring, J.

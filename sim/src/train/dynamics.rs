@@ -2,7 +2,7 @@
 
 use super::adhesion::{self, Zone};
 use super::body_state::{BodyState, Wrench};
-use super::friction::{Bristle, RollingContact, SlidingContact};
+use super::friction::{Bristle, RollingContact, SlidingContact, Wheel};
 use super::motor::{Lag, Motor, wheel_torque};
 use super::running_gear::{self, grip};
 use super::{Drive, Train, coupling, resistance};
@@ -162,7 +162,14 @@ impl Dynamics {
     }
 
     /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded).
-    pub fn forces(&mut self, rail: &Rail, bodies: &[BodyState], command: &Command, dt: f64, out: &mut [Wrench]) -> Sums {
+    pub fn forces(
+        &mut self,
+        rail: &Rail,
+        bodies: &[BodyState],
+        command: &Command,
+        dt: f64,
+        out: &mut [Wrench],
+    ) -> Sums {
         out.fill(Wrench::ZERO);
         let mut sums = Sums::default();
         self.running_gear(rail, bodies, dt, out, &mut sums);
@@ -179,7 +186,14 @@ impl Dynamics {
         sums
     }
 
-    fn running_gear(&mut self, rail: &Rail, bodies: &[BodyState], dt: f64, out: &mut [Wrench], sums: &mut Sums) {
+    fn running_gear(
+        &mut self,
+        rail: &Rail,
+        bodies: &[BodyState],
+        dt: f64,
+        out: &mut [Wrench],
+        sums: &mut Sums,
+    ) {
         let res = &self.train.resistance;
         let mut stations = self.cursors.iter_mut().zip(&mut self.rolling);
         let mut air_v = None;
@@ -187,11 +201,18 @@ impl Dynamics {
             let body = &bodies[i];
             let mut sin = 0.0;
             for (k, st) in spec.stations.iter().enumerate() {
-                let Some((cursor, rolling)) = stations.next() else { return };
+                let Some((cursor, rolling)) = stations.next() else {
+                    return;
+                };
                 let at = body.p + body.r.column(0) * st.x_m;
                 let f = rail.track(&at, cursor);
                 let g = grip(st, body, &at, &f);
-                let held = rolling.step(&resistance::ROLLING, resistance::rolling(res, &g), g.v_t, dt);
+                let held = rolling.step(
+                    &resistance::ROLLING,
+                    resistance::rolling(res, &g),
+                    g.v_t,
+                    dt,
+                );
                 let mut against = 0.0;
                 if k == 0 {
                     against += resistance::bearing(res, g.v_t);
@@ -212,7 +233,8 @@ impl Dynamics {
             if !spec.stations.is_empty() {
                 let sin = sin / spec.stations.len() as f64;
                 sums.mass_sin += self.carried[i] * sin;
-                sums.normal_n += self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));
+                sums.normal_n +=
+                    self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));
             }
         }
         sums.body_resistance_n = sums.resistance_n;
@@ -242,20 +264,27 @@ impl Dynamics {
             let asked = command.motor_torque_nm.get(i).copied().unwrap_or(0.0);
             let motor = unit.motor.step(&d, asked, omega, dt);
             let torque = wheel_torque(&d, motor, omega);
-            let pressure =
-                unit.clamp.step(command.clamp_pressure_mpa.min(self.clamp_limit_mpa), d.clamp_lag_s, dt);
+            let pressure = unit.clamp.step(
+                command.clamp_pressure_mpa.min(self.clamp_limit_mpa),
+                d.clamp_lag_s,
+                dt,
+            );
             let clamp = pressure * 1e6 * d.piston_area_m2;
             unit.adhesion = adhesion::at(&self.zones, unit.cursor.s, d.adhesion);
 
-            let bristle = Bristle { sigma0: d.sigma0, sigma1: d.sigma1, kappa: d.kappa };
-            let inertia = d.wheel_inertia + 0.5 * d.gear_ratio * d.gear_ratio * d.motor_inertia;
+            let friction_wheel = d.friction_wheel();
             let r = d.wheel_radius_m;
             let mut along = 0.0;
             for (side, wheel) in unit.wheels.iter_mut().enumerate() {
-                let v_side = if side == 0 { v_t - turning } else { v_t + turning };
+                let v_side = if side == 0 {
+                    v_t - turning
+                } else {
+                    v_t + turning
+                };
                 let rolling = resistance::clamped_wheel(res, clamp, r, wheel.omega);
                 let before = wheel.omega;
-                along += wheel.step(&bristle, unit.adhesion * clamp, inertia, r, 0.5 * torque - rolling, v_side, dt);
+                let limit = unit.adhesion * clamp;
+                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, v_side, dt);
                 let mean = 0.5 * (before + wheel.omega);
                 unit.angles[side] += dt * wheel.omega;
                 sums.loss_w += wheel.loss + rolling * mean;
@@ -267,9 +296,19 @@ impl Dynamics {
             sums.loss_w += power - torque * 0.5 * (omega + rate);
             sums.traction_n += along;
 
-            let limit = unit.brake.step(command.brake * d.brake_max_n, d.brake_lag_s, dt);
-            let shoe = Bristle { sigma0: d.sigma0, sigma1: SHOE_SIGMA1, kappa: 0.0 };
-            let limit = if command.brake <= 0.0 && limit < 1.0 { 0.0 } else { limit };
+            let limit = unit
+                .brake
+                .step(command.brake * d.brake_max_n, d.brake_lag_s, dt);
+            let shoe = Bristle {
+                sigma0: d.sigma0,
+                sigma1: SHOE_SIGMA1,
+                kappa: 0.0,
+            };
+            let limit = if command.brake <= 0.0 && limit < 1.0 {
+                0.0
+            } else {
+                limit
+            };
             let brake = unit.shoes.step(&shoe, limit, v_t, dt);
             sums.loss_w += unit.shoes.loss;
             sums.brake_n += brake;
@@ -292,7 +331,9 @@ impl Dynamics {
         let mut cursors = self.cursors.iter().copied();
         for (i, spec) in self.train.bodies.iter().enumerate() {
             for st in &spec.stations {
-                let Some(mut cursor) = cursors.next() else { break };
+                let Some(mut cursor) = cursors.next() else {
+                    break;
+                };
                 let at = bodies[i].p + bodies[i].r.column(0) * st.x_m;
                 let f = rail.track(&at, &mut cursor);
                 e += running_gear::stored(st, &bodies[i], &at, &f);
@@ -306,7 +347,7 @@ impl Dynamics {
         }
         for u in &self.drives {
             let d = &u.spec;
-            let inertia = d.wheel_inertia + 0.5 * d.gear_ratio * d.gear_ratio * d.motor_inertia;
+            let inertia = d.friction_wheel().inertia;
             for w in &u.wheels {
                 e += 0.5 * d.sigma0 * w.z * w.z + 0.5 * inertia * w.omega * w.omega;
             }
@@ -323,5 +364,21 @@ impl Dynamics {
     /// Chainage of the friction wheels of drive `i`, m.
     pub fn drive_chainage(&self, i: usize) -> f64 {
         self.drives[i].cursor.s
+    }
+}
+
+impl Drive {
+    /// One of its two friction wheels, with half of the motor.
+    fn friction_wheel(&self) -> Wheel {
+        Wheel {
+            bristle: Bristle {
+                sigma0: self.sigma0,
+                sigma1: self.sigma1,
+                kappa: self.kappa,
+            },
+            inertia: self.wheel_inertia
+                + 0.5 * self.gear_ratio * self.gear_ratio * self.motor_inertia,
+            radius: self.wheel_radius_m,
+        }
     }
 }

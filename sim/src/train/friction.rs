@@ -27,6 +27,17 @@ pub struct Bristle {
     pub kappa: f64,
 }
 
+/// A friction wheel.
+#[derive(Clone, Copy, Debug)]
+pub struct Wheel {
+    /// Its contact.
+    pub bristle: Bristle,
+    /// Inertia about its axle, with its share of the motor, kg·m².
+    pub inertia: f64,
+    /// Radius, m.
+    pub radius: f64,
+}
+
 /// A turning wheel on the rail.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RollingContact {
@@ -56,9 +67,10 @@ impl Bristle {
 }
 
 impl RollingContact {
-    /// Advance by `dt`: limit force `g` (N), wheel inertia `j` (kg·m²), radius `r` (m), torque on the wheel `torque` (N·m),
-    /// rail-bound body moving at `v_t` (m/s). Sets and returns the force on the body, N.
-    pub fn step(&mut self, b: &Bristle, g: f64, j: f64, r: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
+    /// Advance by `dt`: limit force `g` (N), torque on the wheel `torque` (N·m), rail-bound body moving at `v_t` (m/s). Sets
+    /// and returns the force on the body, N.
+    pub fn step(&mut self, wheel: &Wheel, g: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
+        let (b, j, r) = (&wheel.bristle, wheel.inertia, wheel.radius);
         if g <= 0.0 {
             self.z = 0.0;
             self.omega += dt / j * torque;
@@ -68,10 +80,10 @@ impl RollingContact {
         }
         let z_max = g / b.sigma0;
         let v_r = self.omega * r - v_t;
-        let a = 1.0
-            + dt * (self.alpha_rate(b, v_r, z_max) + b.kappa * (self.omega * r).abs());
+        let a = 1.0 + dt * (self.alpha_rate(b, v_r, z_max) + b.kappa * (self.omega * r).abs());
         let gain = (b.sigma0 + b.sigma1 / dt) / a;
-        let mut omega = (self.omega + dt / j * (torque - r * (gain * (self.z - dt * v_t) - b.sigma1 / dt * self.z)))
+        let mut omega = (self.omega
+            + dt / j * (torque - r * (gain * (self.z - dt * v_t) - b.sigma1 / dt * self.z)))
             / (1.0 + dt * dt * r * r * gain / j);
         let mut z = (self.z + dt * (omega * r - v_t)) / a;
         let mut force = b.sigma0 * z + b.sigma1 * (z - self.z) / dt;
@@ -128,7 +140,17 @@ impl SlidingContact {
 mod tests {
     use super::*;
 
-    const B: Bristle = Bristle { sigma0: 1.2e7, sigma1: 2e4, kappa: 20.0 };
+    const B: Bristle = Bristle {
+        sigma0: 1.2e7,
+        sigma1: 2e4,
+        kappa: 20.0,
+    };
+
+    const WHEEL: Wheel = Wheel {
+        bristle: B,
+        inertia: 2.0,
+        radius: 0.17,
+    };
 
     #[test]
     fn a_sliding_contact_carries_exactly_its_limit() {
@@ -137,7 +159,11 @@ mod tests {
             c.step(&B, 5000.0, 1.0, 2e-3);
         }
         assert!((c.force + 5000.0).abs() < 1e-6, "{}", c.force);
-        assert!((c.loss - 5000.0).abs() < 1.0, "sliding at 1 m/s under 5 kN loses 5 kW, not {}", c.loss);
+        assert!(
+            (c.loss - 5000.0).abs() < 1.0,
+            "sliding at 1 m/s under 5 kN loses 5 kW, not {}",
+            c.loss
+        );
     }
 
     #[test]
@@ -148,7 +174,11 @@ mod tests {
         let (mut x, mut v) = (0.0, 0.0);
         let mut settled = 0.0;
         for k in 0..60_000 {
-            let shake = if (10_000..50_000).contains(&k) { 500.0 * libm::sin(0.05 * k as f64) } else { 0.0 };
+            let shake = if (10_000..50_000).contains(&k) {
+                500.0 * libm::sin(0.05 * k as f64)
+            } else {
+                0.0
+            };
             v += dt / m * (2500.0 + shake + c.step(&B, 5000.0, v, dt));
             x += dt * v;
             if k == 9_999 {
@@ -161,23 +191,33 @@ mod tests {
     #[test]
     fn rolling_creep_is_kappa_times_force_over_stiffness() {
         // Steady rolling: v_r = κ |ωr| z and F = σ0 z, so v_r / (ω r) = κ F / σ0.
-        let mut c = RollingContact { omega: 1.0 / 0.17, ..Default::default() };
+        let mut c = RollingContact {
+            omega: 1.0 / 0.17,
+            ..Default::default()
+        };
         for _ in 0..20_000 {
-            c.step(&B, 10_000.0, 2.0, 0.17, 3000.0 * 0.17, 1.0, 1e-3);
+            c.step(&WHEEL, 10_000.0, 3000.0 * 0.17, 1.0, 1e-3);
         }
         let creep = (c.omega * 0.17 - 1.0) / (c.omega * 0.17);
         assert!((c.force - 3000.0).abs() < 1e-3);
-        assert!((creep / (20.0 * 3000.0 / 1.2e7) - 1.0).abs() < 1e-3, "creep {creep}");
+        assert!(
+            (creep / (20.0 * 3000.0 / 1.2e7) - 1.0).abs() < 1e-3,
+            "creep {creep}"
+        );
     }
 
     #[test]
     fn torque_beyond_adhesion_spins_the_wheel_and_the_force_stays_at_the_limit() {
         let mut c = RollingContact::default();
         for _ in 0..1000 {
-            c.step(&B, 4000.0, 2.0, 0.17, 2.0 * 4000.0 * 0.17, 0.0, 1e-3);
+            c.step(&WHEEL, 4000.0, 2.0 * 4000.0 * 0.17, 0.0, 1e-3);
         }
         // J ω̇ = T − r g → after 1 s ω = r g / J.
         assert!((c.force - 4000.0).abs() < 1e-6);
-        assert!((c.omega / (0.17 * 4000.0 / 2.0) - 1.0).abs() < 0.01, "{}", c.omega);
+        assert!(
+            (c.omega / (0.17 * 4000.0 / 2.0) - 1.0).abs() < 0.01,
+            "{}",
+            c.omega
+        );
     }
 }

@@ -5,10 +5,17 @@ use super::{ConnectionKind, Train};
 impl Train {
     /// Steps from each body up to the rail: 0 for rail-bound bodies, `usize::MAX` for bodies that hang from nothing.
     fn depths(&self) -> Vec<usize> {
-        let mut depth: Vec<usize> =
-            self.bodies.iter().map(|b| if b.stations.is_empty() { usize::MAX } else { 0 }).collect();
+        let mut depth: Vec<usize> = self
+            .bodies
+            .iter()
+            .map(|b| if b.stations.is_empty() { usize::MAX } else { 0 })
+            .collect();
         for _ in &self.bodies {
-            for c in self.connections.iter().filter(|c| c.kind != ConnectionKind::Drawbar) {
+            for c in self
+                .connections
+                .iter()
+                .filter(|c| c.kind != ConnectionKind::Drawbar)
+            {
                 let near = depth[c.a].min(depth[c.b]).saturating_add(1);
                 depth[c.a] = depth[c.a].min(near);
                 depth[c.b] = depth[c.b].min(near);

@@ -2,17 +2,17 @@
 
 pub mod adhesion;
 pub mod body_state;
+pub mod consist;
 pub mod coupling;
 pub mod dynamics;
 pub mod friction;
 pub mod hanging;
-pub mod motor;
-pub mod resistance;
-pub mod running_gear;
-pub mod consist;
 mod hung;
 pub mod inertia;
 mod look;
+pub mod motor;
+pub mod resistance;
+pub mod running_gear;
 pub mod step_check;
 pub mod stl;
 pub mod train_file;

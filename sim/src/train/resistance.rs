@@ -19,7 +19,11 @@ pub fn direction(v: f64) -> f64 {
 }
 
 /// Pre-rolling of a station: rolling resistance builds up over a millimetre of way, so that a train at rest is held by it.
-pub const ROLLING: Bristle = Bristle { sigma0: 1.0e6, sigma1: 2.0e3, kappa: 0.0 };
+pub const ROLLING: Bristle = Bristle {
+    sigma0: 1.0e6,
+    sigma1: 2.0e3,
+    kappa: 0.0,
+};
 
 /// Largest rolling resistance of the running wheels and guide wheels at one station, N. Guide forces grow in curves: that is
 /// the curve resistance.
@@ -47,8 +51,16 @@ impl Train {
     /// slow steady speed over the weight.
     pub fn nominal_running_resistance(&self, total_mass_kg: f64, gravity: f64) -> f64 {
         let weight = total_mass_kg * gravity;
-        let bound = self.bodies.iter().filter(|b| !b.stations.is_empty()).count() as f64;
-        let clamped: f64 = self.drives.iter().map(|d| 2.0 * d.clamp_mpa * 1e6 * d.piston_area_m2).sum();
+        let bound = self
+            .bodies
+            .iter()
+            .filter(|b| !b.stations.is_empty())
+            .count() as f64;
+        let clamped: f64 = self
+            .drives
+            .iter()
+            .map(|d| 2.0 * d.clamp_mpa * 1e6 * d.piston_area_m2)
+            .sum();
         let r = &self.resistance;
         (r.running_wheel * weight + bound * r.bearing_n + r.clamped_wheel * clamped) / weight
     }

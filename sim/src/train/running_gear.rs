@@ -31,7 +31,11 @@ fn wheel(st: &Station, depth: f64, rate: f64) -> (f64, f64) {
             return (0.0, 0.0);
         }
         let load = st.wheel_k * x + st.wheel_c * v;
-        if load > 0.0 { (load, st.wheel_c * v * v) } else { (0.0, -st.wheel_k * x * v) }
+        if load > 0.0 {
+            (load, st.wheel_c * v * v)
+        } else {
+            (0.0, -st.wheel_k * x * v)
+        }
     };
     let (n, a) = side(depth, rate);
     let (h, b) = side(-depth - st.holddown_play_m, -rate);
@@ -79,5 +83,7 @@ pub fn stored(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &Frame) -> f
         0.5 * st.wheel_k * (x * x + h * h)
     };
     let y = left - st.guide_z_m * roll;
-    one(-(up + st.half_gauge_m * roll)) + one(-(up - st.half_gauge_m * roll)) + 0.5 * st.guide_k * y * y
+    one(-(up + st.half_gauge_m * roll))
+        + one(-(up - st.half_gauge_m * roll))
+        + 0.5 * st.guide_k * y * y
 }

@@ -1,0 +1,220 @@
+//! Runs of the real program: what they leave behind, that they repeat to the bit, and that the recording says what the
+//! columns say.
+
+#![allow(clippy::unwrap_used)]
+
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn monorig(out: &Path, scenario: &str, more: &[&str]) -> Command {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut c = Command::new(env!("CARGO_BIN_EXE_monorig"));
+    c.current_dir(root)
+        .arg("run")
+        .arg(format!("scenarios/{scenario}.yaml"))
+        .arg("--out")
+        .arg(out)
+        .args(more)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    c
+}
+
+fn run(out: &Path, scenario: &str, more: &[&str]) -> PathBuf {
+    let done = monorig(out, scenario, more).output().unwrap();
+    assert!(
+        done.status.code().is_some_and(|c| c < 2),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let folder = std::fs::read_dir(out.join(scenario))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap();
+    folder.path()
+}
+
+/// All columns by name; NaN = null.
+fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
+    use arrow::array::{Array, AsArray};
+    use arrow::datatypes::Float64Type;
+    let file = File::open(folder.join("channels.parquet")).unwrap();
+    let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for batch in ParquetRecordBatchReaderBuilder::try_new(file)
+        .unwrap()
+        .build()
+        .unwrap()
+    {
+        let batch = batch.unwrap();
+        for (field, column) in batch.schema().fields().iter().zip(batch.columns()) {
+            let column = column.as_primitive::<Float64Type>();
+            let values = (0..column.len()).map(|i| {
+                if column.is_null(i) {
+                    f64::NAN
+                } else {
+                    column.value(i)
+                }
+            });
+            all.entry(field.name().clone()).or_default().extend(values);
+        }
+    }
+    all
+}
+
+fn bits(c: &[f64]) -> Vec<u64> {
+    c.iter().map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn a_run_leaves_four_files_with_everything_in_them() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = run(out.path(), "minimal", &[]);
+    for name in [
+        "manifest.json",
+        "channels.parquet",
+        "metrics.json",
+        "run.rrd",
+    ] {
+        assert!(folder.join(name).metadata().unwrap().len() > 100, "{name}");
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 4);
+    let all = columns(&folder);
+    assert_eq!(all["time"].len(), 1001, "20 s at 50 Hz, and the start");
+    for name in [
+        "truth/grade_at_imu",
+        "sensors/imu/specific_force_x",
+        "sensors/drive_8/wheel_speed",
+        "estimates/dffrls_aekf/total_mass_sd",
+        "internals/dffrls_aekf/lambda",
+        "control/reference_speed",
+    ] {
+        assert!(all.contains_key(name), "{name}");
+    }
+    // units in the metadata
+    let file = File::open(folder.join("channels.parquet")).unwrap();
+    let schema = ParquetRecordBatchReaderBuilder::try_new(file)
+        .unwrap()
+        .schema()
+        .clone();
+    let unit = |name: &str| schema.field_with_name(name).unwrap().metadata()["unit"].clone();
+    assert_eq!(unit("truth/total_mass"), "kg");
+    assert_eq!(unit("truth/acceleration"), "m/s²");
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.join("manifest.json")).unwrap()).unwrap();
+    let inputs = manifest["inputs"].as_object().unwrap();
+    assert!(
+        inputs.contains_key("../assets/units/drive_unit.urdf"),
+        "{:?}",
+        inputs.keys()
+    );
+}
+
+#[test]
+fn two_processes_at_once_write_the_same_bits() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let set = ["--set", "stop.after_s=30", "--set", "start.chainage_m=30"];
+    let one = monorig(a.path(), "winding", &set).spawn().unwrap();
+    let two = monorig(b.path(), "winding", &set).spawn().unwrap();
+    for child in [one, two] {
+        assert!(child.wait_with_output().unwrap().status.success());
+    }
+    for name in ["channels.parquet", "metrics.json", "manifest.json"] {
+        let read = |d: &Path| std::fs::read(d.join("winding/1").join(name)).unwrap();
+        assert!(read(a.path()) == read(b.path()), "{name} differs");
+    }
+}
+
+#[test]
+fn another_seed_differs_by_its_noise_and_by_nothing_else() {
+    // Without noise two seeds are the same run; with noise they are not.
+    let noise_free = [
+        "--no-rerun",
+        "--set",
+        "sensors=../assets/sensors/ideal.yaml",
+    ];
+    let go = |seed: &str, more: &[&str]| {
+        let out = tempfile::tempdir().unwrap();
+        let mut all = vec!["--seed", seed];
+        all.extend(more);
+        columns(&run(out.path(), "minimal", &all))
+    };
+    let (one, two) = (go("1", &noise_free), go("2", &noise_free));
+    for (name, column) in &one {
+        assert_eq!(bits(column), bits(&two[name]), "{name}");
+    }
+    let (one, two) = (go("1", &["--no-rerun"]), go("2", &["--no-rerun"]));
+    assert_ne!(
+        bits(&one["sensors/imu/specific_force_x"]),
+        bits(&two["sensors/imu/specific_force_x"])
+    );
+}
+
+#[test]
+fn the_recording_says_what_the_columns_say() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = run(out.path(), "minimal", &[]);
+    let recording = monorig_viz::readback::read(&folder.join("run.rrd")).unwrap();
+    assert!(recording.complete);
+    assert_eq!(recording.application, "monorig");
+    let all = columns(&folder);
+    let time: Vec<i64> = all["time"]
+        .iter()
+        .map(|t| (t * 1e9).round() as i64)
+        .collect();
+    let mut compared = 0;
+    for (name, column) in all.iter().filter(|(name, _)| *name != "time") {
+        let there: Vec<(i64, f64)> = time
+            .iter()
+            .copied()
+            .zip(column.iter().copied())
+            .filter(|(_, x)| x.is_finite())
+            .collect();
+        if there.is_empty() {
+            continue;
+        }
+        let entity = &recording.entities[&format!("/{name}")];
+        let here: Vec<(i64, f64)> = entity
+            .times
+            .iter()
+            .copied()
+            .zip(entity.scalars.iter().copied())
+            .collect();
+        assert_eq!(here, there, "{name}");
+        compared += 1;
+    }
+    assert!(compared > 80, "{compared} channels compared");
+    // 20 s of poses at 25 Hz, and the start, for every body, wheels that turn, a load that is there.
+    let body = &recording.entities["/world/train/load"];
+    assert_eq!(body.times.len(), 501);
+    let wheels = recording
+        .entities
+        .iter()
+        .filter(|(name, e)| {
+            (name.ends_with("friction_wheel_left/spin")
+                || name.ends_with("friction_wheel_right/spin"))
+                && e.times.len() == 501
+        })
+        .count();
+    assert_eq!(wheels, 16);
+    assert!(
+        !recording.layout.is_empty(),
+        "the viewer's layout is in the file"
+    );
+}
+
+#[test]
+fn live_without_a_viewer_does_not_hang() {
+    let out = tempfile::tempdir().unwrap();
+    let start = std::time::Instant::now();
+    let folder = run(out.path(), "minimal", &["--live"]);
+    assert!(start.elapsed().as_secs() < 20);
+    assert!(
+        monorig_viz::readback::read(&folder.join("run.rrd"))
+            .unwrap()
+            .complete
+    );
+}

@@ -1,0 +1,216 @@
+//! What happens to a run when something happens in it: every kind of event, obstacles, and the closed loop.
+
+use monorig_sim::error::Error;
+use monorig_sim::plant::Truth;
+use monorig_sim::rig::Rig;
+use monorig_sim::run::{Frame, Observer, run};
+use monorig_sim::scenario::Scenario;
+use monorig_tests::{G, scenario, train};
+
+/// Keeps what a test asks for.
+struct Keep<F: FnMut(&Frame<'_>)>(F);
+
+impl<F: FnMut(&Frame<'_>)> Observer for Keep<F> {
+    fn wants_truth(&self, _: i64) -> bool {
+        true
+    }
+    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+        (self.0)(f);
+        Ok(())
+    }
+}
+
+fn watch(s: Scenario, look: impl FnMut(&Frame<'_>)) -> monorig_sim::run::Outcome {
+    let mut rig = Rig::build(s, 1).expect("rig");
+    let mut keep = Keep(look);
+    run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run")
+}
+
+fn truths(set: &[(&str, &str)]) -> Vec<Truth> {
+    let mut all = Vec::new();
+    watch(scenario("minimal", set), |f| all.push(f.truth.clone()));
+    all
+}
+
+#[test]
+fn a_load_set_down_leaves_the_train_lighter_and_the_springs_unloaded() {
+    let all = truths(&[
+        ("load.mass_kg", "8000"),
+        ("events", "[{at_s: 10, load_mass_kg: 1000}]"),
+        ("stop.after_s", "14"),
+    ]);
+    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    assert!((at(9.9).total_mass_kg - at(13.9).total_mass_kg - 7000.0).abs() < 1e-9);
+    // Relieved of seven tonnes the rolling resistance falls by their share (mean of a second: the load bounces).
+    let mean = |t: f64| {
+        (0..500)
+            .map(|k| at(t + 0.002 * k as f64).resistance_n)
+            .sum::<f64>()
+            / 500.0
+    };
+    let share = 7000.0 * G * train("dx80_176y").resistance.running_wheel;
+    let fell = mean(8.9) - mean(12.9);
+    assert!(
+        (fell / share - 1.0).abs() < 0.05,
+        "{fell} N against {share} N"
+    );
+}
+
+#[test]
+fn on_a_slippery_stretch_the_wheels_that_are_on_it_slip_and_the_others_do_not() {
+    let all = truths(&[
+        ("events", "[{from_m: 28.0, to_m: 31.0, adhesion: 0.01}]"),
+        ("start.chainage_m", "25"),
+        ("load.mass_kg", "10000"),
+        (
+            "drive.speed",
+            "[{at_s: 0, mps: 0}, {at_s: 1, mps: 0}, {at_s: 15, mps: 2.0}]",
+        ),
+    ]);
+    let (mut on, mut off): (f64, f64) = (0.0, 0.0);
+    for t in &all {
+        for d in &t.drives {
+            let slip = d.slip_mps.abs();
+            if d.adhesion < 0.1 {
+                on = on.max(slip)
+            } else {
+                off = off.max(slip)
+            }
+        }
+    }
+    assert!(on > 0.02, "slip on the stretch {on}");
+    // Creep is 0.2 % at 5 kN; the wheels that leave the stretch spin down for a moment.
+    assert!(
+        all.last()
+            .unwrap()
+            .drives
+            .iter()
+            .all(|d| d.slip_mps.abs() < 0.02)
+    );
+}
+
+#[test]
+fn an_emergency_brake_stops_the_train_within_the_distance_its_force_allows() {
+    let all = truths(&[
+        ("events", "[{at_s: 10, brake: 0.2}]"),
+        ("load.mass_kg", "10000"),
+    ]);
+    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    let v = at(10.0).speed_mps;
+    let start = at(10.0).chainage_m;
+    let end = all.last().unwrap();
+    assert!(
+        v > 0.9 && end.speed_mps.abs() < 1e-3,
+        "from {v} to {}",
+        end.speed_mps
+    );
+    // 20 % of 140 kN and 4 kN of running resistance on 19 t and what turns with it; the brake needs some lags of 0.3 s to come on.
+    let slowest = v * v / 2.0 * 20_300.0 / 28_000.0 + v * 3.0 * 0.3;
+    let way = end.chainage_m - start;
+    assert!(way > 0.1 && way < slowest, "{way} m, at most {slowest} m");
+}
+
+#[test]
+fn lost_clamp_pressure_takes_the_traction_away() {
+    let all = truths(&[
+        ("events", "[{at_s: 8, clamp_mpa: 0.0}]"),
+        ("load.mass_kg", "10000"),
+    ]);
+    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    assert!(at(7.9).traction_n > 1000.0);
+    assert!(at(12.0).traction_n.abs() < 50.0, "{}", at(12.0).traction_n);
+    assert!(
+        at(19.0).speed_mps < at(8.0).speed_mps - 0.5,
+        "the train coasts down"
+    );
+}
+
+#[test]
+fn a_stuck_sensor_repeats_itself_and_an_absent_one_says_nothing() {
+    let mut stuck = Vec::new();
+    let mut absent = 0;
+    let set = [(
+        "events",
+        "[{from_s: 8, to_s: 12, sensor: accelerometer, fault: stuck}, {from_s: 14, sensor: accelerometer, fault: \"off\"}]",
+    )];
+    watch(scenario("minimal", &set), |f| {
+        let t = f.truth.t_s;
+        if let Some(s) = f.measurements.specific_force_mps2 {
+            if (8.1..11.9).contains(&t) {
+                stuck.push(s.value[0]);
+            }
+            if t > 14.1 {
+                absent += 1;
+            }
+        }
+    });
+    assert!(stuck.len() > 500 && stuck.iter().all(|x| *x == stuck[0]));
+    assert_eq!(absent, 0);
+}
+
+#[test]
+fn a_load_that_meets_an_obstacle_is_held_by_it() {
+    let block = "[{at_m: 32, left_m: 0, up_m: -2.2, size_m: [0.5, 3, 2.5]}]";
+    let set = [
+        ("surroundings", block),
+        ("stop.after_s", "25"),
+        ("start.chainage_m", "25"),
+    ];
+    let mut least = f64::INFINITY;
+    let mut clear = Vec::new();
+    let mut sway: f64 = 0.0;
+    watch(scenario("minimal", &set), |f| {
+        least = least.min(f.truth.clearance_m);
+        sway = sway.max(f.truth.sway_rad[0].abs());
+        clear.push((f.truth.t_s, f.truth.clearance_m));
+    });
+    let free = truths(&[("stop.after_s", "25"), ("start.chainage_m", "25")]);
+    let free_sway = free.iter().map(|t| t.sway_rad[0].abs()).fold(0.0, f64::max);
+    assert!(clear[0].1 > 1.0, "far at the start: {:?}", clear[0]);
+    assert!(least < 0.02, "it comes near: {least}");
+    assert!(
+        sway > 3.0 * free_sway,
+        "it is pushed back: {sway} rad against {free_sway} rad"
+    );
+}
+
+#[test]
+fn a_roadway_gives_a_clearance_that_is_the_distance_to_its_walls() {
+    // 1.2 m wide payload in a 3 m roadway: 0.9 m to either wall, apart from sway.
+    let all = truths(&[
+        ("roadway", "{width_m: 3.0, above_m: 0.5, below_m: 4.0}"),
+        ("stop.after_s", "3"),
+    ]);
+    for t in &all {
+        assert!((t.clearance_m - 0.9).abs() < 0.02, "{}", t.clearance_m);
+    }
+}
+
+#[test]
+fn the_estimate_in_the_loop_changes_the_motion() {
+    // Same seed, same noise: with the estimate fed forward the train follows its speed better over the climb.
+    let follow = |ff: &str| {
+        let (mut sum, mut n, mut last) = (0.0, 0.0, 0.0);
+        watch(
+            scenario("liu2023_section1", &[("drive.controller.feedforward", ff)]),
+            |f| {
+                if f.truth.t_s > 25.0 {
+                    sum += (f.truth.speed_mps - f.reference.speed_mps).powi(2);
+                    n += 1.0;
+                }
+                last = f.truth.chainage_m;
+            },
+        );
+        ((sum / n).sqrt(), last)
+    };
+    let (without, end_without) = follow("none");
+    let (with, end_with) = follow("estimate");
+    assert_ne!(
+        end_with, end_without,
+        "the output of the estimator reaches the motion"
+    );
+    assert!(
+        with < without,
+        "speed error {with} m/s with, {without} m/s without"
+    );
+}
