@@ -22,6 +22,8 @@ pub struct Perception {
     pub grade_rad: f64,
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
+    /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
+    pub slip_mps: [f64; MAX_DRIVES],
 }
 
 /// Turns a drive cycle into a reference.
@@ -127,6 +129,9 @@ const HOLD_SPEED: f64 = 0.01;
 /// Overspeed from which the brake helps the motors, and that over which it comes on fully, m/s.
 const OVERSPEED: f64 = 0.15;
 const OVERSPEED_FULL: f64 = 0.6;
+/// Slip from which a drive unit gives up torque, and that over which it gives up all of it, m/s.
+const SLIP: f64 = 0.1;
+const SLIP_FULL: f64 = 0.4;
 /// The brake is released this long after torque was asked for, s: the motors carry the train by then.
 const RELEASE_S: f64 = 0.4;
 
@@ -211,8 +216,10 @@ impl SpeedController {
         if !self.holding && (limited == torque || (torque - limited) * error < 0.0) {
             self.integral += self.pi.ki.get() * error * dt;
         }
-        for t in c.motor_torque_nm.iter_mut().take(v.drives.min(MAX_DRIVES)) {
-            *t = limited;
+        for (t, slip) in c.motor_torque_nm.iter_mut().zip(&p.slip_mps).take(v.drives) {
+            // A unit whose wheels run away under its torque gives some of it up.
+            let away = slip * limited.signum();
+            *t = limited * (1.0 - ((away - SLIP) / SLIP_FULL).clamp(0.0, 1.0));
         }
         // Downhill the motors alone may not hold the train: the brake takes what is too fast.
         let overspeed = p.speed_mps.abs() - r.speed_mps.abs();
@@ -317,6 +324,7 @@ mod tests {
             speed_mps: 1.0,
             grade_rad: 0.1,
             total_mass_kg: 19_000.0,
+            ..Default::default()
         };
         let c = controller().control(&r, &p, 0.0, 2e-3);
         let rim: f64 = c.motor_torque_nm.iter().sum::<f64>() * 19.0 * 0.95 / 0.17;
@@ -339,6 +347,7 @@ mod tests {
             speed_mps: 0.0,
             grade_rad: 0.0,
             total_mass_kg: 29_000.0,
+            ..Default::default()
         };
         for _ in 0..50_000 {
             let u = c.control(&r, &stuck, 0.0, 2e-3);
@@ -361,6 +370,7 @@ mod tests {
             speed_mps: 0.0,
             grade_rad: 0.2,
             total_mass_kg: 19_000.0,
+            ..Default::default()
         };
         let u = c.control(&stand, &p, 0.0, 2e-3);
         assert_eq!((u.brake, u.motor_torque_nm[0]), (1.0, 0.0));

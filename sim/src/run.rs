@@ -250,56 +250,52 @@ impl Loop {
         Ok(())
     }
 
-    /// Speed from the wheels (median of the drive units, so that one slipping wheel does not mislead), mass and grade as
-    /// the feed-forward wants them.
+    /// What the controller is told: speed and slip from the wheels, mass and grade as the feed-forward wants them.
     fn perceive(&self, truth: &Truth, bank: &[Member]) -> Perception {
-        let mut known = [0.0; MAX_DRIVES];
-        let mut n = 0;
-        for v in self.wheel_speed.iter().flatten() {
-            known[n] = *v;
-            n += 1;
+        let speed_mps = train_speed(&self.wheel_speed);
+        let mut slip_mps = [0.0; MAX_DRIVES];
+        for (slip, wheel) in slip_mps.iter_mut().zip(&self.wheel_speed) {
+            *slip = wheel.map_or(0.0, |v| v - speed_mps);
         }
-        let known = &mut known[..n];
-        known.sort_unstable_by(f64::total_cmp);
-        let speed_mps = match n {
-            0 => 0.0,
-            n if n % 2 == 1 => known[n / 2],
-            n => 0.5 * (known[n / 2 - 1] + known[n / 2]),
-        };
-        let nominal = Perception {
-            speed_mps,
-            grade_rad: 0.0,
-            total_mass_kg: self.nominal_mass_kg,
-        };
-        match self.feedforward {
-            FeedForward::None => nominal,
-            FeedForward::Truth => Perception {
-                speed_mps,
-                grade_rad: truth.grade_effective_rad,
-                total_mass_kg: truth.total_mass_kg,
-            },
-            FeedForward::Estimate => match self.in_loop.and_then(|i| bank.get(i)) {
+        let last = &self.perception;
+        let in_loop = self.in_loop.and_then(|i| bank.get(i)).map(|m| &m.estimate);
+        let (grade_rad, total_mass_kg) = match (self.feedforward, in_loop) {
+            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg),
+            (FeedForward::Estimate, Some(e)) => {
                 // What the estimator does not vouch for changes nothing: the last value it vouched for holds.
-                Some(m) => {
-                    let (e, last, share) =
-                        (&m.estimate, &self.perception, self.dt_s / FEEDFORWARD_LAG_S);
-                    let follow = |last: f64, v: &Value| {
-                        if v.valid {
-                            last + share * (v.value - last)
-                        } else {
-                            last
-                        }
-                    };
-                    Perception {
-                        speed_mps,
-                        grade_rad: follow(last.grade_rad, &e.grade_rad),
-                        total_mass_kg: follow(last.total_mass_kg, &e.total_mass_kg),
-                    }
-                }
-                None => nominal,
-            },
+                let share = self.dt_s / FEEDFORWARD_LAG_S;
+                let follow = |last: f64, v: &Value| match v.valid {
+                    true => last + share * (v.value - last),
+                    false => last,
+                };
+                (
+                    follow(last.grade_rad, &e.grade_rad),
+                    follow(last.total_mass_kg, &e.total_mass_kg),
+                )
+            }
+            _ => (0.0, self.nominal_mass_kg),
+        };
+        Perception {
+            speed_mps,
+            grade_rad,
+            total_mass_kg,
+            slip_mps,
         }
     }
+}
+
+/// Speed of the train from the wheels of its drive units, m/s: their median, so that a slipping unit does not mislead; of an
+/// even number the slower of the middle two, since wheels that slip under power run ahead.
+fn train_speed(wheels: &[Option<f64>; MAX_DRIVES]) -> f64 {
+    let mut known = [0.0; MAX_DRIVES];
+    let mut n = 0;
+    for v in wheels.iter().flatten() {
+        known[n] = *v;
+        n += 1;
+    }
+    let known = &mut known[..n];
+    known.sort_unstable_by(|a, b| a.abs().total_cmp(&b.abs()));
+    n.checked_sub(1).map_or(0.0, |last| known[last / 2])
 }
 
 /// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes; without

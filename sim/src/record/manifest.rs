@@ -20,7 +20,7 @@ pub struct Manifest {
     pub monorig: String,
     /// SHA-256 of every file the run was made from, by name, as `sha256sum` prints it.
     pub inputs: BTreeMap<String, String>,
-    /// SHA-256 over monorig's version and all inputs: runs with the same seed and the same hash are the same run.
+    /// SHA-256 over monorig's version, all inputs and the resolved scenario: runs with the same seed and the same hash are the same run.
     pub hash: String,
     /// The scenario with all defaults filled in.
     pub resolved: serde_json::Value,
@@ -45,6 +45,8 @@ impl Manifest {
         for (name, digest) in &inputs {
             all.update(format!("{digest}  {name}\n"));
         }
+        // what `--set` changed is in no file
+        all.update(resolved.to_string());
         Self {
             version: 1,
             scenario: scenario.into(),
