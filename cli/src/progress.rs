@@ -15,7 +15,6 @@ const STEPS: u64 = 1000;
 pub struct Progress {
     name: String,
     bar: Option<ProgressBar>,
-    started: Instant,
     spoke: Instant,
 }
 
@@ -29,8 +28,7 @@ impl Progress {
             }
             bar.with_prefix(name.to_owned())
         });
-        let now = Instant::now();
-        Self { name: name.to_owned(), bar, started: now, spoke: now }
+        Self { name: name.to_owned(), bar, spoke: Instant::now() }
     }
 
     /// The run has come to this share of its way, 0…1.
@@ -42,22 +40,10 @@ impl Progress {
             self.spoke = Instant::now();
         }
     }
-
-    /// The run is over at `t_s`.
-    pub fn done(&self, t_s: f64) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-        let took_s = self.started.elapsed().as_secs_f64();
-        note(&format!(
-            "{}: {t_s:.1} s simulated in {took_s:.2} s",
-            self.name
-        ));
-    }
 }
 
 impl Drop for Progress {
-    /// A run that breaks down leaves no half bar on the terminal.
+    /// The run is over, or has broken down: no half bar stays on the terminal.
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -4,8 +4,9 @@ use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::progress::Progress;
 use crate::report;
-use crate::simulate::simulate;
 use crate::output::note;
+use crate::prepare;
+use crate::simulate::simulate;
 use crate::{Outcome, output};
 use monorig_sim::scenario::Scenario;
 use std::path::Path;
@@ -16,30 +17,25 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Simulate a scenario. Nothing is written before the whole input has been found good.
 pub fn run(task: &Run) -> Result<Outcome, CliError> {
-    let scenario = Scenario::load(&task.file, &task.overrides())?;
+    let scenario = prepare::scenario(&task.file, &task.overrides())?;
     prepare_out(&task.out)?;
     listen_for_interrupts();
-    let mut rows = Vec::new();
+    let mut held = true;
     for &seed in seeds(&scenario, task) {
-        let name = format!("{} seed {seed}", scenario.name);
-        let mut progress = Progress::new(&name);
+        let mut progress = Progress::new(&format!("{} seed {seed}", scenario.name));
         let done = simulate(&scenario, seed, task, &mut |share| {
             progress.at(share);
             !INTERRUPTED.load(Ordering::Relaxed)
         })?;
-        progress.done(done.simulated_s);
+        drop(progress);
         note(&format!("results in {}", done.folder.display()));
-        rows.extend(done.rows);
-        if !done.finished {
-            output::print(&report::table(&rows))?;
+        output::print(&report::text(&done.summary, &scenario.file.expect, done.wall_s))?;
+        if !done.summary.finished {
             return Err(CliError::Interrupted);
         }
+        held &= report::all_held(&done.summary);
     }
-    output::print(&report::table(&rows))?;
-    Ok(match report::all_held(&rows) {
-        true => Outcome::Held,
-        false => Outcome::Failed,
-    })
+    Ok(if held { Outcome::Held } else { Outcome::Failed })
 }
 
 /// The seed asked for, else the first of the scenario: all of them are for tests and comparisons.

@@ -3,10 +3,8 @@
 use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::output::note;
-use crate::report::Row;
-use monorig_lab::metrics;
 use monorig_lab::series::Series;
-use monorig_lab::summary::{self, Summary};
+use monorig_lab::summary::Summary;
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
@@ -28,13 +26,11 @@ const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALH
 /// What is left of a run.
 pub struct Done {
     /// Numbers for the report.
-    pub rows: Vec<Row>,
+    pub summary: Summary,
     /// Its folder.
     pub folder: PathBuf,
-    /// Whether it reached the scenario's end.
-    pub finished: bool,
-    /// Simulated time, s.
-    pub simulated_s: f64,
+    /// Time it took, s.
+    pub wall_s: f64,
 }
 
 /// Simulate one seed. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
@@ -72,9 +68,7 @@ pub fn simulate(
     for (name, times, reason) in &outcome.refusals {
         note(&format!("{name} refused {times} steps, the first because {reason}"));
     }
-    let mut rows = rows(&summary, seed);
-    rows.push(Row::plain(seed, "", "real-time factor", outcome.simulated_s / wall_s));
-    Ok(Done { rows, folder, finished: outcome.finished, simulated_s: outcome.simulated_s })
+    Ok(Done { summary, folder, wall_s })
 }
 
 fn start_tape<'a>(
@@ -112,27 +106,4 @@ fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
         note(&format!("no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"));
     }
     Some(sink)
-}
-
-/// What the table shows: every expectation, and the main metrics of every estimator.
-fn rows(summary: &Summary, seed: u64) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (estimator, values) in &summary.estimators {
-        for name in summary::MAIN {
-            let unit = metrics::METRICS.iter().find(|m| m.name == *name).map_or("", |m| m.unit);
-            let value = values.get(*name).copied().flatten();
-            rows.push(Row { value, ..Row::plain(seed, estimator, &format!("{name}  [{unit}]"), 0.0) });
-        }
-    }
-    for v in &summary.expectations {
-        rows.push(Row {
-            seed,
-            estimator: v.estimator.clone().unwrap_or_default(),
-            metric: format!("expected: {}", v.metric),
-            value: v.value,
-            bound: Some(v.bound.clone()),
-            held: Some(v.held),
-        });
-    }
-    rows
 }

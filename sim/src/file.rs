@@ -90,6 +90,20 @@ pub(crate) fn exists(path: &Path) -> Result<(), String> {
     }
 }
 
+/// The file that `key` of `file` names, relative to the folder of `file`. It must be there.
+pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
+    let found = file.parent().unwrap_or(Path::new("")).join(name);
+    match exists(&found) {
+        Ok(()) => Ok(found),
+        Err(help) => Err(input_error(
+            file,
+            key,
+            format!("there is no file {}", found.display()),
+            format!("{help} (names in this file start at its folder)"),
+        )),
+    }
+}
+
 /// Read a YAML file into a checked type.
 pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()

@@ -80,8 +80,9 @@ impl Rig {
         }
         let dt_s = s.physics.dt_ms.get() * 1e-3;
         if s.physics.plant == PlantKind::Rapier {
-            train.check_step(dt_s)?;
+            check_step(&scenario, &train, dt_s)?;
         }
+        check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
         let mut sensors =
             Suite::new(&Sheet::load(&scenario.sensors)?, &train, s.physics.gravity_mps2.get(), seed)?;
@@ -152,6 +153,35 @@ impl Rig {
     }
 }
 
+/// The physics step suits the train's springs. The scenario is blamed: it chose the step.
+fn check_step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
+    train.check_step(dt_s).map_err(|e| match e {
+        Error::Input(e) => scenario.error(
+            "physics.dt_ms",
+            format!("{} (train {})", e.message, scenario.train.display()),
+            e.help,
+        ),
+        other => other,
+    })
+}
+
+/// No event hangs more on the hook than the train may carry.
+fn check_loads(scenario: &Scenario, train: &Train) -> Result<(), Error> {
+    let most = if train.load.is_some() { train.limits.max_load_kg } else { 0.0 };
+    for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::LoadMass { load_mass_kg, .. } = e
+            && load_mass_kg.get() > most
+        {
+            return Err(scenario.error(
+                format!("events[{i}].load_mass_kg"),
+                format!("the train cannot carry a load of {} kg", load_mass_kg.get()),
+                format!("a load from 0 to {most} kg"),
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Chainage of the front at the start.
 fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> {
     let length = train.limits.length_m;
@@ -162,6 +192,13 @@ fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> 
             "start.chainage_m",
             format!("with its front at {front} m the train does not stand on the track"),
             format!("a chainage from {length} m (the train is that long) to {} m (the track ends there)", rail.length()),
+        ));
+    }
+    if let Some(end) = scenario.file.stop.at_m.filter(|end| end.get() > rail.length()) {
+        return Err(scenario.error(
+            "stop.at_m",
+            format!("{} m is beyond the end of the track", end.get()),
+            format!("a chainage of at most {} m", rail.length()),
         ));
     }
     Ok(front)

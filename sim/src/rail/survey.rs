@@ -8,7 +8,7 @@ use super::alignment::{Angle, Law, Piece};
 use super::spline::Spline;
 use crate::checked::NonNegative;
 use crate::error::{Error, InputError};
-use crate::file::{input_error, read_text};
+use crate::file::{input_error, named, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -36,7 +36,7 @@ pub(super) type Surveyed = (Option<Angle>, Angle);
 
 /// Read and smooth a survey; `track` is the file that names it.
 pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
-    let file = super::track::beside(track, &survey.file);
+    let file = named(track, "survey.file", &survey.file)?;
     let points = points(&read_text(&file)?, &file)?;
     let s: Vec<f64> = points.iter().map(|p| p.s - points[0].s).collect();
     let heights: Vec<f64> = points.iter().map(|p| p.height).collect();

@@ -25,7 +25,7 @@ use crate::file::input_error;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Steepest grade that can be described, degrees: beyond it a rail's "left" means little.
 pub const STEEPEST_DEG: f64 = 60.0;
@@ -161,11 +161,6 @@ pub struct Vertical {
     pub times: Option<u32>,
     /// What to repeat.
     pub elements: Option<Vec<Vertical>>,
-}
-
-/// A path written in `file`, relative to it.
-pub(super) fn beside(file: &Path, path: &str) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(path)
 }
 
 impl TrackFile {

@@ -6,7 +6,7 @@ use super::unit::Unit;
 use super::unit_file::LoadFile;
 use super::{Connection, ConnectionKind, Payload};
 use crate::error::Error;
-use crate::file::input_error;
+use crate::file::{input_error, named};
 use nalgebra::{Isometry3, Vector3};
 
 impl Builder<'_> {
@@ -69,7 +69,7 @@ impl Builder<'_> {
 
     /// The load on its chains.
     pub fn hang(&mut self, entry: &LoadEntry) -> Result<(), Error> {
-        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
+        let unit = Unit::load(&named(self.path, "load.unit", &entry.unit)?)?;
         let Some(LoadFile {
             payload_link,
             chain_links,

@@ -6,7 +6,7 @@ use super::urdf::{Place, UrdfUnit};
 use super::{Drive, Station};
 use crate::checked::Fraction;
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
+use crate::file::{input_error, named, read_yaml};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ impl Unit {
         let Some(carried) = &unit.file.carried_by else {
             return Ok(unit);
         };
-        let trolley = Self::load_one(&path.with_file_name("").join(&carried.trolley))?;
+        let trolley = Self::load_one(&named(path, "carried_by.trolley", &carried.trolley)?)?;
         if trolley.stations.first().is_none_or(Vec::is_empty) || trolley.file.carried_by.is_some() {
             return Err(input_error(
                 path,
@@ -75,7 +75,7 @@ impl Unit {
                 "version: 1",
             ));
         }
-        let urdf = UrdfUnit::load(&path.with_file_name("").join(&file.urdf))?;
+        let urdf = UrdfUnit::load(&named(path, "urdf", &file.urdf)?)?;
         let mut unit = Self {
             path: path.into(),
             stations: vec![Vec::new(); urdf.bodies.len()],

@@ -1,0 +1,17 @@
+//! Everything about a scenario that can be found wrong without running it.
+
+use monorig_lab::expected;
+use monorig_sim::error::Error;
+use monorig_sim::rig::Rig;
+use monorig_sim::scenario::Scenario;
+use std::path::Path;
+
+/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig.
+pub fn scenario(path: &Path, overrides: &[(String, String)]) -> Result<Scenario, Error> {
+    let scenario = Scenario::load(path, overrides)?;
+    expected::check(&scenario)?;
+    if let Some(&seed) = scenario.seeds().first() {
+        Rig::build(scenario.clone(), seed)?;
+    }
+    Ok(scenario)
+}
