@@ -48,7 +48,7 @@ metrics.json, and run.rrd to open in the Rerun viewer.";
 pub struct Run {
     /// Scenario file
     pub file: PathBuf,
-    /// Run this seed instead of the scenario's
+    /// Run this seed instead of the scenario's first
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Folder the results go to

@@ -69,7 +69,7 @@ pub const KINDS: &[Row] = &[
             "expect",
         ],
         schema: || schema_for!(ScenarioFile),
-        check: |path| prepare::scenario(path, &[]).map(drop),
+        check: |path| prepare::rig(path, &[]).map(drop),
     },
     Row {
         kind: Kind::Track,

@@ -6,12 +6,11 @@ use monorig_sim::rig::Rig;
 use monorig_sim::scenario::Scenario;
 use std::path::Path;
 
-/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig.
-pub fn scenario(path: &Path, overrides: &[(String, String)]) -> Result<Scenario, Error> {
+/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig for
+/// the first of its seeds.
+pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Rig, Error> {
     let scenario = Scenario::load(path, overrides)?;
     expected::check(&scenario)?;
-    if let Some(&seed) = scenario.seeds().first() {
-        Rig::build(scenario.clone(), seed)?;
-    }
-    Ok(scenario)
+    let seed = scenario.seeds().first().copied().unwrap_or(1);
+    Rig::build(scenario, seed)
 }

@@ -33,17 +33,16 @@ pub struct Done {
     pub wall_s: f64,
 }
 
-/// Simulate one seed. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
+/// Simulate. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
-    scenario: &Scenario,
-    seed: u64,
+    mut rig: Rig,
     task: &Run,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Done, CliError> {
-    let mut rig = Rig::build(scenario.clone(), seed)?;
+    let (scenario, seed) = (rig.scenario.clone(), rig.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
-    let resolved = serde_json::to_value(scenario).map_err(CliError::Json)?;
+    let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
     let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
     folder.write("manifest.json", manifest.to_json().as_bytes())?;
 
@@ -56,13 +55,13 @@ pub fn simulate(
         if let Some(rerun) = &mut rerun {
             sinks.push(rerun);
         }
-        let mut tape = start_tape(&rig, scenario, sinks, task.live)?;
+        let mut tape = start_tape(&rig, &scenario, sinks, task.live)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut tape, &mut series];
         run::run(&mut rig, observers, go_on)?
     };
     let wall_s = started.elapsed().as_secs_f64();
 
-    let summary = Summary::new(scenario, seed, &outcome, &series);
+    let summary = Summary::new(&scenario, seed, &outcome, &series);
     folder.write("metrics.json", summary.to_json().as_bytes())?;
     let folder = folder.commit()?;
     for (name, times, reason) in &outcome.refusals {

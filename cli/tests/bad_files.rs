@@ -17,7 +17,7 @@ const SCENARIO: &[Change] = &[
     ("load_over_the_rating", "load: {mass_kg: 2500}", "load: {mass_kg: 20000}"),
     ("event_load_over_the_rating", "load_mass_kg: 1500", "load_mass_kg: 20000"),
     ("step_too_long_for_the_springs", "dt_ms: 2", "dt_ms: 5"),
-    ("sensor_faster_than_the_step", "dt_ms: 2", "dt_ms: 4.5"),
+    ("sensor_faster_than_the_step", "dt_ms: 2, plant: rapier", "dt_ms: 4.5, plant: point-mass"),
     ("fault_on_an_unknown_sensor", "sensor: imu", "sensor: radar"),
     ("fault_on_an_absent_drive", "sensor: imu", "sensor: 'wheel_speed[3]'"),
     ("fault_on_a_sensor_not_fitted", "sensor: imu", "sensor: clamp_pressure"),
@@ -105,7 +105,8 @@ const SURVEY: &[Change] = &[
     ("a_value_too_many", "60,0.9", "60,0.9,1"),
     ("decimal_commas", "60,0.9", "60,0,9"),
     ("a_cliff", "60,0.9", "60,90"),
-    ("too_steep_for_the_train", "60,0.9", "60,16"),
+    ("too_steep", "60,0.9", "60,16"),
+    ("too_steep_for_the_train", "60,0.9", "60,8"),
     ("too_few_points", "", "s_m,height_m\n0,0\n60,0\n120,0\n"),
     ("too_long", "140,1.0", "1.0e+7,1.0"),
 ];
@@ -129,7 +130,8 @@ const TRAIN: &[Change] = &[
     ("unit_is_a_urdf", "units/drive_unit.yaml", "units/drive_unit.urdf"),
     ("unit_is_a_load", "units/drive_unit.yaml", "units/load_block.yaml"),
     ("no_units", "  - {name: drive_1, unit: units/drive_unit.yaml}\n", "  []\n"),
-    ("no_drives", "units/drive_unit.yaml", "units/carrier_trolley.yaml"),
+    ("unit_without_length", "units/drive_unit.yaml", "units/carrier_trolley.yaml"),
+    ("no_drives", "", NO_DRIVES),
     (
         "duplicate_names",
         "  - {name: drive_1, unit: units/drive_unit.yaml}\n",
@@ -152,6 +154,15 @@ const TRAIN: &[Change] = &[
     ("resistance_negative", "running_wheel: 0.4", "running_wheel: -0.4"),
     ("limits_missing", "max_grade_deg: 30, ", ""),
 ];
+
+const NO_DRIVES: &str = "\
+version: 1
+name: cabs
+consist: [{name: cab_1, unit: units/cab.yaml}, {name: cab_2, unit: units/cab.yaml}]
+drawbar: {stiffness_npm: 5.0e+6, damping_nspm: 2.0e+4}
+limits: {min_radius_horizontal_m: 4, min_radius_vertical_m: 8, max_grade_deg: 30, max_speed_mps: 2.4, max_load_kg: 2500}
+resistance: {clamped_wheel: 0, running_wheel: 0.4, guide_wheel: 0, bearing_n: 0, bearing_nspm: 0, air_nspm2: 0}
+";
 
 const DRIVE_UNIT: &[Change] = &[
     ("version", "version: 1", "version: 2"),
@@ -181,6 +192,7 @@ const LOAD: &[Change] = &[
     ("payload_unknown", "payload_link: payload", "payload_link: paylod"),
     ("payload_without_mass", "payload_link: payload", "payload_link: hook_1"),
     ("chain_to_nowhere", "hook_4]", "hook_9]"),
+    ("chain_from_nowhere", "hook_4]", "payload]"),
     ("no_chains", "[hook_1, hook_2, hook_3, hook_4]", "[]"),
     ("drop_zero", "drop_m: 0.6", "drop_m: 0"),
 ];

@@ -79,14 +79,26 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// Whether a file is there; if not, what name may have been meant.
-pub(crate) fn exists(path: &Path) -> Result<(), String> {
-    if path.is_file() {
-        Ok(())
-    } else if path.is_dir() {
-        Err("this is a folder: name a file in it".into())
-    } else {
-        Err(suggest::beside(path))
+/// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
+pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
+    let name = path.display();
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err((
+            format!("{name} is a folder, not a file"),
+            "name a file in it".into(),
+        )),
+        Ok(_) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err((
+            format!("there is no file {name}"),
+            format!(
+                "{} (names in a file start at its folder)",
+                suggest::beside(path)
+            ),
+        )),
+        Err(e) => Err((
+            format!("{name} cannot be read: {e}"),
+            "make it readable, or name another file".into(),
+        )),
     }
 }
 
@@ -95,12 +107,7 @@ pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
     let found = file.parent().unwrap_or(Path::new("")).join(name);
     match exists(&found) {
         Ok(()) => Ok(found),
-        Err(help) => Err(input_error(
-            file,
-            key,
-            format!("there is no file {}", found.display()),
-            format!("{help} (names in this file start at its folder)"),
-        )),
+        Err((message, help)) => Err(input_error(file, key, message, help)),
     }
 }
 

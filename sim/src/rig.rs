@@ -191,17 +191,26 @@ fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> 
         return Err(scenario.error(
             "start.chainage_m",
             format!("with its front at {front} m the train does not stand on the track"),
-            format!("a chainage from {length} m (the train is that long) to {} m (the track ends there)", rail.length()),
+            format!(
+                "a chainage from {} m (the train is that long) to {} m (the track ends there)",
+                libm::ceil(length * 1e3 - 1e-6) / 1e3,
+                end_m(rail)
+            ),
         ));
     }
     if let Some(end) = scenario.file.stop.at_m.filter(|end| end.get() > rail.length()) {
         return Err(scenario.error(
             "stop.at_m",
             format!("{} m is beyond the end of the track", end.get()),
-            format!("a chainage of at most {} m", rail.length()),
+            format!("a chainage of at most {} m", end_m(rail)),
         ));
     }
     Ok(front)
+}
+
+/// End of the track for messages, m: whole millimetres, never beyond it.
+pub(crate) fn end_m(rail: &Rail) -> f64 {
+    libm::floor(rail.length() * 1e3 + 1e-6) / 1e3
 }
 
 fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
@@ -213,7 +222,7 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
                 return Err(scenario.error(
                     format!("events[{i}].from_m"),
                     format!("the zone starts at {} m, beyond the end of the track", z.from_m),
-                    format!("a chainage below {} m", rail.length()),
+                    format!("a chainage below {} m", end_m(rail)),
                 ));
             }
             zones.push(z);
@@ -250,7 +259,10 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
         crane::NAMES,
         &|name| crane::keys(name).into_iter().flatten().map(|k| k.name).collect(),
         &|name, key, value| match find(name, key).filter(|k| !(k.range[0]..=k.range[1]).contains(&value)) {
-            Some(k) => Err(format!("{value} is outside {}…{} {} ({})", k.range[0], k.range[1], k.unit, k.doc)),
+            Some(k) => {
+                let unit = if k.unit == "-" { String::new() } else { format!(" {}", k.unit) };
+                Err(format!("{value} is outside {}…{}{unit} ({})", k.range[0], k.range[1], k.doc))
+            }
             None => Ok(()),
         },
     )?;

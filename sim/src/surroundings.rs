@@ -35,7 +35,7 @@ pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
             return Err(scenario.error(
                 format!("surroundings[{i}].at_m"),
                 format!("the obstacle is at {} m, beyond the end of the track", o.at_m.get()),
-                format!("a chainage from 0 to {} m", rail.length()),
+                format!("a chainage from 0 to {} m", crate::rig::end_m(rail)),
             ));
         }
         let size = Vector3::new(o.size_m[0].get(), o.size_m[1].get(), o.size_m[2].get());

@@ -19,7 +19,7 @@ use super::alignment::{Angle, Builder};
 use super::elements;
 use super::joints::JointsFile;
 use super::survey::{self, Survey};
-use crate::checked::{Finite, NonNegative, Positive};
+use crate::checked::{Finite, NonNegative, Positive, Version1};
 use crate::error::Error;
 use crate::file::input_error;
 use nalgebra::Vector3;
@@ -35,7 +35,7 @@ pub const STEEPEST_DEG: f64 = 60.0;
 #[serde(deny_unknown_fields)]
 pub struct TrackFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Name.
     pub name: String,
     /// What the track is for, and where its figures come from.
@@ -167,13 +167,6 @@ impl TrackFile {
     /// Heading and grade along the chainage.
     pub(super) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
         let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
-        if self.version != 1 {
-            return bad(
-                "version",
-                "this is not a format this program knows",
-                "version: 1",
-            );
-        }
         let surveyed = match &self.survey {
             Some(s) if self.vertical.is_empty() => Some(survey::read(s, file)?),
             Some(_) => {

@@ -14,14 +14,6 @@ use std::path::Path;
 /// Read a train file and every unit it names.
 pub fn load(path: &Path) -> Result<Train, Error> {
     let file: TrainFile = read_yaml(path)?;
-    if file.version != 1 {
-        return Err(input_error(
-            path,
-            "version",
-            format!("version {} is not known", file.version),
-            "version: 1",
-        ));
-    }
     let mut builder = Builder {
         path,
         file: &file,

@@ -111,8 +111,19 @@ impl Builder<'_> {
         } = &self.spans[above];
         let (turn, first) = (*turn, *first);
         let mut chains = Vec::new();
-        for link in &chain_links {
-            let (up, down) = (carrier.link(link)?, unit.link(link)?);
+        for (i, link) in chain_links.iter().enumerate() {
+            let key = format!("load.chain_links[{i}]");
+            let Some(down) = unit.urdf.place(link) else {
+                return Err(unit.unknown_link(key, link));
+            };
+            let Some(up) = carrier.urdf.place(link) else {
+                return Err(input_error(
+                    &unit.path,
+                    key,
+                    format!("`{}`, which carries the load, has no link `{link}`", entry.under),
+                    "a chain ends at links of one name in both URDF files",
+                ));
+            };
             chains.push((
                 first + up.body,
                 turn * up.pose.translation.vector,

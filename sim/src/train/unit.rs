@@ -67,14 +67,6 @@ impl Unit {
 
     fn load_one(path: &Path) -> Result<Self, Error> {
         let file: UnitFile = read_yaml(path)?;
-        if file.version != 1 {
-            return Err(input_error(
-                path,
-                "version",
-                format!("version {} is not known", file.version),
-                "version: 1",
-            ));
-        }
         let urdf = UrdfUnit::load(&named(path, "urdf", &file.urdf)?)?;
         let mut unit = Self {
             path: path.into(),
@@ -264,7 +256,7 @@ impl Unit {
             )
         };
         let [a, b] = wheels.as_slice() else {
-            return Err(fault(&format!("{} friction wheels, not two", wheels.len())));
+            return Err(fault(&format!("the number of friction wheels is {}, not 2", wheels.len())));
         };
         let (pa, pb) = (&self.urdf.places[a.place], &self.urdf.places[b.place]);
         let (ta, tb) = (pa.pose.translation.vector, pb.pose.translation.vector);
