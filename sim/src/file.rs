@@ -88,7 +88,11 @@ pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
             "name a file in it".into(),
         )),
         Ok(_) => Ok(()),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err((
+        Err(e) if not_found(&e) && std::fs::read_link(path).is_ok() => Err((
+            format!("{name} is a link to a file that is not there"),
+            "mend the link, or name another file".into(),
+        )),
+        Err(e) if not_found(&e) => Err((
             format!("there is no file {name}"),
             format!(
                 "{} (names in a file start at its folder)",
@@ -100,6 +104,10 @@ pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
             "make it readable, or name another file".into(),
         )),
     }
+}
+
+fn not_found(e: &std::io::Error) -> bool {
+    e.kind() == std::io::ErrorKind::NotFound
 }
 
 /// The file that `key` of `file` names, relative to the folder of `file`. It must be there.

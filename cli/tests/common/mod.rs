@@ -167,7 +167,8 @@ impl Rig {
 
     /// Make a link to itself: a file even root cannot read.
     pub fn circle(&self, name: &str) {
-        std::os::unix::fs::symlink(name, self.0.path().join(name)).unwrap();
+        let path = self.path(name);
+        std::os::unix::fs::symlink(path.file_name().unwrap(), &path).unwrap();
     }
 
     /// Run monorig in the folder: exit code, standard output, standard error.

@@ -119,7 +119,7 @@ impl Suite {
                     ),
                     format!(
                         "at most {} Hz, or a smaller `physics.dt_ms` in the scenario",
-                        1.0 / dt_s
+                        libm::floor(1e3 / dt_s) / 1e3
                     ),
                 ));
             }

@@ -15,6 +15,7 @@ pub(super) fn blame(file: &File<'_>, said: &str) -> Error {
     let text = without_comments(&file.text);
     let quoted = || said.split('`').nth(1).unwrap_or_default();
     let reason = said.rsplit("custom: ").next().unwrap_or(said);
+    let reason = reason.rsplit("Reason: ").next().unwrap_or(reason);
     let (at, message, help) = if text.trim().is_empty() {
         (None, "this file is empty".into(), HELP.into())
     } else if let Some(at) = mismatch(&text) {
@@ -26,7 +27,7 @@ pub(super) fn blame(file: &File<'_>, said: &str) -> Error {
             Some(at) => (Some(at), message, "mass and inertia, both".into()),
             None => (None, format!("{} is missing", quoted()), HELP.into()),
         }
-    } else if said.contains("float") {
+    } else if said.contains("float literal") {
         match bad_number(&text) {
             Some((at, word)) => (
                 Some(at),
