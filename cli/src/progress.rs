@@ -22,13 +22,19 @@ impl Progress {
     /// A run called `name`.
     pub fn new(name: &str) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
-            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}") {
+            let bar =
+                ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
+            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}")
+            {
                 bar.set_style(style);
             }
             bar.with_prefix(name.to_owned())
         });
-        Self { name: name.to_owned(), bar, spoke: Instant::now() }
+        Self {
+            name: name.to_owned(),
+            bar,
+            spoke: Instant::now(),
+        }
     }
 
     /// The run has come to this share of its way, 0…1.

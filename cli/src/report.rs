@@ -11,7 +11,12 @@ const COLUMNS: &[(&str, &str, f64, &str)] = &[
     ("mass error max %", "mass_error_rel_max", 100.0, "-"),
     ("converged s", "mass_convergence_s", 1.0, "never"),
     ("slope RMSE °", "slope_rmse_deg", 1.0, "-"),
-    ("slope RMSE (effective) °", "slope_effective_rmse_deg", 1.0, "-"),
+    (
+        "slope RMSE (effective) °",
+        "slope_effective_rmse_deg",
+        1.0,
+        "-",
+    ),
     ("valid %", "slope_valid_share", 100.0, "-"),
 ];
 
@@ -154,7 +159,10 @@ mod tests {
         let lines: Vec<&str> = text.lines().filter(|l| !l.is_empty()).collect();
         assert_eq!(lines.len(), 7, "{text}");
         let row: Vec<&str> = lines[2].split_whitespace().collect();
-        assert_eq!(row, ["joint_ekf", "92.7", "7.630", "never", "0.500", "-", "-"]);
+        assert_eq!(
+            row,
+            ["joint_ekf", "92.7", "7.630", "never", "0.500", "-", "-"]
+        );
         assert!(lines[5].ends_with("held"), "{text}");
         assert_eq!(lines[6], "60.0 s simulated in 0.12 s, 500 times real time");
     }

@@ -16,10 +16,26 @@ pub struct Kind {
 }
 
 const KINDS: &[Kind] = &[
-    Kind { name: "recording", ending: ".rrd", read: recording },
-    Kind { name: "channels", ending: ".parquet", read: channels },
-    Kind { name: "manifest", ending: "manifest.json", read: manifest },
-    Kind { name: "metrics", ending: "metrics.json", read: metrics },
+    Kind {
+        name: "recording",
+        ending: ".rrd",
+        read: recording,
+    },
+    Kind {
+        name: "channels",
+        ending: ".parquet",
+        read: channels,
+    },
+    Kind {
+        name: "manifest",
+        ending: "manifest.json",
+        read: manifest,
+    },
+    Kind {
+        name: "metrics",
+        ending: "metrics.json",
+        read: metrics,
+    },
 ];
 
 /// The kind of a result file, by its name.
@@ -43,7 +59,10 @@ fn recording(path: &Path) -> Result<String, Error> {
         return Err(broken(path, "this recording is not one of monorig".into()));
     }
     if !found.complete {
-        return Err(broken(path, format!("this recording breaks off after {size}")));
+        return Err(broken(
+            path,
+            format!("this recording breaks off after {size}"),
+        ));
     }
     Ok(format!("{}, {size}, complete", found.id))
 }

@@ -2,10 +2,10 @@
 
 use crate::arguments::Run;
 use crate::errors::CliError;
-use crate::progress::Progress;
-use crate::report;
 use crate::output::note;
 use crate::prepare;
+use crate::progress::Progress;
+use crate::report;
 use crate::simulate::simulate;
 use crate::{Outcome, output};
 use std::path::Path;
@@ -32,7 +32,11 @@ pub fn run(task: &Run) -> Result<Outcome, CliError> {
     if !done.summary.finished {
         return Err(CliError::Interrupted);
     }
-    Ok(if report::all_held(&done.summary) { Outcome::Held } else { Outcome::Failed })
+    Ok(if report::all_held(&done.summary) {
+        Outcome::Held
+    } else {
+        Outcome::Failed
+    })
 }
 
 /// The folder for results is there and can be written, found out before a long run and not after it.

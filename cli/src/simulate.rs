@@ -65,9 +65,15 @@ pub fn simulate(
     folder.write("metrics.json", summary.to_json().as_bytes())?;
     let folder = folder.commit()?;
     for (name, times, reason) in &outcome.refusals {
-        note(&format!("{name} refused {times} steps, the first because {reason}"));
+        note(&format!(
+            "{name} refused {times} steps, the first because {reason}"
+        ));
     }
-    Ok(Done { summary, folder, wall_s })
+    Ok(Done {
+        summary,
+        folder,
+        wall_s,
+    })
 }
 
 fn start_tape<'a>(
@@ -89,7 +95,11 @@ fn start_tape<'a>(
         profile: &rig.rail.profile().outline,
         obstacles: &blocks,
     };
-    let chunk_s = if live { monorig_viz::sink::LIVE_CHUNK_S } else { monorig_viz::sink::CHUNK_S };
+    let chunk_s = if live {
+        monorig_viz::sink::LIVE_CHUNK_S
+    } else {
+        monorig_viz::sink::CHUNK_S
+    };
     Tape::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
@@ -102,7 +112,9 @@ fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
     }
     let sink = RerunSink::live(path, VIEWER);
     if sink.live_state().is_none() {
-        note(&format!("no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"));
+        note(&format!(
+            "no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"
+        ));
     }
     Some(sink)
 }

@@ -10,6 +10,7 @@ use common::Rig;
 /// Case, text to replace, replacement. An empty text to replace means the whole file.
 type Change = (&'static str, &'static str, &'static str);
 
+#[rustfmt::skip] // a table
 const SCENARIO: &[Change] = &[
     ("start_off_the_rear", "chainage_m: 25", "chainage_m: 0.1"),
     ("start_off_the_end", "chainage_m: 25", "chainage_m: 500"),
@@ -35,6 +36,7 @@ const SCENARIO: &[Change] = &[
     ("track_is_a_drawing", "track: track.yaml", "track: units/meshes/cab_shell.stl"),
 ];
 
+#[rustfmt::skip] // a table
 const TRACK: &[Change] = &[
     ("empty", "", ""),
     ("version", "version: 1", "version: 2"),
@@ -83,6 +85,7 @@ const TRACK: &[Change] = &[
     ("survey_as_well", "joints:", "survey: {file: survey.csv, height_noise_m: 0.01}\njoints:"),
 ];
 
+#[rustfmt::skip] // a table
 const SURVEYED: &[Change] = &[
     ("file_not_there", "survey.csv", "surveys.csv"),
     ("file_is_a_folder", "survey.csv", "units"),
@@ -91,6 +94,7 @@ const SURVEYED: &[Change] = &[
     ("noise_missing", ", height_noise_m: 0.003", ""),
 ];
 
+#[rustfmt::skip] // a table
 const SURVEY: &[Change] = &[
     ("empty", "", ""),
     ("column_missing", "s_m,height_m", "s_m"),
@@ -111,6 +115,7 @@ const SURVEY: &[Change] = &[
     ("too_long", "140,1.0", "1.0e+7,1.0"),
 ];
 
+#[rustfmt::skip] // a table
 const PROFILE: &[Change] = &[
     ("version", "version: 1", "version: 3"),
     ("in_millimetres", "height_m: 0.155", "height_m: 155"),
@@ -123,6 +128,7 @@ const PROFILE: &[Change] = &[
     ("unknown_key", "web_m: 0.007", "wep_m: 0.007"),
 ];
 
+#[rustfmt::skip] // a table
 const TRAIN: &[Change] = &[
     ("version", "version: 1", "version: 2"),
     ("unknown_key", "drawbar:", "drawbars:"),
@@ -164,6 +170,7 @@ limits: {min_radius_horizontal_m: 4, min_radius_vertical_m: 8, max_grade_deg: 30
 resistance: {clamped_wheel: 0, running_wheel: 0.4, guide_wheel: 0, bearing_n: 0, bearing_nspm: 0, air_nspm2: 0}
 ";
 
+#[rustfmt::skip] // a table
 const DRIVE_UNIT: &[Change] = &[
     ("version", "version: 1", "version: 2"),
     ("urdf_not_there", "urdf: drive_unit.urdf", "urdf: drive.urdf"),
@@ -188,6 +195,7 @@ const DRIVE_UNIT: &[Change] = &[
     ),
 ];
 
+#[rustfmt::skip] // a table
 const LOAD: &[Change] = &[
     ("payload_unknown", "payload_link: payload", "payload_link: paylod"),
     ("payload_without_mass", "payload_link: payload", "payload_link: hook_1"),
@@ -197,6 +205,7 @@ const LOAD: &[Change] = &[
     ("drop_zero", "drop_m: 0.6", "drop_m: 0"),
 ];
 
+#[rustfmt::skip] // a table
 const DRIVE_URDF: &[Change] = &[
     ("empty", "", ""),
     ("another_xml", "", "<html><body/></html>"),
@@ -246,6 +255,7 @@ const DRIVE_URDF: &[Change] = &[
     ("origin_infinite", "<origin xyz=\"0 0.43 -0.22\"/>", "<origin xyz=\"0 inf -0.22\"/>"),
 ];
 
+#[rustfmt::skip] // a table
 const SENSORS: &[Change] = &[
     ("version", "version: 1", "version: 2"),
     ("no_instrument", "", "version: 1\nsource: none\n"),
@@ -269,6 +279,7 @@ const SENSORS: &[Change] = &[
 ];
 
 /// Each file with its changes, and what is set on the scenario so that the file is in use.
+#[rustfmt::skip] // a table
 const FILES: &[(&str, &[Change], Option<&str>)] = &[
     ("scenario.yaml", SCENARIO, None),
     ("track.yaml", TRACK, None),
@@ -298,7 +309,10 @@ fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
                 "" => (*to).to_owned(),
                 from => {
                     let hits = good.matches(from).count();
-                    assert_eq!(hits, 1, "{file} {case}: the change must hit exactly one place");
+                    assert_eq!(
+                        hits, 1,
+                        "{file} {case}: the change must hit exactly one place"
+                    );
                     good.replace(from, to)
                 }
             };
@@ -307,7 +321,10 @@ fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
             let name = file.replace(['/', '.'], "_").replace("_yaml", "");
             insta::assert_snapshot!(format!("{name}__{case}"), told);
             let checked = rig.refused(&["check", "scenario.yaml"]);
-            assert!(checked.starts_with(&told), "{file} {case}: check said\n{checked}run said\n{told}");
+            assert!(
+                checked.starts_with(&told),
+                "{file} {case}: check said\n{checked}run said\n{told}"
+            );
         }
     }
 }
@@ -315,12 +332,28 @@ fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
 /// A file named by another one that cannot be read at all.
 #[test]
 fn an_unreadable_file_below_the_scenario_is_told() {
-    for file in ["track.yaml", "train.yaml", "sensors.yaml", "rails/i140e.yaml", "units/drive_unit.urdf", "survey.csv"] {
-        for (case, bytes) in [("not_text", Some(&b"a: \xff\xfe\n"[..])), ("empty", Some(&b""[..])), ("circle", None)] {
+    for file in [
+        "track.yaml",
+        "train.yaml",
+        "sensors.yaml",
+        "rails/i140e.yaml",
+        "units/drive_unit.urdf",
+        "survey.csv",
+    ] {
+        for (case, bytes) in [
+            ("not_text", Some(&b"a: \xff\xfe\n"[..])),
+            ("empty", Some(&b""[..])),
+            ("circle", None),
+        ] {
             let rig = Rig::new();
             if file == "survey.csv" {
                 let scenario = rig.read("scenario.yaml");
-                rig.write("scenario.yaml", scenario.replace("track: track.yaml", "track: surveyed.yaml").as_bytes());
+                rig.write(
+                    "scenario.yaml",
+                    scenario
+                        .replace("track: track.yaml", "track: surveyed.yaml")
+                        .as_bytes(),
+                );
             }
             match bytes {
                 Some(bytes) => rig.write(file, bytes),
@@ -332,33 +365,6 @@ fn an_unreadable_file_below_the_scenario_is_told() {
             let told = rig.refused(&["run", "scenario.yaml"]);
             let name = file.rsplit('/').next().unwrap().replace('.', "_");
             insta::assert_snapshot!(format!("unreadable__{name}__{case}"), told);
-        }
-    }
-}
-
-/// Every kind by itself, and as the kind it is not.
-#[test]
-fn kinds_are_told_apart() {
-    let rig = Rig::new();
-    for (file, kind) in [
-        ("scenario.yaml", "scenario"),
-        ("track.yaml", "track"),
-        ("surveyed.yaml", "track"),
-        ("train.yaml", "train"),
-        ("units/drive_unit.yaml", "unit"),
-        ("units/load_block.yaml", "unit"),
-        ("units/carrier_trolley.yaml", "unit"),
-        ("units/cab.yaml", "unit"),
-        ("sensors.yaml", "sensors"),
-        ("rails/i140e.yaml", "rail-profile"),
-    ] {
-        let (code, out, err) = rig.monorig(&["check", file]);
-        assert_eq!((code, out.as_str()), (Some(0), format!("{file}: {kind} ok\n").as_str()), "{err}");
-        for other in ["scenario", "track", "train", "unit", "sensors", "rail-profile"] {
-            if other != kind {
-                let told = rig.refused(&["check", "--kind", other, file]);
-                assert!(told.contains(file) && told.contains("help:"), "{told}");
-            }
         }
     }
 }

@@ -7,7 +7,12 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_monorig");
-const RESULTS: [&str; 4] = ["channels.parquet", "manifest.json", "metrics.json", "run.rrd"];
+const RESULTS: [&str; 4] = [
+    "channels.parquet",
+    "manifest.json",
+    "metrics.json",
+    "run.rrd",
+];
 
 /// Bytes below a folder.
 fn bytes(folder: &std::path::Path) -> u64 {
@@ -28,7 +33,12 @@ fn scenario(name: &str) -> String {
 fn stopped_by(signal: &str) -> (Rig, std::process::Output) {
     let rig = Rig::new();
     let mut child = Command::new(BINARY)
-        .args(["run", &scenario("winding.yaml"), "--set", "physics.dt_ms=0.25"])
+        .args([
+            "run",
+            &scenario("winding.yaml"),
+            "--set",
+            "physics.dt_ms=0.25",
+        ])
         .current_dir(rig.path(""))
         .env("NO_COLOR", "1")
         .stdin(Stdio::null())
@@ -38,11 +48,19 @@ fn stopped_by(signal: &str) -> (Rig, std::process::Output) {
         .unwrap();
     let started = Instant::now();
     while bytes(&rig.path("runs")) < 6_000_000 {
-        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
-        assert!(started.elapsed() < Duration::from_secs(60), "it writes nothing");
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "it ended before it could be stopped"
+        );
+        assert!(
+            started.elapsed() < Duration::from_secs(60),
+            "it writes nothing"
+        );
         std::thread::sleep(Duration::from_millis(20));
     }
-    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
+    let sent = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
     assert!(sent.unwrap().success());
     (rig, child.wait_with_output().unwrap())
 }
@@ -53,7 +71,10 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
         let (rig, output) = stopped_by(signal);
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{signal}: {told}");
-        assert!(told.contains("interrupted") && !told.contains("panicked"), "{told}");
+        assert!(
+            told.contains("interrupted") && !told.contains("panicked"),
+            "{told}"
+        );
 
         let folder = rig.path("runs/winding/1");
         let mut names: Vec<String> = std::fs::read_dir(&folder)
@@ -71,10 +92,18 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
         assert!(line("run.rrd").ends_with("complete)"), "{out}");
         assert!(line("channels.parquet").ends_with("complete)"), "{out}");
         assert!(line("metrics.json").contains("NOT finished"), "{out}");
-        assert!(rig.read("runs/winding/1/metrics.json").contains("\"finished\": false"));
+        assert!(
+            rig.read("runs/winding/1/metrics.json")
+                .contains("\"finished\": false")
+        );
         // what was recorded reaches to where it was stopped: some, not all of the 300 s at 50 Hz
-        let words: Vec<String> = line("channels.parquet").split(", ").map(str::to_owned).collect();
-        let rows = words.iter().find_map(|w| w.strip_suffix(" rows")?.parse::<usize>().ok());
+        let words: Vec<String> = line("channels.parquet")
+            .split(", ")
+            .map(str::to_owned)
+            .collect();
+        let rows = words
+            .iter()
+            .find_map(|w| w.strip_suffix(" rows")?.parse::<usize>().ok());
         assert!(rows.is_some_and(|n| (100..14_900).contains(&n)), "{out}");
     }
 }
@@ -83,7 +112,8 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
 #[test]
 fn results_that_are_not_whole_are_refused() {
     let rig = Rig::new();
-    let (code, _, err) = rig.monorig(&["run", &scenario("minimal.yaml"), "--set", "stop.after_s=6"]);
+    let (code, _, err) =
+        rig.monorig(&["run", &scenario("minimal.yaml"), "--set", "stop.after_s=6"]);
     assert_eq!(code, Some(0), "{err}");
     for name in RESULTS {
         let file = format!("runs/minimal/1/{name}");
@@ -91,7 +121,11 @@ fn results_that_are_not_whole_are_refused() {
         assert_eq!(code, Some(0), "{out}{err}");
         let whole = std::fs::read(rig.path(&file)).unwrap();
         let half = &whole[..whole.len() / 2];
-        for (what, bytes) in [("torn", half), ("empty", b""), ("foreign", b"colour: red\n")] {
+        for (what, bytes) in [
+            ("torn", half),
+            ("empty", b""),
+            ("foreign", b"colour: red\n"),
+        ] {
             rig.write(&file, bytes);
             let told = rig.refused(&["check", &file]);
             assert!(told.contains(&file), "{name} {what}: {told}");
@@ -99,7 +133,10 @@ fn results_that_are_not_whole_are_refused() {
         }
         let folder = file.rsplit_once('/').unwrap().0;
         for missing in [format!("{folder}/no-{name}"), format!("nowhere/{name}")] {
-            assert!(rig.refused(&["check", &missing]).contains("no such file"), "{missing}");
+            assert!(
+                rig.refused(&["check", &missing]).contains("no such file"),
+                "{missing}"
+            );
         }
     }
 }
@@ -112,7 +149,11 @@ const NO_ROOM: [(&str, &str, &str); 2] = [
         "unshare -m sh -c",
         "mkdir runs && mount -t tmpfs -o size=ROOMk tmpfs runs || exit 77",
     ),
-    ("file size limit", "sh -c", "mkdir runs; trap '' XFSZ; ulimit -f $((ROOM * 2)) || exit 77"),
+    (
+        "file size limit",
+        "sh -c",
+        "mkdir runs; trap '' XFSZ; ulimit -f $((ROOM * 2)) || exit 77",
+    ),
 ];
 
 #[test]
@@ -123,17 +164,23 @@ fn a_full_disk_is_told_and_nothing_half_written_stays() {
         for room_kb in [4, 64, 3000] {
             let rig = Rig::new();
             let before = before.replace("ROOM", &room_kb.to_string());
-            let script = format!("{before}; \"$0\" run \"$1\"; echo code $?; find runs -mindepth 1");
+            let script =
+                format!("{before}; \"$0\" run \"$1\"; echo code $?; find runs -mindepth 1");
             let mut words = shell.split(' ');
             let mut command = Command::new(words.next().unwrap());
-            command.args(words).args([&script, BINARY, &scenario("winding.yaml")]);
+            command
+                .args(words)
+                .args([&script, BINARY, &scenario("winding.yaml")]);
             let (code, out, err) = rig.output(command.stdout(Stdio::piped()));
             if code != Some(0) {
                 eprintln!("{way} is not possible here: {out}{err}");
                 break;
             }
             assert_eq!(out, "code 2\n", "{way}, {room_kb} kB: {err}");
-            assert!(err.contains("help: make room") && !err.contains("panicked"), "{way}: {err}");
+            assert!(
+                err.contains("help: make room") && !err.contains("panicked"),
+                "{way}: {err}"
+            );
             tried.push(way);
         }
     }

@@ -182,7 +182,11 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
         if record.len() != columns.len() {
             return Err(at(
                 line,
-                format!("{} where there are {} columns", count(record.len(), "value"), columns.len()),
+                format!(
+                    "{} where there are {} columns",
+                    count(record.len(), "value"),
+                    columns.len()
+                ),
                 "as many numbers as there are columns, with decimal points",
             ));
         }

@@ -120,7 +120,10 @@ impl Builder<'_> {
                 return Err(input_error(
                     &unit.path,
                     key,
-                    format!("`{}`, which carries the load, has no link `{link}`", entry.under),
+                    format!(
+                        "`{}`, which carries the load, has no link `{link}`",
+                        entry.under
+                    ),
                     "a chain ends at links of one name in both URDF files",
                 ));
             };

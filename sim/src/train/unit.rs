@@ -256,7 +256,10 @@ impl Unit {
             )
         };
         let [a, b] = wheels.as_slice() else {
-            return Err(fault(&format!("the number of friction wheels is {}, not 2", wheels.len())));
+            return Err(fault(&format!(
+                "the number of friction wheels is {}, not 2",
+                wheels.len()
+            )));
         };
         let (pa, pb) = (&self.urdf.places[a.place], &self.urdf.places[b.place]);
         let (ta, tb) = (pa.pose.translation.vector, pb.pose.translation.vector);

@@ -20,7 +20,11 @@ pub(super) fn blame(file: &File<'_>, said: &str) -> Error {
         (None, "this file is empty".into(), HELP.into())
     } else if let Some(at) = mismatch(&text) {
         let help = "every <tag> ends with </tag> or />, one inside the other".into();
-        (Some(at), "this tag does not close the one before it".into(), help)
+        (
+            Some(at),
+            "this tag does not close the one before it".into(),
+            help,
+        )
     } else if said.contains("missing field") {
         let message = format!("<inertial> lacks <{}>", quoted());
         match lacking(&text, quoted()) {
@@ -38,9 +42,17 @@ pub(super) fn blame(file: &File<'_>, said: &str) -> Error {
         }
     } else if let Some(known) = said.split("expected one of ").nth(1) {
         let message = format!("`{}` is not known here", quoted());
-        (text.find(&format!("\"{}\"", quoted())), message, format!("known words: {known}"))
+        (
+            text.find(&format!("\"{}\"", quoted())),
+            message,
+            format!("known words: {known}"),
+        )
     } else {
-        (None, format!("this is not a URDF file: {reason}"), HELP.into())
+        (
+            None,
+            format!("this is not a URDF file: {reason}"),
+            HELP.into(),
+        )
     };
     let place = at.map(|at| line_column(&text, at)).or_else(|| told(said));
     InputError {
@@ -62,7 +74,11 @@ fn without_comments(text: &str) -> String {
         out += before;
         let end = comment.find("-->").map_or(comment.len(), |i| i + 3);
         out += "    ";
-        out.extend(comment[..end].chars().map(|c| if c == '\n' { c } else { ' ' }));
+        out.extend(
+            comment[..end]
+                .chars()
+                .map(|c| if c == '\n' { c } else { ' ' }),
+        );
         rest = &comment[end..];
     }
     out + rest
@@ -73,7 +89,11 @@ fn mismatch(text: &str) -> Option<usize> {
     let mut open = Vec::new();
     for (at, _) in text.match_indices('<') {
         let tag = text[at + 1..].split('>').next().unwrap_or_default();
-        let name = |t: &str| t.split([' ', '\n', '\t', '\r', '/']).next().map(str::to_owned);
+        let name = |t: &str| {
+            t.split([' ', '\n', '\t', '\r', '/'])
+                .next()
+                .map(str::to_owned)
+        };
         if let Some(end) = tag.strip_prefix('/') {
             if open.pop() != name(end) {
                 return Some(at);
@@ -87,10 +107,12 @@ fn mismatch(text: &str) -> Option<usize> {
 
 /// The first `<inertial>` without an element of this name.
 fn lacking(text: &str, element: &str) -> Option<usize> {
-    text.match_indices("<inertial>").map(|(at, _)| at).find(|at| {
-        let block = text[*at..].split("</inertial>").next().unwrap_or_default();
-        !block.contains(&format!("<{element} "))
-    })
+    text.match_indices("<inertial>")
+        .map(|(at, _)| at)
+        .find(|at| {
+            let block = text[*at..].split("</inertial>").next().unwrap_or_default();
+            !block.contains(&format!("<{element} "))
+        })
 }
 
 /// The first word that is no number where numbers stand.
@@ -101,7 +123,9 @@ fn bad_number(text: &str) -> Option<(usize, &str)> {
         let starts: Vec<usize> = starts.map(|(at, _)| at + attribute.len()).collect();
         starts.into_iter().filter_map(|at| {
             let inside = text[at..].split('"').next()?;
-            let word = inside.split_whitespace().find(|w| w.parse::<f64>().is_err())?;
+            let word = inside
+                .split_whitespace()
+                .find(|w| w.parse::<f64>().is_err())?;
             Some((at, word))
         })
     });
@@ -112,14 +136,21 @@ fn bad_number(text: &str) -> Option<(usize, &str)> {
 fn line_column(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];
     let start = before.rfind('\n').map_or(0, |n| n + 1);
-    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+    (
+        before.matches('\n').count() + 1,
+        before[start..].chars().count() + 1,
+    )
 }
 
 /// Line and column in the words of the XML reader, `Line: 3, Column: 7`.
 fn told(said: &str) -> Option<(usize, usize)> {
     let number = |word: &str| {
         let digits = said.split_once(word)?.1.trim_start();
-        digits.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+        digits
+            .split(|c: char| !c.is_ascii_digit())
+            .next()?
+            .parse()
+            .ok()
     };
     Some((number("Line:")?, number("Column:")?))
 }
@@ -132,7 +163,10 @@ mod tests {
 
     fn place(text: &str) -> (Option<usize>, String) {
         let said = urdf_rs::read_from_string(text).unwrap_err().to_string();
-        let file = File { path: Path::new("unit.urdf"), text: text.into() };
+        let file = File {
+            path: Path::new("unit.urdf"),
+            text: text.into(),
+        };
         match blame(&file, &said) {
             Error::Input(e) => (e.line, e.message),
             other => panic!("{other}"),
@@ -141,16 +175,27 @@ mod tests {
 
     #[test]
     fn the_line_that_is_wrong_is_named() {
-        let robot = |inside: &str| format!("<robot name=\"a\">\n<!-- <b> -->\n{inside}\n</robot>\n");
+        let robot =
+            |inside: &str| format!("<robot name=\"a\">\n<!-- <b> -->\n{inside}\n</robot>\n");
         let inertial = "<mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>";
         let good = format!("<link name=\"x\"><inertial>{inertial}</inertial></link>");
         assert!(urdf_rs::read_from_string(&robot(&good)).is_ok());
         for (inside, line, word) in [
             (good.replace("value=\"1\"", "value=\"one\""), 3, "`one`"),
             (good.replace("<mass value=\"1\"/>", ""), 3, "<mass>"),
-            (format!("\n{good}").replace("izz=\"1\"", "izz=\"1,0\""), 4, "`1,0`"),
+            (
+                format!("\n{good}").replace("izz=\"1\"", "izz=\"1,0\""),
+                4,
+                "`1,0`",
+            ),
             (good.replace("</inertial>", "</inertia>"), 3, "close"),
-            (format!("{good}<link name=\"y\"/>\n<joint name=\"j\" type=\"glued\"><parent link=\"x\"/><child link=\"y\"/></joint>"), 4, "`glued`"),
+            (
+                format!(
+                    "{good}<link name=\"y\"/>\n<joint name=\"j\" type=\"glued\"><parent link=\"x\"/><child link=\"y\"/></joint>"
+                ),
+                4,
+                "`glued`",
+            ),
         ] {
             let (at, message) = place(&robot(&inside));
             assert_eq!(at, Some(line), "{inside}: {message}");
