@@ -1,5 +1,7 @@
 //! What a run leaves behind: whole results, also when it is stopped from outside; nothing when the disk is full.
 
+#![allow(clippy::unwrap_used)] // helpers of tests
+
 mod common;
 
 use common::{Rig, project};
