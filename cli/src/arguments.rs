@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/liu2023_section1.yaml             simulate; results go to runs/liu2023_section1/<seed>/
-  monorig run FILE --set load.mass_kg=5000 --seed 7       the same with another load, one seed
-  monorig check scenarios/*.yaml                          find mistakes without running
-  monorig schema scenario                                 every key a scenario can have
+  monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
+  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
+  monorig check scenarios/*.yaml                         find mistakes without running
+  monorig schema scenario                                every key a scenario can have
 
 Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input, files).";
 
@@ -36,8 +36,8 @@ pub enum Task {
 const RUN_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
-  monorig run FILE --seed 7 --set drive.speed[1].mps=0.5 --set estimators.jekf='{}'
-  monorig run FILE --plant point-mass --no-rerun          fast: a point on the rail, no 3-D recording
+  monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' --set 'estimators.joint_ekf={}'
+  monorig run scenarios/minimal.yaml --plant point-mass --no-rerun   fast: a point on the rail, no 3-D recording
 
 Results: OUT/<scenario>/<seed>/ with manifest.json (what was run), channels.parquet (every signal),
 metrics.json, and run.rrd to open in the Rerun viewer.";
@@ -48,7 +48,7 @@ metrics.json, and run.rrd to open in the Rerun viewer.";
 pub struct Run {
     /// Scenario file
     pub file: PathBuf,
-    /// Run this seed instead of the scenario's
+    /// Run this seed instead of the scenario's first
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Folder the results go to
@@ -86,13 +86,18 @@ impl Run {
     }
 }
 
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  monorig check scenarios/*.yaml                a scenario with everything it names, as before a run
+  monorig check assets/*/*.yaml                 tracks, trains, units, sensor sheets, rail profiles by themselves
+  monorig check --kind track assets/tracks/winding.yaml
+  monorig check runs/liu2023_section1/1/*       what a run left behind: whole and readable?";
+
 /// `monorig check`
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "Examples:\n  monorig check scenarios/*.yaml\n  monorig check --kind scenario draft.yaml"
-)]
+#[command(after_help = CHECK_EXAMPLES)]
 pub struct Check {
-    /// Files to check; their kind is told from their keys
+    /// Files to check; their kind is told from their keys, of results from their names
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// What the files are, if it cannot be told from their keys

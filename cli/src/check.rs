@@ -3,6 +3,7 @@
 use crate::arguments::Check;
 use crate::errors::{self, CliError};
 use crate::kinds::{self, KINDS, Row};
+use crate::results;
 use crate::{Outcome, output};
 use monorig_sim::error::Error;
 use monorig_sim::file::{Document, input_error};
@@ -13,7 +14,7 @@ pub fn check(task: &Check) -> Result<Outcome, CliError> {
     let mut bad = 0;
     for file in &task.files {
         match check_one(file, task.kind.and_then(kinds::row)) {
-            Ok(row) => output::print(&format!("{}: {} ok\n", file.display(), row.name))?,
+            Ok(found) => output::print(&format!("{}: {found}\n", file.display()))?,
             Err(e) => {
                 errors::show(&CliError::Sim(e));
                 bad += 1;
@@ -29,13 +30,19 @@ pub fn check(task: &Check) -> Result<Outcome, CliError> {
     }
 }
 
-fn check_one(file: &Path, row: Option<&'static Row>) -> Result<&'static Row, Error> {
+/// What was found in a good file.
+fn check_one(file: &Path, row: Option<&'static Row>) -> Result<String, Error> {
+    if row.is_none()
+        && let Some(kind) = results::recognise(file)
+    {
+        return Ok(format!("{} ok ({})", kind.name, (kind.read)(file)?));
+    }
     let row = match row {
         Some(row) => row,
         None => recognise(file)?,
     };
     (row.check)(file)?;
-    Ok(row)
+    Ok(format!("{} ok", row.name))
 }
 
 fn recognise(file: &Path) -> Result<&'static Row, Error> {

@@ -65,8 +65,17 @@ fn text(e: &CliError, drawn: bool) -> String {
                 plain(input, &source)
             }
         }
+        CliError::Sim(Error::Io { source, .. }) if full(source) => format!(
+            "error: {e}\n  help: make room, or name a folder on another disk with --out; `run.rrd` can be left out with --no-rerun"
+        ),
         other => format!("error: {other}"),
     }
+}
+
+/// Whether there was no room for what had to be written.
+fn full(e: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(e.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }
 
 /// A source line is cut to so many characters.

@@ -1,9 +1,19 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
+use crate::prepare;
 use clap::ValueEnum;
 use monorig_sim::error::Error;
-use monorig_sim::scenario::{Scenario, ScenarioFile};
-use schemars::Schema;
+use monorig_sim::rail::Rail;
+use monorig_sim::rail::profile::{Profile, ProfileFile};
+use monorig_sim::rail::track::TrackFile;
+use monorig_sim::scenario::ScenarioFile;
+use monorig_sim::sensors::Sheet;
+use monorig_sim::sensors::sheet::SheetFile;
+use monorig_sim::train::Train;
+use monorig_sim::train::train_file::TrainFile;
+use monorig_sim::train::unit::Unit;
+use monorig_sim::train::unit_file::UnitFile;
+use schemars::{Schema, schema_for};
 use std::path::Path;
 
 /// A kind of file of ours.
@@ -11,6 +21,16 @@ use std::path::Path;
 pub enum Kind {
     /// What to run
     Scenario,
+    /// A rail
+    Track,
+    /// A train
+    Train,
+    /// A unit of a train
+    Unit,
+    /// A sensor data sheet
+    Sensors,
+    /// The section of a rail
+    RailProfile,
 }
 
 /// What is known of a kind.
@@ -25,19 +45,92 @@ pub struct Row {
     pub telling: &'static [&'static str],
     /// Its JSON Schema.
     pub schema: fn() -> Schema,
-    /// Reads and checks a file.
+    /// Reads and checks a file and every file it names.
     pub check: fn(&Path) -> Result<(), Error>,
 }
 
 /// Every kind.
-pub const KINDS: &[Row] = &[Row {
-    kind: Kind::Scenario,
-    name: "scenario",
-    about: "what to run: track, train, drive cycle, sensors, estimators, events, expectations",
-    telling: &["train", "stop", "drive", "in_loop", "expect", "why"],
-    schema: || schemars::schema_for!(ScenarioFile),
-    check: |path| Scenario::load(path, &[]).map(drop),
-}];
+pub const KINDS: &[Row] = &[
+    Row {
+        kind: Kind::Scenario,
+        name: "scenario",
+        about: "what to run: track, train, drive cycle, sensors, estimators, events, expectations",
+        telling: &[
+            "why",
+            "track",
+            "train",
+            "sensors",
+            "start",
+            "stop",
+            "physics",
+            "estimators",
+            "in_loop",
+            "events",
+            "expect",
+        ],
+        schema: || schema_for!(ScenarioFile),
+        check: |path| prepare::rig(path, &[]).map(drop),
+    },
+    Row {
+        kind: Kind::Track,
+        name: "track",
+        about: "a rail: horizontal alignment, vertical profile or survey, joints",
+        telling: &["profile", "horizontal", "vertical", "survey", "joints"],
+        schema: || schema_for!(TrackFile),
+        check: |path| Rail::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::Train,
+        name: "train",
+        about: "a train: units front to rear, load, limits, running resistance",
+        telling: &["consist", "drawbar", "limits", "resistance"],
+        schema: || schema_for!(TrainFile),
+        check: |path| Train::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::Unit,
+        name: "unit",
+        about: "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)",
+        telling: &[
+            "urdf",
+            "length_m",
+            "running_gear",
+            "carried_by",
+            "connections",
+        ],
+        schema: || schema_for!(UnitFile),
+        check: |path| Unit::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::Sensors,
+        name: "sensors",
+        about: "a sensor data sheet: rates, errors, mounts",
+        telling: &[
+            "source",
+            "accelerometer",
+            "gyro",
+            "motor_torque",
+            "wheel_speed",
+            "clamp_pressure",
+        ],
+        schema: || schema_for!(SheetFile),
+        check: |path| Sheet::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::RailProfile,
+        name: "rail-profile",
+        about: "the section of an I-beam rail",
+        telling: &[
+            "height_m",
+            "flange_width_m",
+            "web_m",
+            "flange_tip_m",
+            "flange_root_m",
+        ],
+        schema: || schema_for!(ProfileFile),
+        check: |path| Profile::load(path).map(drop),
+    },
+];
 
 /// What is known of one kind.
 pub fn row(kind: Kind) -> Option<&'static Row> {
@@ -70,5 +163,17 @@ mod tests {
             assert_eq!(recognise(&keys).unwrap().name, row.name);
         }
         assert!(recognise(&["nothing".to_owned()]).is_none());
+    }
+
+    /// A key by which a kind is told must be one that its files can have.
+    #[test]
+    fn telling_keys_stand_in_the_schema() {
+        for row in KINDS {
+            let schema = (row.schema)();
+            let properties = schema.get("properties").unwrap();
+            for key in row.telling {
+                assert!(properties.get(key).is_some(), "{}: {key}", row.name);
+            }
+        }
     }
 }

@@ -15,7 +15,6 @@ const STEPS: u64 = 1000;
 pub struct Progress {
     name: String,
     bar: Option<ProgressBar>,
-    started: Instant,
     spoke: Instant,
 }
 
@@ -23,14 +22,19 @@ impl Progress {
     /// A run called `name`.
     pub fn new(name: &str) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
-            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}") {
+            let bar =
+                ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
+            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}")
+            {
                 bar.set_style(style);
             }
             bar.with_prefix(name.to_owned())
         });
-        let now = Instant::now();
-        Self { name: name.to_owned(), bar, started: now, spoke: now }
+        Self {
+            name: name.to_owned(),
+            bar,
+            spoke: Instant::now(),
+        }
     }
 
     /// The run has come to this share of its way, 0…1.
@@ -42,22 +46,10 @@ impl Progress {
             self.spoke = Instant::now();
         }
     }
-
-    /// The run is over at `t_s`.
-    pub fn done(&self, t_s: f64) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-        let took_s = self.started.elapsed().as_secs_f64();
-        note(&format!(
-            "{}: {t_s:.1} s simulated in {took_s:.2} s",
-            self.name
-        ));
-    }
 }
 
 impl Drop for Progress {
-    /// A run that breaks down leaves no half bar on the terminal.
+    /// The run is over, or has broken down: no half bar stays on the terminal.
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

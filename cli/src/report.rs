@@ -1,110 +1,179 @@
-//! The result table.
+//! What a run has come to, as text.
 
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, Table, TableComponent};
+use monorig_lab::summary::{Summary, Verdict};
+use monorig_sim::scenario::Expectation;
 
-/// One number of the result, and its bound if it has one.
-#[derive(Clone, Debug)]
-pub struct Row {
-    /// Seed of the run.
-    pub seed: u64,
-    /// Estimator; empty for metrics of the train or the controller.
-    pub estimator: String,
-    /// Metric and its unit.
-    pub metric: String,
-    /// Its value; none if it could not be measured.
-    pub value: Option<f64>,
-    /// Bound in words, such as `≤ 0.032`; none if there is none.
-    pub bound: Option<String>,
-    /// Whether the bound held; none if there is no bound.
-    pub held: Option<bool>,
+/// A column of the estimators' table: title, metric, factor from the metric's unit, what stands for "could not be measured".
+const COLUMNS: &[(&str, &str, f64, &str)] = &[
+    ("mass RMSE kg", "mass_rmse_kg", 1.0, "-"),
+    ("mass error max %", "mass_error_rel_max", 100.0, "-"),
+    ("converged s", "mass_convergence_s", 1.0, "never"),
+    ("slope RMSE °", "slope_rmse_deg", 1.0, "-"),
+    (
+        "slope RMSE (effective) °",
+        "slope_effective_rmse_deg",
+        1.0,
+        "-",
+    ),
+    ("valid %", "slope_valid_share", 100.0, "-"),
+];
+
+/// Whether the run is good: every expectation held.
+pub fn all_held(summary: &Summary) -> bool {
+    summary.expectations.iter().all(|v| v.held)
 }
 
-impl Row {
-    /// A number without a bound.
-    pub fn plain(seed: u64, estimator: &str, metric: &str, value: f64) -> Self {
-        Self { seed, estimator: estimator.into(), metric: metric.into(), value: Some(value), bound: None, held: None }
+/// Estimators, then expectations (`expect`: as in the scenario), then the time it took.
+pub fn text(summary: &Summary, expect: &[Expectation], wall_s: f64) -> String {
+    let mut parts = Vec::new();
+    if !summary.estimators.is_empty() {
+        parts.push(estimators(summary));
     }
+    if !summary.expectations.is_empty() {
+        parts.push(expectations(summary, expect));
+    }
+    let t_s = summary.simulated_s;
+    let speed = match wall_s {
+        w if w > 0.0 => format!(", {:.0} times real time", t_s / w),
+        _ => String::new(),
+    };
+    parts.push(format!("{t_s:.1} s simulated in {wall_s:.2} s{speed}"));
+    parts.join("\n\n") + "\n"
 }
 
-/// Whether the run is good: no bound failed, and no bound went unmeasured.
-pub fn all_held(rows: &[Row]) -> bool {
-    rows.iter().all(|row| {
-        row.bound.is_none() || (row.held == Some(true) && row.value.is_some_and(f64::is_finite))
-    })
+fn estimators(summary: &Summary) -> String {
+    let title = format!("from {} s on", summary.after_s);
+    let titles = COLUMNS.iter().map(|c| c.0);
+    let mut table = table(std::iter::once(title.as_str()).chain(titles));
+    for (name, values) in &summary.estimators {
+        let numbers = COLUMNS.iter().map(|(_, metric, factor, without)| {
+            let value = values.get(metric).copied().flatten();
+            value.map_or((*without).to_owned(), |x| number(x * factor))
+        });
+        table.add_row(std::iter::once(name.clone()).chain(numbers));
+    }
+    right(&mut table, 1..=COLUMNS.len());
+    lines(&table)
 }
 
-/// The table as text.
-pub fn table(rows: &[Row]) -> String {
+fn expectations(summary: &Summary, expect: &[Expectation]) -> String {
+    let mut table = table(["expected", "bound", "measured", ""]);
+    for (i, v) in summary.expectations.iter().enumerate() {
+        let value = v.value.map_or("not measured".to_owned(), number);
+        let verdict = if v.held { "held" } else { "FAILED" };
+        let what = what(v, expect.get(i));
+        table.add_row([what, v.bound.clone(), value, verdict.to_owned()]);
+    }
+    right(&mut table, 1..=2);
+    lines(&table)
+}
+
+/// Such as `dffrls_aekf mass_error_rel_max from 10 s`.
+fn what(v: &Verdict, e: Option<&Expectation>) -> String {
+    let mut text = match &v.estimator {
+        Some(name) => format!("{name} {}", v.metric),
+        None => v.metric.clone(),
+    };
+    if let Some(from) = e.and_then(|e| e.after_s) {
+        text += &format!(" from {} s", from.get());
+    }
+    if let Some(to) = e.and_then(|e| e.until_s) {
+        text += &format!(" to {} s", to.get());
+    }
+    text
+}
+
+/// An empty table with a rule below its titles and no other.
+fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     let mut table = Table::new();
-    table.load_preset(UTF8_HORIZONTAL_ONLY);
-    table.set_header(["seed", "estimator", "metric", "value", "bound", ""]);
-    for row in rows {
-        let value = match row.value {
-            Some(x) => number(x),
-            None => "not measured".to_owned(),
-        };
-        let verdict = match (&row.bound, row.held) {
-            (None, _) => "",
-            (Some(_), Some(true)) if row.value.is_some_and(f64::is_finite) => "held",
-            _ => "FAILED",
-        };
-        table.add_row([
-            row.seed.to_string(),
-            row.estimator.clone(),
-            row.metric.clone(),
-            value,
-            row.bound.clone().unwrap_or_default(),
-            verdict.to_owned(),
-        ]);
-    }
-    for right in [0, 3, 4] {
-        if let Some(column) = table.column_mut(right) {
+    table.load_preset(NOTHING);
+    table.set_style(TableComponent::HeaderLines, '─');
+    table.set_style(TableComponent::MiddleHeaderIntersections, '─');
+    table.set_header(titles);
+    table
+}
+
+fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
+    for i in columns {
+        if let Some(column) = table.column_mut(i) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    format!("{table}\n")
 }
 
-/// Four significant digits.
+/// The table without blanks at the ends of its lines.
+fn lines(table: &Table) -> String {
+    let lines: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
+    lines.join("\n")
+}
+
+/// Three significant digits or more.
 fn number(x: f64) -> String {
     match x.abs() {
-        a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.3e}"),
-        a if a < 1.0 => format!("{x:.5}"),
-        a if a < 100.0 => format!("{x:.3}"),
-        _ => format!("{x:.1}"),
+        a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
+        a if a < 0.1 => format!("{x:.4}"),
+        a if a < 10.0 => format!("{x:.3}"),
+        a if a < 1000.0 => format!("{x:.1}"),
+        _ => format!("{x:.0}"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
-    fn row(value: Option<f64>, bound: Option<&str>, held: Option<bool>) -> Row {
-        Row {
+    fn summary(held: bool, value: Option<f64>) -> Summary {
+        let values = BTreeMap::from([
+            ("mass_rmse_kg", Some(92.68)),
+            ("mass_error_rel_max", Some(0.0763)),
+            ("mass_convergence_s", None),
+            ("slope_rmse_deg", value),
+        ]);
+        Summary {
+            version: 1,
+            scenario: "hill".into(),
             seed: 1,
-            estimator: "jekf".into(),
-            metric: "mass_error_rel_max".into(),
-            value,
-            bound: bound.map(str::to_owned),
-            held,
+            finished: true,
+            simulated_s: 60.0,
+            steps: 30000,
+            after_s: 5.0,
+            estimators: BTreeMap::from([("joint_ekf".to_owned(), values)]),
+            run: BTreeMap::new(),
+            refusals: Vec::new(),
+            expectations: vec![Verdict {
+                estimator: Some("joint_ekf".into()),
+                metric: "slope_rmse_deg".into(),
+                value,
+                bound: "≤ 1".into(),
+                held,
+            }],
         }
     }
 
     #[test]
-    fn a_bound_without_a_number_has_failed() {
-        assert!(all_held(&[
-            row(Some(0.1), Some("≤ 1"), Some(true)),
-            row(None, None, None)
-        ]));
-        for bad in [
-            row(Some(2.0), Some("≤ 1"), Some(false)),
-            row(None, Some("≤ 1"), Some(true)),
-            row(Some(f64::NAN), Some("≤ 1"), Some(true)),
-            row(Some(0.5), Some("≤ 1"), None),
-        ] {
-            assert!(!all_held(std::slice::from_ref(&bad)));
-            assert!(table(&[bad]).contains("FAILED"));
+    fn one_line_an_estimator_one_an_expectation_and_one_for_the_time() {
+        let text = text(&summary(true, Some(0.5)), &[], 0.12);
+        let lines: Vec<&str> = text.lines().filter(|l| !l.is_empty()).collect();
+        assert_eq!(lines.len(), 7, "{text}");
+        let row: Vec<&str> = lines[2].split_whitespace().collect();
+        assert_eq!(
+            row,
+            ["joint_ekf", "92.7", "7.630", "never", "0.500", "-", "-"]
+        );
+        assert!(lines[5].ends_with("held"), "{text}");
+        assert_eq!(lines[6], "60.0 s simulated in 0.12 s, 500 times real time");
+    }
+
+    #[test]
+    fn a_failed_expectation_shows() {
+        for value in [None, Some(2.0)] {
+            let summary = summary(false, value);
+            assert!(!all_held(&summary));
+            assert!(text(&summary, &[], 1.0).contains("FAILED"));
         }
+        assert!(all_held(&summary(true, Some(0.5))));
     }
 }

@@ -2,50 +2,41 @@
 
 use crate::arguments::Run;
 use crate::errors::CliError;
+use crate::output::note;
+use crate::prepare;
 use crate::progress::Progress;
 use crate::report;
 use crate::simulate::simulate;
-use crate::output::note;
 use crate::{Outcome, output};
-use monorig_sim::scenario::Scenario;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set by the first Ctrl-C; the second ends the program at once.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Simulate a scenario. Nothing is written before the whole input has been found good.
+/// Simulate a scenario with one seed: the one asked for, else the first of the scenario; all of them are for tests and
+/// comparisons. Nothing is written before the whole input has been found good.
 pub fn run(task: &Run) -> Result<Outcome, CliError> {
-    let scenario = Scenario::load(&task.file, &task.overrides())?;
+    let rig = prepare::rig(&task.file, &task.overrides())?;
     prepare_out(&task.out)?;
     listen_for_interrupts();
-    let mut rows = Vec::new();
-    for &seed in seeds(&scenario, task) {
-        let name = format!("{} seed {seed}", scenario.name);
-        let mut progress = Progress::new(&name);
-        let done = simulate(&scenario, seed, task, &mut |share| {
-            progress.at(share);
-            !INTERRUPTED.load(Ordering::Relaxed)
-        })?;
-        progress.done(done.simulated_s);
-        note(&format!("results in {}", done.folder.display()));
-        rows.extend(done.rows);
-        if !done.finished {
-            output::print(&report::table(&rows))?;
-            return Err(CliError::Interrupted);
-        }
+    let expect = rig.scenario.file.expect.clone();
+    let mut progress = Progress::new(&format!("{} seed {}", rig.scenario.name, rig.seed));
+    let done = simulate(rig, task, &mut |share| {
+        progress.at(share);
+        !INTERRUPTED.load(Ordering::Relaxed)
+    })?;
+    drop(progress);
+    note(&format!("results in {}", done.folder.display()));
+    output::print(&report::text(&done.summary, &expect, done.wall_s))?;
+    if !done.summary.finished {
+        return Err(CliError::Interrupted);
     }
-    output::print(&report::table(&rows))?;
-    Ok(match report::all_held(&rows) {
-        true => Outcome::Held,
-        false => Outcome::Failed,
+    Ok(if report::all_held(&done.summary) {
+        Outcome::Held
+    } else {
+        Outcome::Failed
     })
-}
-
-/// The seed asked for, else the first of the scenario: all of them are for tests and comparisons.
-fn seeds<'a>(scenario: &'a Scenario, task: &Run) -> &'a [u64] {
-    let all = scenario.seeds();
-    if task.seed.is_some() { all } else { all.get(..1).unwrap_or(all) }
 }
 
 /// The folder for results is there and can be written, found out before a long run and not after it.

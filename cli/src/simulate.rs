@@ -3,10 +3,8 @@
 use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::output::note;
-use crate::report::Row;
-use monorig_lab::metrics;
 use monorig_lab::series::Series;
-use monorig_lab::summary::{self, Summary};
+use monorig_lab::summary::Summary;
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
@@ -28,26 +26,23 @@ const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALH
 /// What is left of a run.
 pub struct Done {
     /// Numbers for the report.
-    pub rows: Vec<Row>,
+    pub summary: Summary,
     /// Its folder.
     pub folder: PathBuf,
-    /// Whether it reached the scenario's end.
-    pub finished: bool,
-    /// Simulated time, s.
-    pub simulated_s: f64,
+    /// Time it took, s.
+    pub wall_s: f64,
 }
 
-/// Simulate one seed. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
+/// Simulate. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
-    scenario: &Scenario,
-    seed: u64,
+    mut rig: Rig,
     task: &Run,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Done, CliError> {
-    let mut rig = Rig::build(scenario.clone(), seed)?;
+    let (scenario, seed) = (rig.scenario.clone(), rig.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
-    let resolved = serde_json::to_value(scenario).map_err(CliError::Json)?;
+    let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
     let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
     folder.write("manifest.json", manifest.to_json().as_bytes())?;
 
@@ -60,21 +55,25 @@ pub fn simulate(
         if let Some(rerun) = &mut rerun {
             sinks.push(rerun);
         }
-        let mut tape = start_tape(&rig, scenario, sinks, task.live)?;
+        let mut tape = start_tape(&rig, &scenario, sinks, task.live)?;
         let observers: &mut [&mut dyn Observer] = &mut [&mut tape, &mut series];
         run::run(&mut rig, observers, go_on)?
     };
     let wall_s = started.elapsed().as_secs_f64();
 
-    let summary = Summary::new(scenario, seed, &outcome, &series);
+    let summary = Summary::new(&scenario, seed, &outcome, &series);
     folder.write("metrics.json", summary.to_json().as_bytes())?;
     let folder = folder.commit()?;
     for (name, times, reason) in &outcome.refusals {
-        note(&format!("{name} refused {times} steps, the first because {reason}"));
+        note(&format!(
+            "{name} refused {times} steps, the first because {reason}"
+        ));
     }
-    let mut rows = rows(&summary, seed);
-    rows.push(Row::plain(seed, "", "real-time factor", outcome.simulated_s / wall_s));
-    Ok(Done { rows, folder, finished: outcome.finished, simulated_s: outcome.simulated_s })
+    Ok(Done {
+        summary,
+        folder,
+        wall_s,
+    })
 }
 
 fn start_tape<'a>(
@@ -96,7 +95,11 @@ fn start_tape<'a>(
         profile: &rig.rail.profile().outline,
         obstacles: &blocks,
     };
-    let chunk_s = if live { monorig_viz::sink::LIVE_CHUNK_S } else { monorig_viz::sink::CHUNK_S };
+    let chunk_s = if live {
+        monorig_viz::sink::LIVE_CHUNK_S
+    } else {
+        monorig_viz::sink::CHUNK_S
+    };
     Tape::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
@@ -109,30 +112,9 @@ fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
     }
     let sink = RerunSink::live(path, VIEWER);
     if sink.live_state().is_none() {
-        note(&format!("no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"));
+        note(&format!(
+            "no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"
+        ));
     }
     Some(sink)
-}
-
-/// What the table shows: every expectation, and the main metrics of every estimator.
-fn rows(summary: &Summary, seed: u64) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (estimator, values) in &summary.estimators {
-        for name in summary::MAIN {
-            let unit = metrics::METRICS.iter().find(|m| m.name == *name).map_or("", |m| m.unit);
-            let value = values.get(*name).copied().flatten();
-            rows.push(Row { value, ..Row::plain(seed, estimator, &format!("{name}  [{unit}]"), 0.0) });
-        }
-    }
-    for v in &summary.expectations {
-        rows.push(Row {
-            seed,
-            estimator: v.estimator.clone().unwrap_or_default(),
-            metric: format!("expected: {}", v.metric),
-            value: v.value,
-            bound: Some(v.bound.clone()),
-            held: Some(v.held),
-        });
-    }
-    rows
 }

@@ -1,4 +1,5 @@
-//! The schemas under docs/schema are those of the code. `MONORIG_UPDATE=1` writes them.
+//! The schemas under docs/schema are those of the code; written anew with
+//! `MONORIG_UPDATE=1 cargo test --release --workspace --test schema`.
 
 mod common;
 
@@ -27,7 +28,7 @@ fn the_committed_schemas_are_fresh() {
         let committed = std::fs::read_to_string(&file).unwrap_or_default();
         assert!(
             committed == schema,
-            "{} is stale: MONORIG_UPDATE=1 cargo test writes it anew",
+            "{} is stale; write all anew with\n  MONORIG_UPDATE=1 cargo test --release --workspace --test schema",
             file.display()
         );
         known.insert(format!("{kind}.json"));

@@ -79,14 +79,43 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// Whether a file is there; if not, what name may have been meant.
-pub(crate) fn exists(path: &Path) -> Result<(), String> {
-    if path.is_file() {
-        Ok(())
-    } else if path.is_dir() {
-        Err("this is a folder: name a file in it".into())
-    } else {
-        Err(suggest::beside(path))
+/// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
+pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
+    let name = path.display();
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err((
+            format!("{name} is a folder, not a file"),
+            "name a file in it".into(),
+        )),
+        Ok(_) => Ok(()),
+        Err(e) if not_found(&e) && std::fs::read_link(path).is_ok() => Err((
+            format!("{name} is a link to a file that is not there"),
+            "mend the link, or name another file".into(),
+        )),
+        Err(e) if not_found(&e) => Err((
+            format!("there is no file {name}"),
+            format!(
+                "{} (names in a file start at its folder)",
+                suggest::beside(path)
+            ),
+        )),
+        Err(e) => Err((
+            format!("{name} cannot be read: {e}"),
+            "make it readable, or name another file".into(),
+        )),
+    }
+}
+
+fn not_found(e: &std::io::Error) -> bool {
+    e.kind() == std::io::ErrorKind::NotFound
+}
+
+/// The file that `key` of `file` names, relative to the folder of `file`. It must be there.
+pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
+    let found = file.parent().unwrap_or(Path::new("")).join(name);
+    match exists(&found) {
+        Ok(()) => Ok(found),
+        Err((message, help)) => Err(input_error(file, key, message, help)),
     }
 }
 

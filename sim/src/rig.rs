@@ -88,8 +88,9 @@ impl Rig {
         }
         let dt_s = s.physics.dt_ms.get() * 1e-3;
         if s.physics.plant == PlantKind::Rapier {
-            train.check_step(dt_s)?;
+            check_step(&scenario, &train, dt_s)?;
         }
+        check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
         let mut sensors = Suite::new(
             &Sheet::load(&scenario.sensors)?,
@@ -184,6 +185,39 @@ impl Rig {
     }
 }
 
+/// The physics step suits the train's springs. The scenario is blamed: it chose the step.
+fn check_step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
+    train.check_step(dt_s).map_err(|e| match e {
+        Error::Input(e) => scenario.error(
+            "physics.dt_ms",
+            format!("{} (train {})", e.message, scenario.train.display()),
+            e.help,
+        ),
+        other => other,
+    })
+}
+
+/// No event hangs more on the hook than the train may carry.
+fn check_loads(scenario: &Scenario, train: &Train) -> Result<(), Error> {
+    let most = if train.load.is_some() {
+        train.limits.max_load_kg
+    } else {
+        0.0
+    };
+    for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::LoadMass { load_mass_kg, .. } = e
+            && load_mass_kg.get() > most
+        {
+            return Err(scenario.error(
+                format!("events[{i}].load_mass_kg"),
+                format!("the train cannot carry a load of {} kg", load_mass_kg.get()),
+                format!("a load from 0 to {most} kg"),
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Chainage of the front at the start.
 fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> {
     let length = train.limits.length_m;
@@ -193,7 +227,23 @@ fn place(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> 
         return Err(scenario.error(
             "start.chainage_m",
             format!("with its front at {front} m the train does not stand on the track"),
-            format!("a chainage from {length} m (the train is that long) to {} m (the track ends there)", rail.length()),
+            format!(
+                "a chainage from {} m (the train is that long) to {} m (the track ends there)",
+                libm::ceil(length * 1e3 - 1e-6) / 1e3,
+                rail.end_m()
+            ),
+        ));
+    }
+    if let Some(end) = scenario
+        .file
+        .stop
+        .at_m
+        .filter(|end| end.get() > rail.length())
+    {
+        return Err(scenario.error(
+            "stop.at_m",
+            format!("{} m is beyond the end of the track", end.get()),
+            format!("a chainage of at most {} m", rail.end_m()),
         ));
     }
     Ok(front)
@@ -220,7 +270,7 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
                         "the zone starts at {} m, beyond the end of the track",
                         z.from_m
                     ),
-                    format!("a chainage below {} m", rail.length()),
+                    format!("a chainage below {} m", rail.end_m()),
                 ));
             }
             zones.push(z);
@@ -274,10 +324,17 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
         &|name, key, value| match find(name, key)
             .filter(|k| !(k.range[0]..=k.range[1]).contains(&value))
         {
-            Some(k) => Err(format!(
-                "{value} is outside {}…{} {} ({})",
-                k.range[0], k.range[1], k.unit, k.doc
-            )),
+            Some(k) => {
+                let unit = if k.unit == "-" {
+                    String::new()
+                } else {
+                    format!(" {}", k.unit)
+                };
+                Err(format!(
+                    "{value} is outside {}…{}{unit} ({})",
+                    k.range[0], k.range[1], k.doc
+                ))
+            }
             None => Ok(()),
         },
     )?;

@@ -69,7 +69,10 @@ pub fn run(
     let end = rig.stop;
     let result = drive(rig, observers, go_on, end);
     for o in observers.iter_mut() {
-        o.finish()?;
+        let finished = o.finish();
+        if result.is_ok() {
+            finished?; // else the first error is told: what follows from it would only hide it
+        }
     }
     result
 }

@@ -38,7 +38,7 @@ pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
                     "the obstacle is at {} m, beyond the end of the track",
                     o.at_m.get()
                 ),
-                format!("a chainage from 0 to {} m", rail.length()),
+                format!("a chainage from 0 to {} m", rail.end_m()),
             ));
         }
         let size = Vector3::new(o.size_m[0].get(), o.size_m[1].get(), o.size_m[2].get());

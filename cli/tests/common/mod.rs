@@ -1,4 +1,4 @@
-//! A folder with a good scenario in it, and the real binary run there.
+//! A folder with a good scenario and all it names in it, and the real binary run there.
 
 #![allow(dead_code)] // every test file is a program of its own and uses part of this
 #![allow(clippy::unwrap_used)] // a helper of tests
@@ -24,7 +24,7 @@ estimators:
   dffrls_aekf: {lambda0: 0.98}
 in_loop: dffrls_aekf
 events:
-  - {at_s: 30, load_mass_kg: 5000}
+  - {at_s: 30, load_mass_kg: 1500}
   - {from_m: 80, to_m: 95, adhesion: 0.12}
   - {from_s: 40, to_s: 43, sensor: imu, fault: stuck}
 surroundings: [{at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}]
@@ -34,6 +34,94 @@ expect:
   - {estimator: dffrls_aekf, metric: mass_error_rel_max, after_s: 10, at_most: 0.032}
 ";
 
+/// A track with elements of many kinds, 124 m long.
+pub const TRACK: &str = "\
+version: 1
+name: sample
+profile: rails/i140e.yaml
+horizontal:
+  - {kind: line, length_m: 40}
+  - {kind: arc, radius_m: 10, angle_deg: 90, easement_m: 2}
+  - {kind: clothoid, length_m: 3, to_radius_m: -20}
+  - {kind: repeat, times: 2, elements: [{kind: line, length_m: 10}]}
+vertical:
+  - {kind: grade, grade_deg: 0, length_m: 60}
+  - {kind: arc, radius_m: 20, to_grade_deg: 8}
+  - {kind: transition, length_m: 10, to_grade_deg: 5}
+  - {kind: grade, length_m: 50}
+joints: {every_m: 3, kink_deg: 0.1, step_m: 0.0005}
+";
+
+/// A surveyed track, for `--set track=surveyed.yaml`.
+pub const SURVEYED: &str = "\
+version: 1
+name: surveyed
+profile: rails/i140e.yaml
+survey: {file: survey.csv, height_noise_m: 0.003}
+";
+
+/// Its survey.
+pub const SURVEY: &str = "\
+# made up
+s_m,height_m
+0,0
+20,0.1
+40,0.3
+60,0.9
+80,1.4
+100,1.2
+120,1.1
+140,1.0
+";
+
+/// A train of one unit.
+pub const TRAIN: &str = "\
+version: 1
+name: sample
+consist:
+  - {name: drive_1, unit: units/drive_unit.yaml}
+drawbar: {stiffness_npm: 5.0e+6, damping_nspm: 2.0e+4}
+load: {name: load, unit: units/load_block.yaml, under: drive_1}
+drive: {torque_max_nm: 160, power_kw: 60}
+limits: {min_radius_horizontal_m: 4, min_radius_vertical_m: 8, max_grade_deg: 30, max_speed_mps: 2.4, max_load_kg: 2500}
+resistance: {clamped_wheel: 0, running_wheel: 0.4, guide_wheel: 0, bearing_n: 0, bearing_nspm: 0, air_nspm2: 0}
+";
+
+/// A sensor sheet.
+pub const SENSORS: &str = "\
+version: 1
+source: A sample.
+accelerometer: {mount: imu_link, sampling: {rate_hz: 200}, errors: {noise_density: 0.001, range: [-50, 50]}}
+gyro: {mount: drive_1/imu_link, sampling: {rate_hz: 100}, misalignment_sd_deg: 0.5}
+wheel_speed: {sampling: {rate_hz: 125, jitter_ms: 1, latency_ms: 5, dropout: 0.01}, errors: {noise_sd: 0.005}}
+motor_torque: {sampling: {rate_hz: 250}}
+";
+
+/// Files of the project itself that go into the folder.
+const OWN: &[(&str, &[&str])] = &[
+    ("rails", &["i140e.yaml"]),
+    (
+        "units",
+        &[
+            "drive_unit.yaml",
+            "drive_unit.urdf",
+            "load_block.yaml",
+            "load_block.urdf",
+            "cab.yaml",
+            "cab.urdf",
+            "carrier_trolley.yaml",
+            "carrier_trolley.urdf",
+            "meshes/cab_shell.stl",
+            "meshes/clamp_arm.stl",
+        ],
+    ),
+];
+
+/// The project's folder.
+pub fn project() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
 /// The folder; gone when dropped.
 pub struct Rig(tempfile::TempDir);
 
@@ -41,11 +129,35 @@ impl Rig {
     /// With the good scenario and the files it names.
     pub fn new() -> Self {
         let rig = Self(tempfile::tempdir().unwrap());
-        rig.write("scenario.yaml", GOOD.as_bytes());
-        for name in ["track.yaml", "train.yaml", "sensors.yaml"] {
-            rig.write(name, b"version: 1\n");
+        for (name, text) in [
+            ("scenario.yaml", GOOD),
+            ("track.yaml", TRACK),
+            ("surveyed.yaml", SURVEYED),
+            ("survey.csv", SURVEY),
+            ("train.yaml", TRAIN),
+            ("sensors.yaml", SENSORS),
+        ] {
+            rig.write(name, text.as_bytes());
+        }
+        std::fs::create_dir_all(rig.path("units/meshes")).unwrap();
+        std::fs::create_dir_all(rig.path("rails")).unwrap();
+        for (folder, names) in OWN {
+            for name in *names {
+                let from = project().join("assets").join(folder).join(name);
+                std::fs::copy(from, rig.path(folder).join(name)).unwrap();
+            }
         }
         rig
+    }
+
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A file's text.
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
     }
 
     /// Write a file.
@@ -55,7 +167,8 @@ impl Rig {
 
     /// Make a link to itself: a file even root cannot read.
     pub fn circle(&self, name: &str) {
-        std::os::unix::fs::symlink(name, self.0.path().join(name)).unwrap();
+        let path = self.path(name);
+        std::os::unix::fs::symlink(path.file_name().unwrap(), &path).unwrap();
     }
 
     /// Run monorig in the folder: exit code, standard output, standard error.
@@ -65,19 +178,21 @@ impl Rig {
 
     /// The same with standard output somewhere else.
     pub fn monorig_to(&self, arguments: &[&str], out: Stdio) -> (Option<i32>, String, String) {
-        let output = Command::new(env!("CARGO_BIN_EXE_monorig"))
-            .args(arguments)
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        self.output(command.args(arguments).stdout(out))
+    }
+
+    /// Run any command in the folder: exit code, standard output, standard error.
+    pub fn output(&self, command: &mut Command) -> (Option<i32>, String, String) {
+        let child = command
             .current_dir(self.0.path())
             .env("NO_COLOR", "1")
             .env_remove("CLICOLOR_FORCE")
             .env("COLUMNS", "100")
             .stdin(Stdio::null())
-            .stdout(out)
             .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
-            .wait_with_output()
-            .unwrap();
+            .spawn();
+        let output = child.unwrap().wait_with_output().unwrap();
         (
             output.status.code(),
             self.plain(&output.stdout),
@@ -96,7 +211,8 @@ impl Rig {
         format!("{out}{err}")
     }
 
-    fn names(&self) -> Vec<String> {
+    /// Every file and folder there is.
+    pub fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         list(self.0.path(), &mut names);
         names.sort();

@@ -88,7 +88,7 @@ impl Rail {
     /// Read a track file, and the profile and survey it names.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let track: TrackFile = crate::file::read_yaml(path)?;
-        let profile = Profile::load(&track::beside(path, &track.profile))?;
+        let profile = Profile::load(&crate::file::named(path, "profile", &track.profile)?)?;
         Self::build(&track, profile, path)
     }
 
@@ -118,6 +118,11 @@ impl Rail {
             nodes,
             length,
         })
+    }
+
+    /// Its end as messages give it, m: whole millimetres, never beyond it.
+    pub fn end_m(&self) -> f64 {
+        libm::floor(self.length() * 1e3 + 1e-6) / 1e3
     }
 
     /// Length, m.

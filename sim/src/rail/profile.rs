@@ -2,7 +2,7 @@
 //!
 //! Coordinates across the rail are (l, u), m. The rail's line, the origin, is the middle of the web at half the height.
 
-use crate::checked::Positive;
+use crate::checked::{Positive, Version1};
 use crate::error::Error;
 use crate::file::{input_error, read_yaml};
 use schemars::JsonSchema;
@@ -14,7 +14,7 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 pub struct ProfileFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Name, such as `I140E`.
     pub name: String,
     /// Where the figures come from.
@@ -65,13 +65,6 @@ impl Profile {
         let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
         let (h, b, web) = (p.height_m.get(), p.flange_width_m.get(), p.web_m.get());
         let (tip, root) = (p.flange_tip_m.get(), p.flange_root_m.get());
-        if p.version != 1 {
-            return bad(
-                "version",
-                "this is not a format this program knows",
-                "version: 1",
-            );
-        }
         if h > 2.0 || b > 2.0 {
             return bad(
                 "height_m",

@@ -8,7 +8,7 @@ use super::alignment::{Angle, Law, Piece};
 use super::spline::Spline;
 use crate::checked::NonNegative;
 use crate::error::{Error, InputError};
-use crate::file::{input_error, read_text};
+use crate::file::{input_error, named, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -36,7 +36,7 @@ pub(super) type Surveyed = (Option<Angle>, Angle);
 
 /// Read and smooth a survey; `track` is the file that names it.
 pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
-    let file = super::track::beside(track, &survey.file);
+    let file = named(track, "survey.file", &survey.file)?;
     let points = points(&read_text(&file)?, &file)?;
     let s: Vec<f64> = points.iter().map(|p| p.s - points[0].s).collect();
     let heights: Vec<f64> = points.iter().map(|p| p.height).collect();
@@ -129,6 +129,11 @@ fn unwrapped(degrees: Vec<f64>) -> Vec<f64> {
 
 const COLUMNS: [&str; 3] = ["s_m", "height_m", "heading_deg"];
 
+/// Such as `3 points`.
+fn count(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 struct SurveyPoint {
     s: f64,
     height: f64,
@@ -168,8 +173,8 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
             if columns != COLUMNS[..2] && columns != COLUMNS {
                 return Err(at(
                     line,
-                    format!("the columns are {}", columns.join(",")),
-                    "s_m,height_m or s_m,height_m,heading_deg",
+                    format!("the first line is `{}`", columns.join(",")),
+                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg",
                 ));
             }
             continue;
@@ -177,8 +182,12 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
         if record.len() != columns.len() {
             return Err(at(
                 line,
-                format!("{} values", record.len()),
-                "as many numbers as there are columns",
+                format!(
+                    "{} where there are {} columns",
+                    count(record.len(), "value"),
+                    columns.len()
+                ),
+                "as many numbers as there are columns, with decimal points",
             ));
         }
         let number = |i: usize| -> Result<f64, Error> {
@@ -188,9 +197,13 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
                 .ok()
                 .filter(|x| x.is_finite() && x.abs() < 1e9);
             right.ok_or_else(|| {
+                let found = match word {
+                    "" => "nothing".to_owned(),
+                    word => format!("`{word}`"),
+                };
                 at(
                     line,
-                    format!("`{word}` in column {}", columns[i]),
+                    format!("{found} in column {}", columns[i]),
                     "a finite number",
                 )
             })
@@ -232,8 +245,8 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
         return Err(input_error(
             file,
             "",
-            format!("{} points", points.len()),
-            "at least 4 points",
+            format!("the survey has {}", count(points.len(), "point")),
+            "a line with the names of the columns, then at least 4 points",
         ));
     }
     if points[points.len() - 1].s - points[0].s > super::alignment::LONGEST_M {

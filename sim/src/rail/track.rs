@@ -19,13 +19,13 @@ use super::alignment::{Angle, Builder};
 use super::elements;
 use super::joints::JointsFile;
 use super::survey::{self, Survey};
-use crate::checked::{Finite, NonNegative, Positive};
+use crate::checked::{Finite, NonNegative, Positive, Version1};
 use crate::error::Error;
 use crate::file::input_error;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Steepest grade that can be described, degrees: beyond it a rail's "left" means little.
 pub const STEEPEST_DEG: f64 = 60.0;
@@ -35,7 +35,7 @@ pub const STEEPEST_DEG: f64 = 60.0;
 #[serde(deny_unknown_fields)]
 pub struct TrackFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Name.
     pub name: String,
     /// What the track is for, and where its figures come from.
@@ -163,22 +163,10 @@ pub struct Vertical {
     pub elements: Option<Vec<Vertical>>,
 }
 
-/// A path written in `file`, relative to it.
-pub(super) fn beside(file: &Path, path: &str) -> PathBuf {
-    file.parent().unwrap_or(Path::new("")).join(path)
-}
-
 impl TrackFile {
     /// Heading and grade along the chainage.
     pub(super) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
         let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
-        if self.version != 1 {
-            return bad(
-                "version",
-                "this is not a format this program knows",
-                "version: 1",
-            );
-        }
         let surveyed = match &self.survey {
             Some(s) if self.vertical.is_empty() => Some(survey::read(s, file)?),
             Some(_) => {

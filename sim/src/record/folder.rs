@@ -4,7 +4,8 @@ use crate::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run folder that is being filled. [`RunFolder::commit`] moves it into place; dropped without, it is removed.
+/// A run folder that is being filled. [`RunFolder::commit`] moves it into place; dropped without, it is removed, and so is
+/// the scenario's folder if no run is left in it.
 pub struct RunFolder {
     partial: PathBuf,
     place: PathBuf,
@@ -70,6 +71,9 @@ impl Drop for RunFolder {
     fn drop(&mut self) {
         if !self.committed {
             let _ = fs::remove_dir_all(&self.partial);
+            if let Some(parent) = self.partial.parent() {
+                let _ = fs::remove_dir(parent); // goes only if it is empty: no other seed is there
+            }
         }
     }
 }
@@ -124,7 +128,7 @@ mod tests {
         folder.write("a", b"1").unwrap();
         assert!(!folder.place().exists(), "visible before it is whole");
         drop(folder);
-        assert_eq!(entries(&root.path().join("hill")), [""; 0]);
+        assert_eq!(entries(root.path()), [""; 0]);
 
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.write("a", b"1").unwrap();

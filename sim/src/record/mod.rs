@@ -4,6 +4,7 @@ pub mod folder;
 pub mod inputs;
 pub mod manifest;
 pub mod parquet;
+pub mod readback;
 pub mod tape;
 
 use crate::error::Error;

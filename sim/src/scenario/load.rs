@@ -45,11 +45,7 @@ impl Scenario {
             let found = folder.join(name);
             match crate::file::exists(&found) {
                 Ok(()) => Ok(found),
-                Err(help) => Err(document.error(
-                    key,
-                    format!("there is no file {}", found.display()),
-                    format!("{help} (names in a scenario start at the scenario's folder)"),
-                )),
+                Err((message, help)) => Err(document.error(key, message, help)),
             }
         };
         Ok(Self {

@@ -36,7 +36,11 @@ impl Sheet {
             return Ok(i);
         }
         let mut near: Vec<&str> = names().collect();
-        near.sort_by_key(|n| distance(n, wanted));
+        near.sort_by_key(|n| {
+            let link = n.rsplit('/').next().unwrap_or(n);
+            let differs = distance(n, wanted).min(distance(link, wanted));
+            (!n.contains(wanted), differs)
+        });
         let help = if near.is_empty() {
             "this train has no links to mount a sensor on".into()
         } else {

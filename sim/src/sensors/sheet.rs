@@ -5,7 +5,7 @@
 //! left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro), N·m (motor
 //! torque), m/s (wheel speed), MPa (clamp pressure).
 
-use crate::checked::{Finite, Fraction, NonNegative, Positive};
+use crate::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use crate::error::Error;
 use crate::file::{input_error, read_yaml};
 use schemars::JsonSchema;
@@ -31,7 +31,7 @@ pub struct Sheet {
 #[serde(deny_unknown_fields)]
 pub struct SheetFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Where the figures come from.
     pub source: String,
     /// Three-axis accelerometer, m/s².
@@ -189,13 +189,6 @@ impl Sheet {
     }
 
     fn check(&self) -> Result<(), Error> {
-        if self.data.version != 1 {
-            return Err(self.wrong(
-                "version",
-                format!("version {} is unknown", self.data.version),
-                "write `version: 1`",
-            ));
-        }
         let d = &self.data;
         let inertial = [("accelerometer", &d.accelerometer), ("gyro", &d.gyro)];
         let drive = [

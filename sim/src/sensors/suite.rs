@@ -115,11 +115,11 @@ impl Suite {
                     format!("{name}.sampling.rate_hz"),
                     format!(
                         "{rate_hz} Hz is more than one sample per physics step of {} ms",
-                        dt_s * 1e3
+                        libm::round(dt_s * 1e6) / 1e3
                     ),
                     format!(
                         "at most {} Hz, or a smaller `physics.dt_ms` in the scenario",
-                        1.0 / dt_s
+                        libm::floor(1e3 / dt_s) / 1e3
                     ),
                 ));
             }

@@ -6,7 +6,7 @@ use super::unit::{Unit, check_wheel_limits};
 use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use crate::checked::{NonNegative, Positive};
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
+use crate::file::{input_error, named, read_yaml};
 use monorig_estimators::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
@@ -14,14 +14,6 @@ use std::path::Path;
 /// Read a train file and every unit it names.
 pub fn load(path: &Path) -> Result<Train, Error> {
     let file: TrainFile = read_yaml(path)?;
-    if file.version != 1 {
-        return Err(input_error(
-            path,
-            "version",
-            format!("version {} is not known", file.version),
-            "version: 1",
-        ));
-    }
     let mut builder = Builder {
         path,
         file: &file,
@@ -106,7 +98,7 @@ impl Builder<'_> {
     fn add(&mut self, index: usize) -> Result<(), Error> {
         let entry = &self.file.consist[index];
         let key = format!("consist[{index}].unit");
-        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
+        let unit = Unit::load(&named(self.path, &key, &entry.unit)?)?;
         let Some(length) = unit.file.length_m else {
             return Err(input_error(
                 self.path,

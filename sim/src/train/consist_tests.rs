@@ -297,7 +297,7 @@ fn faults_of_train_and_unit_files_are_told() {
     let train = "trains/dx80_176y.yaml";
     let drive = "units/drive_unit.yaml";
     let cases = [
-        (train, "version: 1", "version: 2", "version 2 is not known"),
+        (train, "version: 1", "version: 2", "format version 2"),
         (
             train,
             "name: drive_2,",
@@ -339,7 +339,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "{name: drive_1, unit: ../units/gone.yaml}",
             "gone.yaml",
         ),
-        (drive, "version: 1", "version: 0", "version 0 is not known"),
+        (drive, "version: 1", "version: 0", "format version 0"),
         (drive, "length_m: 1.1", "length_m: 0.7", "drawbar"),
         (drive, "length_m: 1.1", "length_m: 0", "above zero"),
         (
@@ -361,12 +361,12 @@ fn faults_of_train_and_unit_files_are_told() {
             "no power passes",
         ),
         (drive, "running_gear:", "walking_gear:", "walking_gear"),
-        (drive, "drive_unit.urdf", "cab.urdf", "0 friction wheels"),
+        (drive, "drive_unit.urdf", "cab.urdf", "friction wheels is 0"),
         (
             drive,
             "drive_unit.urdf",
             "carrier_trolley.urdf",
-            "0 friction wheels",
+            "friction wheels is 0",
         ),
         (
             "units/lifting_beam.yaml",

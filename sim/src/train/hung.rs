@@ -6,7 +6,7 @@ use super::unit::Unit;
 use super::unit_file::LoadFile;
 use super::{Connection, ConnectionKind, Payload};
 use crate::error::Error;
-use crate::file::input_error;
+use crate::file::{input_error, named};
 use nalgebra::{Isometry3, Vector3};
 
 impl Builder<'_> {
@@ -69,7 +69,7 @@ impl Builder<'_> {
 
     /// The load on its chains.
     pub fn hang(&mut self, entry: &LoadEntry) -> Result<(), Error> {
-        let unit = Unit::load(&self.path.with_file_name("").join(&entry.unit))?;
+        let unit = Unit::load(&named(self.path, "load.unit", &entry.unit)?)?;
         let Some(LoadFile {
             payload_link,
             chain_links,
@@ -111,8 +111,22 @@ impl Builder<'_> {
         } = &self.spans[above];
         let (turn, first) = (*turn, *first);
         let mut chains = Vec::new();
-        for link in &chain_links {
-            let (up, down) = (carrier.link(link)?, unit.link(link)?);
+        for (i, link) in chain_links.iter().enumerate() {
+            let key = format!("load.chain_links[{i}]");
+            let Some(down) = unit.urdf.place(link) else {
+                return Err(unit.unknown_link(key, link));
+            };
+            let Some(up) = carrier.urdf.place(link) else {
+                return Err(input_error(
+                    &unit.path,
+                    key,
+                    format!(
+                        "`{}`, which carries the load, has no link `{link}`",
+                        entry.under
+                    ),
+                    "a chain ends at links of one name in both URDF files",
+                ));
+            };
             chains.push((
                 first + up.body,
                 turn * up.pose.translation.vector,

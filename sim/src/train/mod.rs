@@ -19,6 +19,7 @@ pub mod train_file;
 pub mod unit;
 pub mod unit_file;
 pub mod urdf;
+mod urdf_blame;
 mod urdf_file;
 mod urdf_tree;
 

@@ -38,7 +38,7 @@ impl Train {
             "",
             format!(
                 "springs on `{name}` are too stiff for its mass at a step of {} ms",
-                1e3 * dt_s
+                libm::round(1e6 * dt_s) / 1e3
             ),
             format!(
                 "a step of at most {:.2} ms, softer springs and dampers, or more mass",

@@ -1,6 +1,6 @@
 //! The format of a train file.
 
-use crate::checked::{NonNegative, Positive};
+use crate::checked::{NonNegative, Positive, Version1};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct TrainFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// Name of the train.
     pub name: String,
     /// Units along the rail, front to rear.

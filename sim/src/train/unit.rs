@@ -6,7 +6,7 @@ use super::urdf::{Place, UrdfUnit};
 use super::{Drive, Station};
 use crate::checked::Fraction;
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
+use crate::file::{input_error, named, read_yaml};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ impl Unit {
         let Some(carried) = &unit.file.carried_by else {
             return Ok(unit);
         };
-        let trolley = Self::load_one(&path.with_file_name("").join(&carried.trolley))?;
+        let trolley = Self::load_one(&named(path, "carried_by.trolley", &carried.trolley)?)?;
         if trolley.stations.first().is_none_or(Vec::is_empty) || trolley.file.carried_by.is_some() {
             return Err(input_error(
                 path,
@@ -67,15 +67,7 @@ impl Unit {
 
     fn load_one(path: &Path) -> Result<Self, Error> {
         let file: UnitFile = read_yaml(path)?;
-        if file.version != 1 {
-            return Err(input_error(
-                path,
-                "version",
-                format!("version {} is not known", file.version),
-                "version: 1",
-            ));
-        }
-        let urdf = UrdfUnit::load(&path.with_file_name("").join(&file.urdf))?;
+        let urdf = UrdfUnit::load(&named(path, "urdf", &file.urdf)?)?;
         let mut unit = Self {
             path: path.into(),
             stations: vec![Vec::new(); urdf.bodies.len()],
@@ -264,7 +256,10 @@ impl Unit {
             )
         };
         let [a, b] = wheels.as_slice() else {
-            return Err(fault(&format!("{} friction wheels, not two", wheels.len())));
+            return Err(fault(&format!(
+                "the number of friction wheels is {}, not 2",
+                wheels.len()
+            )));
         };
         let (pa, pb) = (&self.urdf.places[a.place], &self.urdf.places[b.place]);
         let (ta, tb) = (pa.pose.translation.vector, pb.pose.translation.vector);

@@ -1,7 +1,7 @@
 //! The format of a unit file: what URDF cannot say.
 
 use super::ConnectionKind;
-use crate::checked::{Finite, Fraction, NonNegative, Positive};
+use crate::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct UnitFile {
     /// Format version, 1.
-    pub version: u32,
+    pub version: Version1,
     /// URDF file, relative to this file.
     pub urdf: String,
     /// Room the unit takes along the rail, from coupling to coupling, m; not for a load.

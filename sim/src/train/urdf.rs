@@ -6,6 +6,7 @@
 
 use super::inertia::MassProperties;
 use super::look;
+use super::urdf_blame;
 use super::urdf_file::{File, nesting};
 use super::urdf_tree::{Branch, tree};
 use super::{Geometry, Shape};
@@ -83,14 +84,8 @@ impl UrdfUnit {
             let message = format!("elements are nested more than {DEEPEST} deep");
             return Err(file.fault("", "", message, "URDF needs five levels"));
         }
-        let robot = urdf_rs::read_from_string(&file.text).map_err(|e| {
-            file.fault(
-                "",
-                "",
-                format!("not a URDF file: {e}"),
-                "see http://wiki.ros.org/urdf/XML",
-            )
-        })?;
+        let robot = urdf_rs::read_from_string(&file.text)
+            .map_err(|e| urdf_blame::blame(&file, &e.to_string()))?;
         let order = tree(&file, &robot)?;
         lump(&file, &robot, &order)
     }

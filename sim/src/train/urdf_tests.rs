@@ -140,7 +140,7 @@ fn every_fault_of_a_tree_is_told_with_its_place() {
     let cases: Vec<(String, &str, &str)> = vec![
         (String::new(), "there is no link", ""),
         ("<a>".repeat(300_000), "nested", ""),
-        ("<link".into(), "not a URDF file", ""),
+        ("<link".into(), "does not close", ""),
         (a.clone() + &a, "two links have this name", "link `a`"),
         (
             a.clone() + &b + &fixed("j", "a", "b") + &fixed("j", "b", "a"),

@@ -1,0 +1,16 @@
+//! Everything about a scenario that can be found wrong without running it.
+
+use monorig_lab::expected;
+use monorig_sim::error::Error;
+use monorig_sim::rig::Rig;
+use monorig_sim::scenario::Scenario;
+use std::path::Path;
+
+/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig for
+/// the first of its seeds.
+pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Rig, Error> {
+    let scenario = Scenario::load(path, overrides)?;
+    expected::check(&scenario)?;
+    let seed = scenario.seeds().first().copied().unwrap_or(1);
+    Rig::build(scenario, seed)
+}

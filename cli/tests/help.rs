@@ -1,0 +1,66 @@
+//! The help teaches by examples: every one of them works.
+
+mod common;
+
+use common::{Rig, project};
+use std::process::{Command, Stdio};
+
+/// Examples in a help text: lines that start with `monorig`, without the remark behind them.
+fn examples(help: &str) -> Vec<String> {
+    let lines = help
+        .lines()
+        .filter(|l| l.trim_start().starts_with("monorig "));
+    lines
+        .map(|l| {
+            l.trim()
+                .split("   ")
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_owned()
+        })
+        .collect()
+}
+
+#[test]
+fn every_example_works() {
+    let rig = Rig::new();
+    for folder in ["assets", "scenarios"] {
+        let copied = Command::new("cp")
+            .arg("-r")
+            .arg(project().join(folder))
+            .arg(rig.path(""))
+            .status();
+        assert!(copied.unwrap().success());
+    }
+    let binary = std::path::Path::new(env!("CARGO_BIN_EXE_monorig"));
+    let path = format!(
+        "{}:{}",
+        binary.parent().unwrap().display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
+    let mut seen = 0;
+    for task in [None, Some("run"), Some("check"), Some("schema")] {
+        let mut arguments: Vec<&str> = task.into_iter().collect();
+        arguments.push("--help");
+        let (code, help, err) = rig.monorig(&arguments);
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
+        let found = examples(&help);
+        assert!(!found.is_empty(), "no example in\n{help}");
+        for example in found {
+            let mut shell = Command::new("sh");
+            shell
+                .args(["-c", &example])
+                .env("PATH", &path)
+                .stdout(Stdio::piped());
+            let (code, out, err) = rig.output(&mut shell);
+            // 1: it ran, and an expectation of the scenario failed
+            assert!(
+                matches!(code, Some(0 | 1)),
+                "{example}: {code:?}\n{out}{err}"
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen >= 10, "only {seen} examples");
+}
