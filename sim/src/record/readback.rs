@@ -69,12 +69,12 @@ pub fn read(path: &Path) -> Result<Contents, Error> {
 mod tests {
     use super::*;
     use crate::record::parquet::ParquetSink;
-    use crate::record::testing::{TempDir, layout_of, sample_chunk, sample_train};
+    use crate::record::testing::{layout_of, sample_chunk, sample_train};
     use crate::record::{Channel, Sink};
 
     #[test]
     fn what_was_recorded_is_counted_and_a_torn_file_is_refused() {
-        let dir = TempDir::new();
+        let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("channels.parquet");
         let channels: Vec<Channel> = ["a", "b"]
             .map(|name| Channel {
