@@ -213,7 +213,7 @@ fn sage_husa_estimators() {
     let mut rows = Vec::new();
     for adapts_q in [false, true] {
         let mut belief = Gaussian::<2>::independent(vector![0.0, 0.0], vector![1.0, 2.0]);
-        let limits = [0.2, 10.0];
+        let limits = [0.4, 10.0];
         let mut Q = SageHusa::new(matrix![1e-4, 0.0; 0.0, 4e-3], 0.95, limits);
         let mut R = SageHusa::new(matrix![0.04, 0.01; 0.01, 0.09], 0.95, limits);
         for [z1, z2] in Table::read("sage_husa_input.csv").arrays() {

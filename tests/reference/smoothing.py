@@ -11,11 +11,11 @@ CORNERS, NOISE, THRESHOLDS = (0.5, 2.0, 8.0), 0.1, (2.0, 5.0)
 
 
 def record(rng):
-    """Rest, a ramp, a jump, with uneven steps of time."""
+    """Rest, a rough ramp (its noise crosses both thresholds often), a jump, with uneven steps of time."""
     rows = []
     for k in range(400):
         level = 0.0 if k < 100 else 0.01 * (k - 100) if k < 250 else 4.0
-        first = level + 0.1 * rng.standard_normal()
+        first = level + (0.3 if 100 <= k < 250 else 0.1) * rng.standard_normal()
         rows.append([0.005 + 0.01 * rng.random(), first, 2.0 - 0.5 * level + 0.3 * rng.standard_normal()])
     return ["dt", "a", "b"], rows
 
