@@ -6,6 +6,10 @@
 //!
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
 //! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
+//!
+//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k + 1) at
+//! update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic forgetting
+//! free of units; and c of n times the n before it (held within ±25 s²), of which [`Rls::correlation_factor`] tells.
 
 use nalgebra::{SMatrix, SVector};
 

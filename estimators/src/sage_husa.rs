@@ -7,7 +7,10 @@
 //!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
-//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start.
+//! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length.
+//!
+//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start,
+//! and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but singular.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,0 +1,337 @@
+//! Every algorithm of this crate against an oracle of its own: Python, written from the equations (`tests/reference/`).
+//!
+//! A test reads a recorded input, runs the crate's public functions over it and compares every number of every step with the
+//! oracle's output. Constants stand in both places: here, and in the oracle's file, whose doc comment has the equations.
+#![allow(non_snake_case)]
+#![allow(clippy::unwrap_used)] // a test's panic is its verdict
+
+use std::{fs, path::Path};
+
+use monorig_estimators::{
+    conditioning::MatchedFilter,
+    ekf,
+    forgetting::Forgetting,
+    gaussian::{Correction, Gaussian},
+    imm::Imm,
+    rls::Rls,
+    sage_husa::SageHusa,
+    smoothing::AdaptiveSmoother,
+    strong_tracking::{Alarm, StrongTracking, fade},
+    ukf,
+};
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
+
+/// Largest difference from the oracle, relative to its number.
+const RELATIVE: f64 = 1e-9;
+/// Where the oracle's number is near a zero crossing, its size counts as at least this share of its column's median.
+const NEAR_ZERO: f64 = 1e-2;
+
+const GRAVITY: f64 = 9.81;
+
+/// A CSV file of numbers.
+struct Table {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    fn read(name: &str) -> Self {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/reference/data");
+        let text = fs::read_to_string(folder.join(name)).unwrap();
+        let mut lines = text.lines();
+        let names = lines.next().unwrap().split(',').map(String::from);
+        let rows = lines.map(|line| line.split(',').map(|v| v.parse().unwrap()).collect());
+        Self {
+            names: names.collect(),
+            rows: rows.collect(),
+        }
+    }
+
+    /// The rows as arrays; the file must have just `WIDTH` columns.
+    fn arrays<const WIDTH: usize>(&self) -> Vec<[f64; WIDTH]> {
+        let rows = self.rows.iter();
+        rows.map(|row| row.as_slice().try_into().unwrap()).collect()
+    }
+
+    /// Middle of the sizes of a column's numbers.
+    fn median(&self, column: usize) -> f64 {
+        let mut sizes: Vec<f64> = self.rows.iter().map(|row| row[column].abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes[sizes.len() / 2]
+    }
+}
+
+/// Compares all `rows` with the oracle's output, number by number.
+fn assert_agrees(algorithm: &str, rows: &[Vec<f64>]) {
+    let oracle = Table::read(&format!("{algorithm}_output.csv"));
+    assert!(rows.len() > 100 && rows.len() == oracle.rows.len());
+    let mut worst: f64 = 0.0;
+    for (column, name) in oracle.names.iter().enumerate() {
+        let median = oracle.median(column);
+        for (k, (got, expected)) in rows.iter().zip(&oracle.rows).enumerate() {
+            assert_eq!(got.len(), oracle.names.len(), "{algorithm}: numbers a row");
+            let (got, expected) = (got[column], expected[column]);
+            let size = expected.abs().max(NEAR_ZERO * median);
+            let off = (got - expected).abs() / if size > 0.0 { size } else { 1.0 };
+            assert!(
+                off <= RELATIVE,
+                "{algorithm}: {name} in row {k} is {got}, the oracle has {expected} ({off:.1e} off)"
+            );
+            worst = worst.max(off);
+        }
+    }
+    println!("{algorithm}: at most {worst:.1e} off");
+}
+
+/// The upper triangle of a symmetric matrix, row by row.
+fn upper<const N: usize>(P: &SMatrix<f64, N, N>) -> Vec<f64> {
+    let row = |i: usize| (i..N).map(move |j| P[(i, j)]);
+    (0..N).flat_map(row).collect()
+}
+
+fn flag(on: bool) -> f64 {
+    f64::from(u8::from(on))
+}
+
+#[test]
+fn recursive_least_squares() {
+    let policies = [
+        Forgetting::None,
+        Forgetting::Constant(0.97),
+        Forgetting::Dynamic {
+            floor: 0.9,
+            sharpness: 0.5,
+            first: 0.98,
+        },
+        Forgetting::Multiple([0.999, 0.95]),
+        Forgetting::TimeLaw {
+            loss: 0.05,
+            decay: 0.98,
+        },
+    ];
+    let input = Table::read("rls_input.csv").arrays::<6>();
+    let mut rows = Vec::new();
+    for (number, policy) in policies.into_iter().enumerate() {
+        let prior = Gaussian::independent(vector![10.0, 1.0], vector![8.0, 5.0]);
+        let mut rls = Rls::new(prior, policy);
+        for [y, h1, h2, r, remember, reopen] in &input {
+            if *reopen != 0.0 {
+                rls.reopen(&vector![1.0, 0.0]);
+            }
+            let done = rls
+                .update(*y, &vector![*h1, *h2], *r, *remember != 0.0)
+                .unwrap();
+            let mut row = vec![number as f64];
+            row.extend(rls.belief.x.iter());
+            row.extend(upper(&rls.belief.P));
+            row.extend([done.residual, done.normalised, done.lambda]);
+            row.extend([flag(done.limited), rls.spread(), rls.correlation_factor()]);
+            rows.push(row);
+        }
+    }
+    assert_agrees("rls", &rows);
+}
+
+/// The crane of the state filters: x = (v, θ, 10 t / M), u = tractive force / 10 t; `common.py` has its equations.
+mod crane {
+    use super::*;
+
+    const DT: f64 = 0.02;
+    const MU: f64 = 0.03;
+    pub const Q: Matrix3<f64> = matrix![2e-5, 1e-6, 0.0; 1e-6, 4e-5, 0.0; 0.0, 0.0, 1e-7];
+    pub const R: Matrix2<f64> = matrix![4e-4, 1e-4; 1e-4, 2.5e-3];
+
+    pub fn prior() -> Gaussian<3> {
+        Gaussian::independent(vector![0.1, 0.02, 1.0], vector![0.2, 0.1, 0.3])
+    }
+
+    pub fn f(x: &Vector3<f64>, u: f64) -> Vector3<f64> {
+        let acceleration = u * x.z - GRAVITY * x.y.sin() - MU * GRAVITY * x.y.cos();
+        vector![x.x + DT * acceleration, x.y, x.z]
+    }
+
+    pub fn h(x: &Vector3<f64>, u: f64) -> Vector2<f64> {
+        vector![x.x, u * x.z - MU * GRAVITY * x.y.cos()]
+    }
+
+    pub fn F(x: &Vector3<f64>, u: f64) -> Matrix3<f64> {
+        let of_theta = -GRAVITY * x.y.cos() + MU * GRAVITY * x.y.sin();
+        matrix![1.0, DT * of_theta, DT * u; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
+    }
+
+    pub fn H(x: &Vector3<f64>, u: f64) -> SMatrix<f64, 2, 3> {
+        matrix![1.0, 0.0, 0.0; 0.0, MU * GRAVITY * x.y.sin(), u]
+    }
+
+    pub fn row(belief: &Gaussian<3>, done: &Correction<2, 3>) -> Vec<f64> {
+        let mut row: Vec<f64> = belief.x.iter().copied().collect();
+        row.extend(upper(&belief.P));
+        row.extend(done.y.iter());
+        row.extend(upper(&done.S));
+        row.extend(done.K.transpose().iter()); // row by row
+        row.extend([done.nis, done.log_likelihood]);
+        row
+    }
+}
+
+#[test]
+fn extended_kalman_filter() {
+    let mut belief = crane::prior();
+    let mut rows = Vec::new();
+    for [u, z1, z2] in Table::read("ekf_input.csv").arrays() {
+        let (x_next, F) = (crane::f(&belief.x, u), crane::F(&belief.x, u));
+        ekf::predict(&mut belief, x_next, &F, &crane::Q);
+        let (h, H) = (crane::h(&belief.x, u), crane::H(&belief.x, u));
+        let done = ekf::update(&mut belief, vector![z1, z2], h, &H, &crane::R).unwrap();
+        rows.push(crane::row(&belief, &done));
+    }
+    assert_agrees("ekf", &rows);
+}
+
+#[test]
+fn unscented_kalman_filter() {
+    let spread = ukf::Spread {
+        alpha: 0.97,
+        beta: 2.0,
+        kappa: 0.0,
+    };
+    let mut belief = crane::prior();
+    let mut rows = Vec::new();
+    for [u, z1, z2] in Table::read("ukf_input.csv").arrays() {
+        ukf::predict(&mut belief, &spread, |x| crane::f(x, u), &crane::Q).unwrap();
+        let h = |x: &Vector3<f64>| crane::h(x, u);
+        let done = ukf::update(&mut belief, &spread, vector![z1, z2], h, &crane::R).unwrap();
+        rows.push(crane::row(&belief, &done));
+    }
+    assert_agrees("ukf", &rows);
+}
+
+#[test]
+fn sage_husa_estimators() {
+    let F = matrix![1.0, 0.1; 0.0, 1.0];
+    let H = Matrix2::identity();
+    let mut rows = Vec::new();
+    for adapts_q in [false, true] {
+        let mut belief = Gaussian::<2>::independent(vector![0.0, 0.0], vector![1.0, 2.0]);
+        let limits = [0.4, 10.0];
+        let mut Q = SageHusa::new(matrix![1e-4, 0.0; 0.0, 4e-3], 0.95, limits);
+        let mut R = SageHusa::new(matrix![0.04, 0.01; 0.01, 0.09], 0.95, limits);
+        for [z1, z2] in Table::read("sage_husa_input.csv").arrays() {
+            let (z, x_next) = (vector![z1, z2], F * belief.x);
+            ekf::predict(&mut belief, x_next, &F, Q.covariance());
+            let z_predicted = belief.x;
+            let done = ekf::update(&mut belief, z, z_predicted, &H, R.covariance()).unwrap();
+            let adapted = if adapts_q {
+                Q.observe_correction(&done);
+                &Q
+            } else {
+                R.observe_residual(&(z - belief.x), &H, &belief);
+                &R
+            };
+            let mut row = vec![flag(adapts_q)];
+            row.extend(belief.x.iter());
+            row.extend(upper(&belief.P));
+            row.extend(upper(adapted.covariance()));
+            row.push(flag(adapted.limited()));
+            rows.push(row);
+        }
+    }
+    assert_agrees("sage_husa", &rows);
+}
+
+#[test]
+fn strong_tracking_and_its_alarm() {
+    let F = matrix![1.0, 0.05; 0.0, 1.0];
+    let H = matrix![1.0, 0.0; 0.2, 1.0];
+    let (Q, R) = (matrix![1e-6, 0.0; 0.0, 1e-5], matrix![4e-4, 0.0; 0.0, 0.04]);
+    let mut rows = Vec::new();
+    for mode in [0, 1] {
+        let mut belief = Gaussian::<2>::independent(vector![0.0, 0.0], vector![0.1, 0.2]);
+        let mut tracking = StrongTracking::new(0.95, 1.5, 20.0);
+        let mut alarm = Alarm::new(2.0);
+        for [z1, z2] in Table::read("strong_tracking_input.csv").arrays() {
+            let (z, x_next) = (vector![z1, z2], F * belief.x);
+            let y = z - H * x_next;
+            let carried = H * F * belief.P * F.transpose() * H.transpose();
+            let process = H * Q * H.transpose();
+            let lambda = tracking.fading(&y, &carried, &process, &R);
+            let rings = alarm.active(&y, &(carried + process + R));
+            if mode == 0 || rings {
+                fade(&mut belief, &vector![1.0, lambda]);
+            }
+            ekf::predict(&mut belief, x_next, &F, &Q);
+            ekf::update(&mut belief, z, H * x_next, &H, &R).unwrap();
+            let mut row = vec![f64::from(mode), lambda, flag(rings)];
+            row.extend(belief.x.iter());
+            row.extend(upper(&belief.P));
+            rows.push(row);
+        }
+    }
+    assert_agrees("strong_tracking", &rows);
+}
+
+#[test]
+fn interacting_models_fixed_and_time_varying() {
+    let dt = 0.05;
+    let rolling = matrix![1.0, -GRAVITY * dt; 0.0, 1.0];
+    let models = [
+        (rolling, matrix![1e-6, 0.0; 0.0, 1e-8]),
+        (rolling, matrix![1e-4, 0.0; 0.0, 4e-4]),
+        (matrix![0.9, 0.0; 0.0, 0.95], matrix![1e-2, 0.0; 0.0, 1e-5]),
+    ];
+    let H = matrix![1.0, 0.0; 0.0, GRAVITY];
+    let R = matrix![1e-3, 2e-4; 2e-4, 4e-2];
+    let mut rows = Vec::new();
+    for time_varying in [false, true] {
+        let prior = Gaussian::<2>::independent(vector![0.0, 0.0], vector![0.2, 0.05]);
+        let mut imm = Imm::<2, 3>::new(prior, 0.96, time_varying);
+        for [z1, z2] in Table::read("imm_input.csv").arrays() {
+            imm.mix();
+            let mut logs = SVector::<f64, 3>::zeros();
+            for ((belief, (F, Q)), log) in imm.beliefs.iter_mut().zip(&models).zip(logs.iter_mut())
+            {
+                let x_next = F * belief.x;
+                ekf::predict(belief, x_next, F, Q);
+                let done = ekf::update(belief, vector![z1, z2], H * x_next, &H, &R).unwrap();
+                *log = done.log_likelihood;
+            }
+            imm.weigh(&logs);
+            let combined = imm.combined();
+            let mut row = vec![flag(time_varying)];
+            row.extend(imm.probability().iter());
+            row.extend(combined.x.iter());
+            row.extend(upper(&combined.P));
+            row.extend(imm.transition().transpose().iter()); // row by row
+            rows.push(row);
+        }
+    }
+    assert_agrees("imm", &rows);
+}
+
+#[test]
+fn adaptive_smoothing() {
+    let mut smoother = AdaptiveSmoother::new([0.5, 2.0, 8.0], 0.1, [2.0, 5.0]);
+    let input = Table::read("smoothing_input.csv").arrays();
+    let rows: Vec<Vec<f64>> = input
+        .into_iter()
+        .map(|[dt, a, b]| {
+            let [a, b] = smoother.step([a, b], dt);
+            vec![a, b, smoother.gain()]
+        })
+        .collect();
+    assert_agrees("smoothing", &rows);
+}
+
+#[test]
+fn matched_filter() {
+    let mut filter = MatchedFilter::new(1.0);
+    let input = Table::read("conditioning_input.csv").arrays();
+    let rows: Vec<Vec<f64>> = input
+        .into_iter()
+        .map(|[dt, u]| {
+            filter.step(u, dt);
+            vec![filter.value().unwrap(), filter.rate()]
+        })
+        .collect();
+    assert_agrees("conditioning", &rows);
+}

@@ -1,0 +1,59 @@
+"""Makes every recorded input and every oracle's output in data/, or compares with what is there: make.py [--check].
+
+Seeds are fixed. An oracle reads its input back from the CSV, so that both sides start from the same bits.
+--check changes nothing: it makes everything anew in a folder that is thrown away, prints the largest difference of each file
+relative to its size, and ends with 1 if one exceeds 1e-10 (other processors and linear-algebra libraries round otherwise).
+"""
+
+import argparse
+import importlib
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from common import DATA, read, write
+
+ALGORITHMS = ["rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning"]
+ALLOWED = 1e-10
+
+
+def make(name, folder):
+    oracle = importlib.import_module(name)
+    seed = ALGORITHMS.index(name) + 1
+    write(folder / f"{name}_input.csv", *oracle.record(np.random.default_rng(seed)))
+    write(folder / f"{name}_output.csv", *oracle.oracle(read(folder / f"{name}_input.csv")))
+
+
+def difference(made, kept):
+    """Largest difference of two tables, relative to the number itself or, near a zero, to the median of its column."""
+    if not kept.exists():
+        return np.inf
+    made, kept = read(made), read(kept)
+    if list(made) != list(kept) or any(made[name].shape != kept[name].shape for name in made):
+        return np.inf
+    scale = {n: np.maximum(np.abs(kept[n]), np.median(np.abs(kept[n])) + 1e-300) for n in kept}
+    return max(np.max(np.abs(made[n] - kept[n]) / scale[n]) for n in made)
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--check", action="store_true", help="compare with data/ instead of writing it")
+    check = arguments.parse_args().check
+    worst = 0.0
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in ALGORITHMS:
+            folder = Path(scratch) if check else DATA
+            make(name, folder)
+            for part in ("input", "output") if check else ():
+                file = f"{name}_{part}.csv"
+                off = difference(folder / file, DATA / file)
+                worst = max(worst, off)
+                print(f"{file:32} {off:.1e}{'' if off <= ALLOWED else '  DIFFERS'}")
+            if not check:
+                print(f"{name}: {len(read(DATA / f'{name}_output.csv'))} columns written")
+    sys.exit(0 if worst <= ALLOWED else 1)
+
+
+if __name__ == "__main__":
+    main()
