@@ -93,7 +93,7 @@ impl Rig {
         let blocks = surroundings::blocks(&scenario, &rail)?;
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
-        let vehicle = believed_vehicle(&scenario, &train);
+        let vehicle = believed_vehicle(&scenario, &train, imu);
         let guess = s.vehicle.total_mass_guess_kg.map_or(nominal_mass(&train), f64::from);
         let bank = bank(&scenario, &vehicle)?;
         let in_loop = match &s.in_loop {
@@ -191,10 +191,12 @@ fn nominal_mass(train: &Train) -> f64 {
 }
 
 /// What the estimators are told about the vehicle: the train's data sheet, and what the scenario puts in its place.
-fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
+fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
     let belief = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = belief.tare_kg.map_or(train.tare_kg(), f64::from);
+    let imu_place = train.mounts.get(imu).and_then(|m| train.bodies.get(m.body).map(|b| b.start_s + m.pose.translation.x));
+    let (tare_span_m, load_span_m) = train.spans_behind(imu_place.unwrap_or(0.0));
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -204,6 +206,8 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
         rotating_mass_kg: train.rotating_mass_kg(),
         running_resistance: belief.running_resistance.map_or(train.nominal_running_resistance(nominal_mass(train), scenario.file.physics.gravity_mps2.get()), f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
+        tare_span_m,
+        load_span_m,
     }
 }
 

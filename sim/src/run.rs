@@ -260,7 +260,7 @@ impl Loop {
                     let follow = |last: f64, v: &Value| if v.valid { last + share * (v.value - last) } else { last };
                     Perception {
                         speed_mps,
-                        grade_rad: follow(last.grade_rad, &e.grade_rad),
+                        grade_rad: follow(last.grade_rad, &e.effective_grade_rad),
                         total_mass_kg: follow(last.total_mass_kg, &e.total_mass_kg),
                     }
                 }

@@ -8,6 +8,10 @@
 //! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
 //! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
 //!
+//! A train is long: f and κ are means over where its masses rest ([`TrainOnRail`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
+//! known and goes to the left, so the balance stays linear in M.
+//!
 //! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
 //! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
 //! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
@@ -17,12 +21,13 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use super::{
-    conditioner::{Conditioned, Conditioner, curvature_per_m},
+    conditioner::{Conditioned, Conditioner},
     force_balance::ForceBalance,
     front_end::Reading,
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
+    train_on_rail::{Felt, TrainOnRail},
 };
 use crate::{
     Real,
@@ -78,7 +83,10 @@ pub struct MassRegression {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// Curvature of the rail now, 1/m.
+    /// Where the train stands on the rail it has run over, and what it felt when last asked.
+    train: TrainOnRail,
+    felt: Option<Felt>,
+    /// Curvature of the rail under the train, 1/m.
     curvature: Real,
 }
 
@@ -136,15 +144,25 @@ impl MassRegression {
                 lambda: 1.0,
                 ..Outcome::default()
             },
+            train: TrainOnRail::new(vehicle),
+            felt: None,
             curvature: 0.0,
         }
     }
 
     fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
         let acceleration = now.acceleration_mps2;
-        let (f, cosine) = match (self.source(), now.specific_force_mps2) {
-            (AccelSource::Kinematic, _) => (acceleration, 1.0),
-            (AccelSource::SpecificForce, Some(f)) => (f, ForceBalance::cosine(f, acceleration)),
+        let tare = self.train.tare_kg() / self.mass0_kg;
+        // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
+        let (f, known, cosine, doubt) = match (self.source(), self.felt) {
+            (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
+            (AccelSource::SpecificForce, Some(felt)) => {
+                let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+                let (u, doubt) = felt.whole(tare, self.rls.belief.x.x);
+                let f = acceleration + load_u;
+                let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+                (f, tare * (tare_u - load_u), cosine, doubt)
+            }
             (AccelSource::SpecificForce, None) => {
                 self.excited = false;
                 return;
@@ -161,12 +179,12 @@ impl MassRegression {
         } else {
             GRAVITY
         } * cosine;
-        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
+        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
         let h = vector![
             f + against * self.mu0,
             against,
             1.0,
-            against * now.curvature_per_m
+            against * self.curvature
         ];
         let weight = if self.excited {
             1.0
@@ -176,7 +194,8 @@ impl MassRegression {
         if weight <= 0.0 {
             return;
         }
-        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 / weight;
+        let noise = self.params.residual_sd_mps2;
+        let r = (noise * noise + doubt * doubt) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
             return;
         };
@@ -230,11 +249,17 @@ impl MassStage for MassRegression {
     ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        self.curvature = curvature_per_m(reading);
-        if let Some(sample) = self.signals.step(reading, balance, running, dt) {
-            self.sample(sample, balance);
-        } else if !self.signals.settled() {
+        let sample = self.signals.step(reading, balance, running, dt);
+        self.train
+            .step(self.signals.at_place(), self.signals.speed_mps(), dt);
+        if self.signals.settled() {
+            self.felt = self.train.felt();
+            self.curvature = self.felt.map_or(0.0, |felt| felt.curvature_per_m());
+        } else {
             self.excited = false;
+        }
+        if let Some(sample) = sample {
+            self.sample(sample, balance);
         }
     }
 
@@ -263,6 +288,16 @@ impl MassStage for MassRegression {
         let by_r = -direction / x.x;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.curvature];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
+    }
+
+    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
+    fn grade_lead(&self) -> (Real, Real) {
+        let Some(felt) = self.felt else {
+            return (0.0, 0.0);
+        };
+        let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+        let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
+        ((felt.here_mps2 - mean) / GRAVITY, doubt / GRAVITY)
     }
 
     fn excited(&self) -> bool {

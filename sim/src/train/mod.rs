@@ -13,6 +13,7 @@ pub mod consist;
 mod hung;
 pub mod inertia;
 mod look;
+pub mod spread;
 pub mod step_check;
 pub mod stl;
 pub mod train_file;
