@@ -63,10 +63,13 @@ pub struct Vehicle {
     pub running_resistance: Real,
     /// Smallest and largest total mass thought possible, kg.
     pub mass_range_kg: [Real; 2],
-    /// From where to where behind the IMU (towards falling chainage; negative = ahead of it) the tare is spread, m. Both 0: a point.
+    /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative = ahead of it) the
+    /// tare is spread, m. Both 0: a point.
     pub tare_span_m: [Real; 2],
     /// The same for where the load's weight comes onto the rail, m.
     pub load_span_m: [Real; 2],
+    /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
+    pub imu_arm_m: Real,
 }
 
 impl Vehicle {

@@ -195,8 +195,14 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
     let belief = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = belief.tare_kg.map_or(train.tare_kg(), f64::from);
-    let imu_place = train.mounts.get(imu).and_then(|m| train.bodies.get(m.body).map(|b| b.start_s + m.pose.translation.x));
-    let (tare_span_m, load_span_m) = train.spans_behind(imu_place.unwrap_or(0.0));
+    // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
+    let unit = train.mounts.get(imu).and_then(|m| train.bodies.get(m.body).map(|b| (m.pose.translation.x, b)));
+    let (mount_x, middle_x, start_s) = unit.map_or((0.0, 0.0, 0.0), |(x, b)| {
+        let n = b.stations.len();
+        let middle = if n == 0 { x } else { b.stations.iter().map(|st| st.x_m).sum::<f64>() / n as f64 };
+        (x, middle, b.start_s)
+    });
+    let (tare_span_m, load_span_m) = train.spans_behind(start_s + middle_x);
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -208,6 +214,7 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
         tare_span_m,
         load_span_m,
+        imu_arm_m: mount_x - middle_x,
     }
 }
 

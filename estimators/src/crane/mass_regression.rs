@@ -27,7 +27,8 @@ use super::{
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
-    train_on_rail::{Felt, TrainOnRail},
+    train_on_rail::TrainOnRail,
+    waiting::Waiting,
 };
 use crate::{
     Real,
@@ -59,14 +60,18 @@ params! {
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
         excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
         unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
         standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
-        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
     }
 }
+
+/// A swing of the load dies out in this time, s.
+const SWAY_MEMORY_S: Real = 3.0;
 
 /// The mass regression: conditioning, gates, recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,9 +88,14 @@ pub struct MassRegression {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// Where the train stands on the rail it has run over, and what it felt when last asked.
+    /// Where the train stands on the rail it has run over.
     train: TrainOnRail,
-    felt: Option<Felt>,
+    /// Samples, each with its place, that wait until the rail under the front of the train has been read.
+    waiting: Waiting<(Conditioned, Real), 32>,
+    /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that.
+    lead: (Real, Real),
+    /// Running deviation of the acceleration: what makes the load swing.
+    jolts: RunningDeviation,
     /// Curvature of the rail under the train, 1/m.
     curvature: Real,
 }
@@ -145,16 +155,22 @@ impl MassRegression {
                 ..Outcome::default()
             },
             train: TrainOnRail::new(vehicle),
-            felt: None,
+            waiting: Waiting::new(),
+            lead: (0.0, 0.0),
+            jolts: RunningDeviation::default(),
             curvature: 0.0,
         }
     }
 
-    fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
+    fn sample(&mut self, (now, place_m): (Conditioned, Real), balance: &ForceBalance) {
         let acceleration = now.acceleration_mps2;
         let tare = self.train.tare_kg() / self.mass0_kg;
         // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
-        let (f, known, cosine, doubt) = match (self.source(), self.felt) {
+        let felt = now
+            .specific_force_mps2
+            .and_then(|_| self.train.felt(place_m));
+        let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
+        let (f, known, cosine, doubt) = match (self.source(), felt) {
             (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
             (AccelSource::SpecificForce, Some(felt)) => {
                 let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
@@ -180,12 +196,7 @@ impl MassRegression {
             GRAVITY
         } * cosine;
         let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
-        let h = vector![
-            f + against * self.mu0,
-            against,
-            1.0,
-            against * self.curvature
-        ];
+        let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
         let weight = if self.excited {
             1.0
         } else {
@@ -194,8 +205,11 @@ impl MassRegression {
         if weight <= 0.0 {
             return;
         }
+        self.jolts
+            .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
         let noise = self.params.residual_sd_mps2;
-        let r = (noise * noise + doubt * doubt) / weight;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance;
+        let r = (noise * noise + doubt * doubt + sway) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
             return;
         };
@@ -250,27 +264,42 @@ impl MassStage for MassRegression {
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
         let sample = self.signals.step(reading, balance, running, dt);
+        let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
         self.train
-            .step(self.signals.at_place(), self.signals.speed_mps(), dt);
-        if self.signals.settled() {
-            self.felt = self.train.felt();
-            self.curvature = self.felt.map_or(0.0, |felt| felt.curvature_per_m());
-        } else {
+            .step(self.signals.at_place(), self.signals.speed_mps(), speed, dt);
+        if let Some(sample) = sample
+            && let Some(oldest) = self.waiting.join((sample, self.train.place_m()))
+        {
+            self.sample(oldest, balance);
+        }
+        while let Some((_, place_m)) = self.waiting.first()
+            && (!running || self.train.seen(place_m))
+            && let Some(next) = self.waiting.take()
+        {
+            self.sample(next, balance);
+        }
+        if !self.signals.settled() {
             self.excited = false;
         }
-        if let Some(sample) = sample {
-            self.sample(sample, balance);
+        // Under the brake too: the rail is read by accelerometer and wheels, whatever the force.
+        if speed.abs() > self.params.standstill_mps
+            && let Some((felt, here_mps2)) = self.train.felt_now()
+        {
+            let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+            let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
+            self.lead = ((here_mps2 - mean) / GRAVITY, doubt / GRAVITY);
+            self.curvature = felt.curvature_per_m();
         }
     }
 
-    /// Valid once its standard deviation is below a tenth of it and no limit acts.
+    /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
     fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
             value,
             sd,
-            valid: sd < 0.1 * value && !self.saturated,
+            valid: sd < 0.05 * value && !self.saturated,
         }
     }
 
@@ -292,12 +321,7 @@ impl MassStage for MassRegression {
 
     /// From what the accelerometer has read along the rail; its bias drops out of the difference.
     fn grade_lead(&self) -> (Real, Real) {
-        let Some(felt) = self.felt else {
-            return (0.0, 0.0);
-        };
-        let mass_kg = self.rls.belief.x.x * self.mass0_kg;
-        let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
-        ((felt.here_mps2 - mean) / GRAVITY, doubt / GRAVITY)
+        self.lead
     }
 
     fn excited(&self) -> bool {

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
-pub const BRAKE_RELEASED: Real = 0.01;
+pub const BRAKE_RELEASED: Real = 0.001;
 
 /// Whether the train moves, and whether it does so under the force balance alone (brake released).
 pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
@@ -104,6 +104,9 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             resistance: self.mass.running_resistance() * direction,
         });
         self.slope.predict(drive, dt);
+        if moving && drive.is_none() {
+            self.slope.drift(dt);
+        }
         if let Some(speed) = reading.new_speed_mps {
             self.slope.update(speed, running);
         }
@@ -118,7 +121,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
         let effective_grade_rad = Value {
             value: belief.x.y,
             sd: effective_sd,
-            valid: running && mass_kg.valid && effective_sd < 0.05,
+            valid: running && mass_kg.valid && effective_sd < 0.05 && self.slope.wheels_obey(),
         };
         let (lead, lead_sd) = self.mass.grade_lead();
         let grade_sd = sqrt(effective_sd * effective_sd + lead_sd * lead_sd);

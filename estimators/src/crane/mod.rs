@@ -25,9 +25,10 @@ pub mod multi_model_mass;
 pub mod params;
 pub mod rls_ekf;
 pub mod slope_filter;
-pub mod train_on_rail;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod train_on_rail;
+pub mod waiting;
 
 use crate::{
     Error, Real,
@@ -159,6 +160,7 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
         ),
         ("tare_span_m", span(vehicle.tare_span_m)),
         ("load_span_m", span(vehicle.load_span_m)),
+        ("imu_arm_m", vehicle.imu_arm_m.abs() < LONGEST_M),
     ] {
         if !good {
             return Err(ParamError::Vehicle(field));

@@ -21,6 +21,7 @@ pub fn vehicle() -> Vehicle {
         mass_range_kg: [5_000.0, 27_000.0],
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
+        imu_arm_m: 0.0,
     }
 }
 

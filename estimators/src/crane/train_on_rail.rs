@@ -8,11 +8,18 @@
 //! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s) + b is kept by
 //! place ([`RailMemory`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
 //! the same at every place. Rail that the instrument has not seen (ahead of it; behind it at the start of a run) is taken to go on
-//! level with the end of what it has seen, and the doubt that this brings is told.
+//! as what it has seen ends, and the doubt that this brings is told. What needs no answer at once can wait until it has been seen.
+//!
+//! The instrument pitches with the unit that carries it, and that unit hangs at two stations: it reads the grade under the unit's
+//! middle, not under itself.
 //!
 //! Source: ours. Liu et al. 2023 treat the train as a point; with both spans 0 so does this.
 
-use crate::{Real, real::floor, signals::Vehicle};
+use crate::{
+    Real,
+    real::{floor, within},
+    signals::Vehicle,
+};
 
 /// Places remembered.
 const CELLS: usize = 128;
@@ -22,6 +29,10 @@ const CELLS_PER_SPAN: Real = 100.0;
 const SHORTEST_M: Real = 0.1;
 /// Way over which the gradient at an end of the known rail is taken, m.
 const END_M: Real = 1.0;
+/// Longest way that a filter's delay can make, m.
+const FARTHEST_M: Real = 2.0;
+/// How far beyond an end of the known rail its gradient is taken to go on, m.
+const ONWARD_M: Real = 3.0;
 /// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m: the
 /// undulation of a roadway).
 const UNSEEN_MPS2_PER_M: Real = 0.01;
@@ -116,6 +127,7 @@ impl RailMemory {
         let whole = front_m - rear_m;
         let mut mean = Mean::default();
         let [mut behind_m, mut ahead_m] = [0.0, 0.0];
+        let (at_low, at_high) = (self.gradient(known, low, 1), self.gradient(known, high, -1));
         for cell in first..=last {
             let start = (cell as Real * self.cell_m).max(rear_m);
             let end = ((cell + 1) as Real * self.cell_m).min(front_m);
@@ -125,21 +137,40 @@ impl RailMemory {
                 1.0 / (last - first + 1) as Real
             };
             let [u, curvature] = self.at(cell, known);
+            let [behind, ahead] =
+                [low - cell, cell - high].map(|cells| cells.max(0) as Real * self.cell_m);
+            let onward = at_low * behind.min(ONWARD_M) + at_high * ahead.min(ONWARD_M);
             let [sum_u, sum_curvature] = mean.value;
-            mean.value = [sum_u + share * u, sum_curvature + share * curvature];
-            behind_m += share * (low - cell).max(0) as Real * self.cell_m;
-            ahead_m += share * (cell - high).max(0) as Real * self.cell_m;
+            mean.value = [
+                sum_u + share * (u + onward),
+                sum_curvature + share * curvature,
+            ];
+            behind_m += share * behind;
+            ahead_m += share * ahead;
         }
-        mean.doubt_mps2 = behind_m * self.gradient(known, low, 1) + ahead_m * self.gradient(known, high, -1);
+        mean.doubt_mps2 = behind_m * (UNSEEN_MPS2_PER_M + at_low.abs())
+            + ahead_m * (UNSEEN_MPS2_PER_M + at_high.abs());
         Some(mean)
     }
 
-    /// How much u may change per metre beyond an end of the known rail, m/s² per m: as much as it does before that end.
+    /// By how much u grows per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
     fn gradient(&self, known: [i64; 2], end: i64, inward: i64) -> Real {
+        let [low, high] = known;
         let way = floor(END_M / self.cell_m).max(1.0);
-        let ([u_end, _], [u_inside, _]) =
-            (self.at(end, known), self.at(end + inward * way as i64, known));
-        UNSEEN_MPS2_PER_M + (u_inside - u_end).abs() / (way * self.cell_m)
+        if high - low < way as i64 {
+            return 0.0;
+        }
+        let ([u_end, _], [u_inside, _]) = (
+            self.at(end, known),
+            self.at(end + inward * way as i64, known),
+        );
+        (u_end - u_inside) / (way * self.cell_m)
+    }
+
+    /// Whether all rail up to `front_m` has been seen.
+    fn seen_up_to(&self, front_m: Real) -> bool {
+        let front = self.cell(front_m);
+        self.known.is_some_and(|[_, high]| front <= high)
     }
 }
 
@@ -149,17 +180,18 @@ pub struct TrainOnRail {
     rail: RailMemory,
     /// Way run, delayed like all filtered signals, m.
     place_m: Real,
+    /// Way run as of now, m.
+    now_m: Real,
     here: Option<AtPlace>,
     tare_kg: Real,
     tare_span_m: [Real; 2],
     load_span_m: [Real; 2],
+    arm_m: Real,
 }
 
-/// Means over where tare and load rest, and what the instrument reads where it is.
+/// Means over where tare and load rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Felt {
-    /// u = g sin θ + b at the instrument, m/s².
-    pub here_mps2: Real,
     /// Mean over the tare.
     pub tare: Mean,
     /// Mean over the load.
@@ -170,7 +202,7 @@ impl Felt {
     /// Mean of u over a whole train of `mass_kg` with a tare of `tare_kg`, m/s², and its doubt.
     pub fn whole(&self, tare_kg: Real, mass_kg: Real) -> (Real, Real) {
         let tare_share = (tare_kg / mass_kg.max(tare_kg)).min(1.0);
-        let mix = |tare: Real, load: Real| tare_share * tare + (1.0 - tare_share) * load;
+        let mix = |tare: Real, load: Real| load + tare_share * (tare - load);
         let ([tare, _], [load, _]) = (self.tare.value, self.load.value);
         (
             mix(tare, load),
@@ -195,34 +227,55 @@ impl TrainOnRail {
         Self {
             rail: RailMemory::new(span_m),
             place_m: 0.0,
+            now_m: 0.0,
             here: None,
             tare_kg: vehicle.tare_kg,
             tare_span_m: vehicle.tare_span_m,
             load_span_m: vehicle.load_span_m,
+            arm_m: vehicle.imu_arm_m,
         }
     }
 
-    /// The train moved at `speed_mps` for `dt` and reads `now`. All signals must be delayed alike.
-    pub fn step(&mut self, now: Option<AtPlace>, speed_mps: Real, dt: Real) {
-        self.place_m += speed_mps * dt;
+    /// The train moves at `speed_mps`; `delayed_mps` is that speed behind the filters that what is read, `now`, has passed too.
+    pub fn step(&mut self, now: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.place_m += delayed_mps * dt;
+        self.now_m += speed_mps * dt;
+        // What was lost while a signal was silent must not stay between the two.
+        let apart = within(self.now_m - self.place_m, -FARTHEST_M, FARTHEST_M);
+        self.now_m = self.place_m + apart;
         self.here = now;
         if let Some(value) = now {
             self.rail.visit(self.place_m, value);
         }
     }
 
-    /// What the train feels now; `None` without an accelerometer.
-    pub fn felt(&self) -> Option<Felt> {
-        let [here_mps2, _] = self.here?;
-        let mean = |[nearest, farthest]: [Real; 2]| {
-            self.rail
-                .mean(self.place_m - farthest, self.place_m - nearest)
-        };
+    /// Where the unit with the instrument is (was, by the delay of the filters), m run.
+    pub fn place_m(&self) -> Real {
+        self.place_m
+    }
+
+    /// Whether the rail ahead of the instrument under the train has been seen by now, for the train at `place_m`.
+    pub fn seen(&self, place_m: Real) -> bool {
+        let ([tare, _], [load, _]) = (self.tare_span_m, self.load_span_m);
+        self.rail.seen_up_to(place_m - tare.min(load).min(0.0))
+    }
+
+    /// What the train feels with the instrument's unit at `place_m`; `None` without an accelerometer.
+    pub fn felt(&self, place_m: Real) -> Option<Felt> {
+        self.here?;
+        let mean =
+            |[nearest, farthest]: [Real; 2]| self.rail.mean(place_m - farthest, place_m - nearest);
         Some(Felt {
-            here_mps2,
             tare: mean(self.tare_span_m)?,
             load: mean(self.load_span_m)?,
         })
+    }
+
+    /// What the train feels now, the delay of the filters made up, and u at the instrument now, m/s².
+    pub fn felt_now(&self) -> Option<(Felt, Real)> {
+        let place_m = self.now_m + self.arm_m;
+        let [here_mps2, _] = self.rail.mean(place_m, place_m)?.value;
+        Some((self.felt(self.now_m)?, here_mps2))
     }
 
     /// Mass of the empty train, kg.
@@ -257,7 +310,11 @@ mod tests {
         for [rear, front] in [[27.3, 45.0], [30.0, 34.7], [36.02, 36.07]] {
             let mean = rail.mean(rear, front).unwrap();
             let exact = (integral(front) - integral(rear)) / (front - rear);
-            assert!((mean.value[0] - exact).abs() < 0.05, "{} {exact}", mean.value[0]);
+            assert!(
+                (mean.value[0] - exact).abs() < 0.05,
+                "{} {exact}",
+                mean.value[0]
+            );
             assert!((mean.value[1] - 0.05 * (rear + front)).abs() < 0.02);
             assert!(mean.doubt_mps2.abs() < 1e-12);
         }
@@ -272,7 +329,7 @@ mod tests {
         assert!((mean.value[0] - u(14.1)).abs() < 0.06);
         assert!(mean.doubt_mps2 == 0.0);
         rail.visit(1e5, [7.0, 0.0]);
-        assert_eq!(rail.mean(14.0, 14.2).unwrap().value[0], 7.0);
+        assert!((rail.mean(14.0, 14.2).unwrap().value[0] - 7.0).abs() < 1e-12);
     }
 
     #[test]
@@ -293,13 +350,15 @@ mod tests {
     #[test]
     fn a_point_feels_what_its_instrument_reads() {
         let mut train = TrainOnRail::new(&vehicle());
-        assert_eq!(train.felt(), None);
+        assert_eq!(train.felt(0.0), None);
         for k in 0..1000 {
             let now = u(0.004 * k as Real);
-            train.step(Some([now, 0.0]), 0.8, 0.005);
-            let felt = train.felt().unwrap();
-            assert_eq!(felt.here_mps2, now);
+            train.step(Some([now, 0.0]), 0.8, 0.8, 0.005);
+            let felt = train.felt(train.place_m()).unwrap();
             assert_eq!(felt.whole(5e3, 1e4), (now, 0.0));
+            let (felt, here) = train.felt_now().unwrap();
+            assert_eq!(felt.whole(5e3, 1e4).0, here);
+            assert!(train.seen(train.place_m()));
         }
     }
 
@@ -308,7 +367,10 @@ mod tests {
         let mut rail = RailMemory::new(1e6);
         for place in [0.0, 1e300, -1e300, Real::NAN, 1e12, 3.0] {
             rail.visit(place, [1.0, 0.0]);
-            assert!(rail.mean(place - 18.0, place).is_none_or(|m| m.value[0].is_finite()));
+            assert!(
+                rail.mean(place - 18.0, place)
+                    .is_none_or(|m| m.value[0].is_finite())
+            );
         }
     }
 }
