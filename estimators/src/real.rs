@@ -24,6 +24,11 @@ pub fn asin(x: Real) -> Real {
     Libm::<Real>::asin(x.clamp(-1.0, 1.0))
 }
 
+/// Largest whole number not above `x`.
+pub fn floor(x: Real) -> Real {
+    Libm::<Real>::floor(x)
+}
+
 /// Square root; 0 for a negative argument, which only rounding can make here.
 pub fn sqrt(x: Real) -> Real {
     Libm::<Real>::sqrt(x.max(0.0))

@@ -63,6 +63,13 @@ pub struct Vehicle {
     pub running_resistance: Real,
     /// Smallest and largest total mass thought possible, kg.
     pub mass_range_kg: [Real; 2],
+    /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative = ahead of it) the
+    /// tare is spread, m. Both 0: a point.
+    pub tare_span_m: [Real; 2],
+    /// The same for where the load's weight comes onto the rail, m.
+    pub load_span_m: [Real; 2],
+    /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
+    pub imu_arm_m: Real,
 }
 
 impl Vehicle {
@@ -109,6 +116,9 @@ pub struct Estimate {
     pub total_mass_kg: Value,
     /// Grade angle at the IMU, rad, + uphill towards growing chainage.
     pub grade_rad: Value,
+    /// Grade angle that the train as a whole feels, asin(Σ mᵢ sin θᵢ / Σ mᵢ), rad: what a speed control needs. The same as
+    /// [`Estimate::grade_rad`] from an estimator that takes the train for a point.
+    pub effective_grade_rad: Value,
     /// Speed along the rail, m/s.
     pub speed_mps: Value,
     /// Innovation of the slope filter's last measurement (m/s for wheel speed).
@@ -122,7 +132,12 @@ pub struct Estimate {
 impl Estimate {
     /// Whether every number of it is finite.
     pub fn is_finite(&self) -> bool {
-        let values = [self.total_mass_kg, self.grade_rad, self.speed_mps];
+        let values = [
+            self.total_mass_kg,
+            self.grade_rad,
+            self.effective_grade_rad,
+            self.speed_mps,
+        ];
         self.t_s.is_finite()
             && values
                 .iter()

@@ -78,7 +78,7 @@ impl Observer for Series {
                 mass_nees: square(mass / e.total_mass_kg.sd),
                 mass_valid: e.total_mass_kg.valid,
                 slope,
-                slope_effective: e.grade_rad.value - t.grade_effective_rad,
+                slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
                 slope_nees: square(slope / e.grade_rad.sd),
                 slope_valid: e.grade_rad.valid,
                 nis: e.nis,

@@ -37,6 +37,7 @@ impl Member {
                 self.refused += 1;
                 self.estimate.total_mass_kg.valid = false;
                 self.estimate.grade_rad.valid = false;
+                self.estimate.effective_grade_rad.valid = false;
                 self.estimate.speed_mps.valid = false;
             }
         }

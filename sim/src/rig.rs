@@ -109,7 +109,7 @@ impl Rig {
         let blocks = surroundings::blocks(&scenario, &rail)?;
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
-        let vehicle = believed_vehicle(&scenario, &train);
+        let vehicle = believed_vehicle(&scenario, &train, imu);
         let guess = s
             .vehicle
             .total_mass_guess_kg
@@ -285,10 +285,25 @@ fn nominal_mass(train: &Train) -> f64 {
 }
 
 /// What the estimators are told about the vehicle: the train's data sheet, and what the scenario puts in its place.
-fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
+fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
     let belief = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = belief.tare_kg.map_or(train.tare_kg(), f64::from);
+    // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
+    let unit = train
+        .mounts
+        .get(imu)
+        .and_then(|m| train.bodies.get(m.body).map(|b| (m.pose.translation.x, b)));
+    let (mount_x, middle_x, start_s) = unit.map_or((0.0, 0.0, 0.0), |(x, b)| {
+        let n = b.stations.len();
+        let middle = if n == 0 {
+            x
+        } else {
+            b.stations.iter().map(|st| st.x_m).sum::<f64>() / n as f64
+        };
+        (x, middle, b.start_s)
+    });
+    let (tare_span_m, load_span_m) = train.spans_behind(start_s + middle_x);
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -306,6 +321,9 @@ fn believed_vehicle(scenario: &Scenario, train: &Train) -> Vehicle {
             f64::from,
         ),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
+        tare_span_m,
+        load_span_m,
+        imu_arm_m: mount_x - middle_x,
     }
 }
 

@@ -272,7 +272,7 @@ impl Loop {
                     false => last,
                 };
                 (
-                    follow(last.grade_rad, &e.grade_rad),
+                    follow(last.grade_rad, &e.effective_grade_rad),
                     follow(last.total_mass_kg, &e.total_mass_kg),
                 )
             }

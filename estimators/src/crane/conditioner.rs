@@ -91,6 +91,18 @@ impl Conditioner {
         })
     }
 
+    /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the horizontal
+    /// curvature without its sign, 1/m. `None` without an accelerometer.
+    pub fn at_place(&self) -> Option<[Real; 2]> {
+        let u = self.specific_force.value()? - self.speed.rate();
+        Some([u, self.curvature.value()?])
+    }
+
+    /// Filtered speed, m/s; 0 before the first.
+    pub fn speed_mps(&self) -> Real {
+        self.speed.value().unwrap_or(0.0)
+    }
+
     /// Whether the train has been running long enough for samples to count.
     pub fn settled(&self) -> bool {
         self.running_s > 0.0 && self.running_s >= self.settle_s

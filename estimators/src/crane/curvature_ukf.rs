@@ -168,14 +168,16 @@ impl Pipeline for CurvatureUkf {
         let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
+        let grade_rad = Value {
+            value: x.y,
+            sd,
+            valid: known && sd < 0.05,
+        };
         Estimate {
             t_s,
             total_mass_kg: self.mass,
-            grade_rad: Value {
-                value: x.y,
-                sd,
-                valid: known && sd < 0.05,
-            },
+            grade_rad,
+            effective_grade_rad: grade_rad,
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

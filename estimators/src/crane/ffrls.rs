@@ -126,6 +126,11 @@ impl Pipeline for Ffrls {
         let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
         let theta_sd = spread * sqrt(P.m22) / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
         let known = mass_sd < 0.1 * mass && !self.saturated;
+        let grade_rad = Value {
+            value: theta,
+            sd: theta_sd,
+            valid: running && known && theta_sd < 0.05,
+        };
         Estimate {
             t_s,
             total_mass_kg: Value {
@@ -133,11 +138,8 @@ impl Pipeline for Ffrls {
                 sd: mass_sd,
                 valid: known,
             },
-            grade_rad: Value {
-                value: theta,
-                sd: theta_sd,
-                valid: running && known && theta_sd < 0.05,
-            },
+            grade_rad,
+            effective_grade_rad: grade_rad,
             speed_mps: Value {
                 value: self.speed_mps,
                 sd: 0.01,

@@ -266,14 +266,16 @@ impl Pipeline for ImmStf {
         let bias = imm.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m33 + bias * bias) / cosine;
         let known = self.started && self.since_s < 0.5;
+        let grade_rad = Value {
+            value: theta,
+            sd,
+            valid: known && sd < 0.05,
+        };
         Estimate {
             t_s,
             total_mass_kg: self.mass.mass_kg(),
-            grade_rad: Value {
-                value: theta,
-                sd,
-                valid: known && sd < 0.05,
-            },
+            grade_rad,
+            effective_grade_rad: grade_rad,
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

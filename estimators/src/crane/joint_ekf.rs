@@ -171,6 +171,11 @@ impl Pipeline for JointEkf {
         let mass_sd = mass * sqrt(P.m33) / x.z;
         let grade_sd = sqrt(P.m22);
         let mass_known = mass_sd < 0.1 * mass && !self.saturated;
+        let grade_rad = Value {
+            value: x.y,
+            sd: grade_sd,
+            valid: running && mass_known && grade_sd < 0.05,
+        };
         Estimate {
             t_s,
             total_mass_kg: Value {
@@ -178,11 +183,8 @@ impl Pipeline for JointEkf {
                 sd: mass_sd,
                 valid: mass_known,
             },
-            grade_rad: Value {
-                value: x.y,
-                sd: grade_sd,
-                valid: running && mass_known && grade_sd < 0.05,
-            },
+            grade_rad,
+            effective_grade_rad: grade_rad,
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

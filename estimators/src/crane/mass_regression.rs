@@ -8,6 +8,10 @@
 //! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
 //! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
 //!
+//! A train is long: f and κ are means over where its masses rest ([`TrainOnRail`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
+//! known and goes to the left, so the balance stays linear in M.
+//!
 //! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
 //! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
 //! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
@@ -17,12 +21,14 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use super::{
-    conditioner::{Conditioned, Conditioner, curvature_per_m},
+    conditioner::{Conditioned, Conditioner},
     force_balance::ForceBalance,
     front_end::Reading,
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
+    train_on_rail::TrainOnRail,
+    waiting::Waiting,
 };
 use crate::{
     Real,
@@ -54,14 +60,18 @@ params! {
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
         excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
         unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
         standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
-        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
     }
 }
+
+/// A swing of the load dies out in this time, s.
+const SWAY_MEMORY_S: Real = 3.0;
 
 /// The mass regression: conditioning, gates, recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +88,15 @@ pub struct MassRegression {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// Curvature of the rail now, 1/m.
+    /// Where the train stands on the rail it has run over.
+    train: TrainOnRail,
+    /// Samples, each with its place, that wait until the rail under the front of the train has been read.
+    waiting: Waiting<(Conditioned, Real), 32>,
+    /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that.
+    lead: (Real, Real),
+    /// Running deviation of the acceleration: what makes the load swing.
+    jolts: RunningDeviation,
+    /// Curvature of the rail under the train, 1/m.
     curvature: Real,
 }
 
@@ -136,15 +154,31 @@ impl MassRegression {
                 lambda: 1.0,
                 ..Outcome::default()
             },
+            train: TrainOnRail::new(vehicle),
+            waiting: Waiting::new(),
+            lead: (0.0, 0.0),
+            jolts: RunningDeviation::default(),
             curvature: 0.0,
         }
     }
 
-    fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
+    fn sample(&mut self, (now, place_m): (Conditioned, Real), balance: &ForceBalance) {
         let acceleration = now.acceleration_mps2;
-        let (f, cosine) = match (self.source(), now.specific_force_mps2) {
-            (AccelSource::Kinematic, _) => (acceleration, 1.0),
-            (AccelSource::SpecificForce, Some(f)) => (f, ForceBalance::cosine(f, acceleration)),
+        let tare = self.train.tare_kg() / self.mass0_kg;
+        // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
+        let felt = now
+            .specific_force_mps2
+            .and_then(|_| self.train.felt(place_m));
+        let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
+        let (f, known, cosine, doubt) = match (self.source(), felt) {
+            (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
+            (AccelSource::SpecificForce, Some(felt)) => {
+                let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+                let (u, doubt) = felt.whole(tare, self.rls.belief.x.x);
+                let f = acceleration + load_u;
+                let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+                (f, tare * (tare_u - load_u), cosine, doubt)
+            }
             (AccelSource::SpecificForce, None) => {
                 self.excited = false;
                 return;
@@ -161,13 +195,8 @@ impl MassRegression {
         } else {
             GRAVITY
         } * cosine;
-        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg;
-        let h = vector![
-            f + against * self.mu0,
-            against,
-            1.0,
-            against * now.curvature_per_m
-        ];
+        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
+        let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
         let weight = if self.excited {
             1.0
         } else {
@@ -176,7 +205,11 @@ impl MassRegression {
         if weight <= 0.0 {
             return;
         }
-        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 / weight;
+        self.jolts
+            .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
+        let noise = self.params.residual_sd_mps2;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance;
+        let r = (noise * noise + doubt * doubt + sway) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
             return;
         };
@@ -230,22 +263,43 @@ impl MassStage for MassRegression {
     ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        self.curvature = curvature_per_m(reading);
-        if let Some(sample) = self.signals.step(reading, balance, running, dt) {
-            self.sample(sample, balance);
-        } else if !self.signals.settled() {
+        let sample = self.signals.step(reading, balance, running, dt);
+        let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
+        self.train
+            .step(self.signals.at_place(), self.signals.speed_mps(), speed, dt);
+        if let Some(sample) = sample
+            && let Some(oldest) = self.waiting.join((sample, self.train.place_m()))
+        {
+            self.sample(oldest, balance);
+        }
+        while let Some((_, place_m)) = self.waiting.first()
+            && (!running || self.train.seen(place_m))
+            && let Some(next) = self.waiting.take()
+        {
+            self.sample(next, balance);
+        }
+        if !self.signals.settled() {
             self.excited = false;
+        }
+        // Under the brake too: the rail is read by accelerometer and wheels, whatever the force.
+        if speed.abs() > self.params.standstill_mps
+            && let Some((felt, here_mps2)) = self.train.felt_now()
+        {
+            let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+            let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
+            self.lead = ((here_mps2 - mean) / GRAVITY, doubt / GRAVITY);
+            self.curvature = felt.curvature_per_m();
         }
     }
 
-    /// Valid once its standard deviation is below a tenth of it and no limit acts.
+    /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
     fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
             value,
             sd,
-            valid: sd < 0.1 * value && !self.saturated,
+            valid: sd < 0.05 * value && !self.saturated,
         }
     }
 
@@ -263,6 +317,11 @@ impl MassStage for MassRegression {
         let by_r = -direction / x.x;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.curvature];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
+    }
+
+    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
+    fn grade_lead(&self) -> (Real, Real) {
+        self.lead
     }
 
     fn excited(&self) -> bool {

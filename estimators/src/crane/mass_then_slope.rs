@@ -4,16 +4,16 @@ use super::{
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
-    slope_filter::{Drive, SlopeFilter},
+    slope_filter::{Drive, STEEPEST, SlopeFilter},
 };
 use crate::{
     Real,
-    real::sqrt,
+    real::{asin, sin, sqrt},
     signals::{Estimate, Flags, Value},
 };
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
-pub const BRAKE_RELEASED: Real = 0.01;
+pub const BRAKE_RELEASED: Real = 0.001;
 
 /// Whether the train moves, and whether it does so under the force balance alone (brake released).
 pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
@@ -38,6 +38,12 @@ pub trait MassStage: Copy {
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
     /// with the traction (N) and the direction of travel, ±1.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real;
+
+    /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that: 0 for a stage that takes the
+    /// train for a point.
+    fn grade_lead(&self) -> (Real, Real) {
+        (0.0, 0.0)
+    }
 
     /// Whether it is excited and learns.
     fn excited(&self) -> bool;
@@ -98,6 +104,9 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             resistance: self.mass.running_resistance() * direction,
         });
         self.slope.predict(drive, dt);
+        if moving && drive.is_none() {
+            self.slope.drift(dt);
+        }
         if let Some(speed) = reading.new_speed_mps {
             self.slope.update(speed, running);
         }
@@ -108,15 +117,23 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
                 .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)
         });
         let (innovation, nis) = self.slope.innovation();
-        let grade_sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        let effective_sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        let effective_grade_rad = Value {
+            value: belief.x.y,
+            sd: effective_sd,
+            valid: running && mass_kg.valid && effective_sd < 0.05 && self.slope.wheels_obey(),
+        };
+        let (lead, lead_sd) = self.mass.grade_lead();
+        let grade_sd = sqrt(effective_sd * effective_sd + lead_sd * lead_sd);
         Estimate {
             t_s,
             total_mass_kg: mass_kg,
             grade_rad: Value {
-                value: belief.x.y,
+                value: grade_at_imu(belief.x.y, lead),
                 sd: grade_sd,
-                valid: running && mass_kg.valid && grade_sd < 0.05,
+                valid: effective_grade_rad.valid && grade_sd < 0.05,
             },
+            effective_grade_rad,
             speed_mps: Value {
                 value: belief.x.x,
                 sd: sqrt(belief.P.m11),
@@ -147,5 +164,14 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             slope.fading(),
         ];
         copy_into(values, &now);
+    }
+}
+
+/// The effective grade with what the grade at the IMU is ahead of it.
+fn grade_at_imu(effective_rad: Real, lead: Real) -> Real {
+    if lead == 0.0 {
+        effective_rad
+    } else {
+        asin(sin(effective_rad) + lead).clamp(-STEEPEST, STEEPEST)
     }
 }

@@ -27,6 +27,8 @@ pub mod rls_ekf;
 pub mod slope_filter;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod train_on_rail;
+pub mod waiting;
 
 use crate::{
     Error, Real,
@@ -128,9 +130,13 @@ pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
     key_groups(name).map(|groups| groups.iter().copied().flatten())
 }
 
+/// No train is longer, m.
+const LONGEST_M: Real = 1e3;
+
 fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
     let [low, high] = vehicle.mass_range_kg;
     let positive = |value: Real| value > 0.0 && value.is_finite();
+    let span = |[near, far]: [Real; 2]| near <= far && near > -LONGEST_M && far < LONGEST_M;
     for (field, good) in [
         ("tare_kg", positive(vehicle.tare_kg)),
         ("drives", (1..=MAX_DRIVES).contains(&vehicle.drives)),
@@ -152,6 +158,9 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
             "mass_range_kg",
             positive(low) && high > low && high.is_finite(),
         ),
+        ("tare_span_m", span(vehicle.tare_span_m)),
+        ("load_span_m", span(vehicle.load_span_m)),
+        ("imu_arm_m", vehicle.imu_arm_m.abs() < LONGEST_M),
     ] {
         if !good {
             return Err(ParamError::Vehicle(field));

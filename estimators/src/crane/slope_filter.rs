@@ -33,6 +33,12 @@ params! {
 /// Largest grade angle the filter goes to, rad: no monorail climbs more.
 pub const STEEPEST: Real = PI / 3.0;
 
+/// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
+const OBEDIENT: Real = 3.0;
+
+/// Growth of the slope's variance while moving blind, rad²/s: 3° after a second, 14° after twenty.
+const BLIND_RAD2_PER_S: Real = 3e-3;
+
 /// Speed no crane reaches, m/s.
 const FASTEST: Real = 10.0;
 
@@ -158,6 +164,11 @@ impl SlopeFilter {
         self.process += Q.m11;
     }
 
+    /// Moving blind (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
+    pub fn drift(&mut self, dt: Real) {
+        self.belief.P.m22 = (self.belief.P.m22 + BLIND_RAD2_PER_S * dt).min(STEEPEST * STEEPEST);
+    }
+
     /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
     fn transition(
         &self,
@@ -239,6 +250,12 @@ impl SlopeFilter {
     /// Standard deviation of wheel speed in use, m/s.
     pub fn measurement_sd(&self) -> Real {
         sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+    }
+
+    /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
+    /// standard deviation then rises to several times the nominal one.
+    pub fn wheels_obey(&self) -> bool {
+        self.measurement_sd() < OBEDIENT * self.params.wheel_speed_sd_mps
     }
 
     /// Fading factor of the last update, 1 while strong tracking is off.

@@ -106,13 +106,15 @@ const CONTROL: [(&str, &str); 7] = [
     ("motor_torque", "N·m"),
     ("brake", "1"),
 ];
-const ESTIMATE: [(&str, &str); 13] = [
+const ESTIMATE: [(&str, &str); 15] = [
     ("total_mass", "kg"),
     ("total_mass_sd", "kg"),
     ("total_mass_valid", "1"),
     ("grade", "rad"),
     ("grade_sd", "rad"),
     ("grade_valid", "1"),
+    ("effective_grade", "rad"),
+    ("effective_grade_sd", "rad"),
     ("speed", "m/s"),
     ("speed_sd", "m/s"),
     ("innovation", "m/s"),
@@ -239,6 +241,8 @@ impl<'a> Tape<'a> {
                 e.grade_rad.value,
                 e.grade_rad.sd,
                 flag(e.grade_rad.valid),
+                e.effective_grade_rad.value,
+                e.effective_grade_rad.sd,
                 e.speed_mps.value,
                 e.speed_mps.sd,
                 e.innovation,

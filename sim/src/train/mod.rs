@@ -13,6 +13,7 @@ mod look;
 pub mod motor;
 pub mod resistance;
 pub mod running_gear;
+pub mod spread;
 pub mod step_check;
 pub mod stl;
 pub mod train_file;

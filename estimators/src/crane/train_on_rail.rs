@@ -1,0 +1,376 @@
+//! A train is long: the grade at the accelerometer is not the grade that its weight feels.
+//!
+//! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass still stands
+//! on the level. The force balance then holds with the mean over the mass in place of the grade at the instrument:
+//!
+//! M g sin θ → Σ mᵢ g sin θ(s − dᵢ),  s chainage of the instrument, dᵢ how far behind it mass mᵢ rests
+//!
+//! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s) + b is kept by
+//! place ([`RailMemory`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
+//! the same at every place. Rail that the instrument has not seen (ahead of it; behind it at the start of a run) is taken to go on
+//! as what it has seen ends, and the doubt that this brings is told. What needs no answer at once can wait until it has been seen.
+//!
+//! The instrument pitches with the unit that carries it, and that unit hangs at two stations: it reads the grade under the unit's
+//! middle, not under itself.
+//!
+//! Source: ours. Liu et al. 2023 treat the train as a point; with both spans 0 so does this.
+
+use crate::{
+    Real,
+    real::{floor, within},
+    signals::Vehicle,
+};
+
+/// Places remembered.
+const CELLS: usize = 128;
+/// Cells that the longest span is divided into: fewer than there are, so that a whole train fits.
+const CELLS_PER_SPAN: Real = 100.0;
+/// Shortest cell, m.
+const SHORTEST_M: Real = 0.1;
+/// Way over which the gradient at an end of the known rail is taken, m.
+const END_M: Real = 1.0;
+/// Longest way that a filter's delay can make, m.
+const FARTHEST_M: Real = 2.0;
+/// How far beyond an end of the known rail its gradient is taken to go on, m.
+const ONWARD_M: Real = 3.0;
+/// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m: the
+/// undulation of a roadway).
+const UNSEEN_MPS2_PER_M: Real = 0.01;
+
+/// What is remembered of a place: u = g sin θ + b, m/s², and the horizontal curvature without its sign, 1/m.
+pub type AtPlace = [Real; 2];
+
+/// Signals by place on the rail, over the last stretch run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RailMemory {
+    cell_m: Real,
+    cells: [AtPlace; CELLS],
+    /// First and last cell known.
+    known: Option<[i64; 2]>,
+}
+
+/// Mean over a span of the rail.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mean {
+    /// u and curvature.
+    pub value: AtPlace,
+    /// Standard deviation of u for the part of the span not seen, m/s².
+    pub doubt_mps2: Real,
+}
+
+impl RailMemory {
+    /// Room for a stretch of `span_m` metres.
+    pub fn new(span_m: Real) -> Self {
+        Self {
+            cell_m: (span_m / CELLS_PER_SPAN).max(SHORTEST_M),
+            cells: [[0.0; 2]; CELLS],
+            known: None,
+        }
+    }
+
+    fn cell(&self, place_m: Real) -> i64 {
+        floor(place_m / self.cell_m).clamp(-1e15, 1e15) as i64
+    }
+
+    fn slot(cell: i64) -> usize {
+        cell.rem_euclid(CELLS as i64) as usize
+    }
+
+    /// What is known of a cell or, beyond the known rail, of its end.
+    fn at(&self, cell: i64, [low, high]: [i64; 2]) -> AtPlace {
+        let slot = Self::slot(cell.clamp(low, high));
+        self.cells.get(slot).copied().unwrap_or_default()
+    }
+
+    fn put(&mut self, cell: i64, value: AtPlace) {
+        if let Some(place) = self.cells.get_mut(Self::slot(cell)) {
+            *place = value;
+        }
+    }
+
+    /// The instrument is at `place_m` and reads `value`. Cells passed over since the last visit are filled in between.
+    pub fn visit(&mut self, place_m: Real, value: AtPlace) {
+        let (here, room) = (self.cell(place_m), CELLS as i64);
+        let known = match self.known {
+            Some([low, high]) if here >= low - room && here <= high + room => [low, high],
+            _ => [here, here],
+        };
+        let [low, high] = known;
+        let end = here.clamp(low, high);
+        let from = self.at(end, known);
+        let steps = (here - end).abs();
+        for k in 1..steps {
+            let share = k as Real / steps as Real;
+            let between = [0, 1].map(|i: usize| match (from.get(i), value.get(i)) {
+                (Some(a), Some(b)) => a + share * (b - a),
+                _ => 0.0,
+            });
+            self.put(end + (here - end).signum() * k, between);
+        }
+        self.put(here, value);
+        let [low, high] = [low.min(here), high.max(here)];
+        self.known = Some(if here == low {
+            [low, high.min(low + room - 1)]
+        } else {
+            [low.max(high - room + 1), high]
+        });
+    }
+
+    /// Mean from `rear_m` to `front_m`; `None` before the first visit.
+    pub fn mean(&self, rear_m: Real, front_m: Real) -> Option<Mean> {
+        let known = self.known?;
+        let [low, high] = known;
+        let (first, last) = (self.cell(rear_m), self.cell(front_m));
+        if last - first > 2 * CELLS as i64 {
+            return None;
+        }
+        let whole = front_m - rear_m;
+        let mut mean = Mean::default();
+        let [mut behind_m, mut ahead_m] = [0.0, 0.0];
+        let (at_low, at_high) = (self.gradient(known, low, 1), self.gradient(known, high, -1));
+        for cell in first..=last {
+            let start = (cell as Real * self.cell_m).max(rear_m);
+            let end = ((cell + 1) as Real * self.cell_m).min(front_m);
+            let share = if whole > 1e-9 {
+                ((end - start) / whole).max(0.0)
+            } else {
+                1.0 / (last - first + 1) as Real
+            };
+            let [u, curvature] = self.at(cell, known);
+            let [behind, ahead] =
+                [low - cell, cell - high].map(|cells| cells.max(0) as Real * self.cell_m);
+            let onward = at_low * behind.min(ONWARD_M) + at_high * ahead.min(ONWARD_M);
+            let [sum_u, sum_curvature] = mean.value;
+            mean.value = [
+                sum_u + share * (u + onward),
+                sum_curvature + share * curvature,
+            ];
+            behind_m += share * behind;
+            ahead_m += share * ahead;
+        }
+        mean.doubt_mps2 = behind_m * (UNSEEN_MPS2_PER_M + at_low.abs())
+            + ahead_m * (UNSEEN_MPS2_PER_M + at_high.abs());
+        Some(mean)
+    }
+
+    /// By how much u grows per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
+    fn gradient(&self, known: [i64; 2], end: i64, inward: i64) -> Real {
+        let [low, high] = known;
+        let way = floor(END_M / self.cell_m).max(1.0);
+        if high - low < way as i64 {
+            return 0.0;
+        }
+        let ([u_end, _], [u_inside, _]) = (
+            self.at(end, known),
+            self.at(end + inward * way as i64, known),
+        );
+        (u_end - u_inside) / (way * self.cell_m)
+    }
+
+    /// Whether all rail up to `front_m` has been seen.
+    fn seen_up_to(&self, front_m: Real) -> bool {
+        let front = self.cell(front_m);
+        self.known.is_some_and(|[_, high]| front <= high)
+    }
+}
+
+/// The train's place on the remembered rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainOnRail {
+    rail: RailMemory,
+    /// Way run, delayed like all filtered signals, m.
+    place_m: Real,
+    /// Way run as of now, m.
+    now_m: Real,
+    here: Option<AtPlace>,
+    tare_kg: Real,
+    tare_span_m: [Real; 2],
+    load_span_m: [Real; 2],
+    arm_m: Real,
+}
+
+/// Means over where tare and load rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Felt {
+    /// Mean over the tare.
+    pub tare: Mean,
+    /// Mean over the load.
+    pub load: Mean,
+}
+
+impl Felt {
+    /// Mean of u over a whole train of `mass_kg` with a tare of `tare_kg`, m/s², and its doubt.
+    pub fn whole(&self, tare_kg: Real, mass_kg: Real) -> (Real, Real) {
+        let tare_share = (tare_kg / mass_kg.max(tare_kg)).min(1.0);
+        let mix = |tare: Real, load: Real| load + tare_share * (tare - load);
+        let ([tare, _], [load, _]) = (self.tare.value, self.load.value);
+        (
+            mix(tare, load),
+            mix(self.tare.doubt_mps2, self.load.doubt_mps2),
+        )
+    }
+}
+
+impl Felt {
+    /// Mean curvature under the train, 1/m.
+    pub fn curvature_per_m(&self) -> Real {
+        let [_, curvature] = self.tare.value;
+        curvature
+    }
+}
+
+impl TrainOnRail {
+    /// From the vehicle's nominal values.
+    pub fn new(vehicle: &Vehicle) -> Self {
+        let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
+        let span_m = b.max(d).max(0.0) - a.min(c).min(0.0);
+        Self {
+            rail: RailMemory::new(span_m),
+            place_m: 0.0,
+            now_m: 0.0,
+            here: None,
+            tare_kg: vehicle.tare_kg,
+            tare_span_m: vehicle.tare_span_m,
+            load_span_m: vehicle.load_span_m,
+            arm_m: vehicle.imu_arm_m,
+        }
+    }
+
+    /// The train moves at `speed_mps`; `delayed_mps` is that speed behind the filters that what is read, `now`, has passed too.
+    pub fn step(&mut self, now: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.place_m += delayed_mps * dt;
+        self.now_m += speed_mps * dt;
+        // What was lost while a signal was silent must not stay between the two.
+        let apart = within(self.now_m - self.place_m, -FARTHEST_M, FARTHEST_M);
+        self.now_m = self.place_m + apart;
+        self.here = now;
+        if let Some(value) = now {
+            self.rail.visit(self.place_m, value);
+        }
+    }
+
+    /// Where the unit with the instrument is (was, by the delay of the filters), m run.
+    pub fn place_m(&self) -> Real {
+        self.place_m
+    }
+
+    /// Whether the rail ahead of the instrument under the train has been seen by now, for the train at `place_m`.
+    pub fn seen(&self, place_m: Real) -> bool {
+        let ([tare, _], [load, _]) = (self.tare_span_m, self.load_span_m);
+        self.rail.seen_up_to(place_m - tare.min(load).min(0.0))
+    }
+
+    /// What the train feels with the instrument's unit at `place_m`; `None` without an accelerometer.
+    pub fn felt(&self, place_m: Real) -> Option<Felt> {
+        self.here?;
+        let mean =
+            |[nearest, farthest]: [Real; 2]| self.rail.mean(place_m - farthest, place_m - nearest);
+        Some(Felt {
+            tare: mean(self.tare_span_m)?,
+            load: mean(self.load_span_m)?,
+        })
+    }
+
+    /// What the train feels now, the delay of the filters made up, and u at the instrument now, m/s².
+    pub fn felt_now(&self) -> Option<(Felt, Real)> {
+        let place_m = self.now_m + self.arm_m;
+        let [here_mps2, _] = self.rail.mean(place_m, place_m)?.value;
+        Some((self.felt(self.now_m)?, here_mps2))
+    }
+
+    /// Mass of the empty train, kg.
+    pub fn tare_kg(&self) -> Real {
+        self.tare_kg
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crane::testing::vehicle;
+
+    /// u along a rail with a sine of wavelength 20 m and a step in its mean.
+    fn u(s: Real) -> Real {
+        1.3 * (0.314 * s).sin() + 0.05 * s
+    }
+
+    fn run(rail: &mut RailMemory, from: Real, to: Real) {
+        let step = if to > from { 0.005 } else { -0.005 };
+        for k in 0..=((to - from) / step) as usize {
+            let s = from + k as Real * step;
+            rail.visit(s, [u(s), 0.1 * s]);
+        }
+    }
+
+    #[test]
+    fn the_mean_over_a_train_is_the_integral_over_the_rail() {
+        let mut rail = RailMemory::new(18.0);
+        run(&mut rail, 3.0, 45.0);
+        let integral = |s: Real| -1.3 / 0.314 * (0.314 * s).cos() + 0.025 * s * s;
+        for [rear, front] in [[27.3, 45.0], [30.0, 34.7], [36.02, 36.07]] {
+            let mean = rail.mean(rear, front).unwrap();
+            let exact = (integral(front) - integral(rear)) / (front - rear);
+            assert!(
+                (mean.value[0] - exact).abs() < 0.05,
+                "{} {exact}",
+                mean.value[0]
+            );
+            assert!((mean.value[1] - 0.05 * (rear + front)).abs() < 0.02);
+            assert!(mean.doubt_mps2.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_place_revisited_backwards_is_still_known_and_a_jump_forgets() {
+        let mut rail = RailMemory::new(18.0);
+        run(&mut rail, 0.0, 15.0);
+        run(&mut rail, 15.0, 4.0);
+        let mean = rail.mean(14.0, 14.2).unwrap();
+        assert!((mean.value[0] - u(14.1)).abs() < 0.06);
+        assert!(mean.doubt_mps2 == 0.0);
+        rail.visit(1e5, [7.0, 0.0]);
+        assert!((rail.mean(14.0, 14.2).unwrap().value[0] - 7.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn unseen_rail_continues_the_seen_and_is_doubted_the_more_the_farther_and_the_steeper() {
+        let mut level = RailMemory::new(18.0);
+        let mut bend = level;
+        for k in 0..1000 {
+            let s = k as Real * 0.005;
+            level.visit(s, [0.4, 0.0]);
+            bend.visit(s, [0.4 * s, 0.0]);
+        }
+        let [near, far] = [level.mean(-2.0, 0.0), level.mean(-8.0, 0.0)].map(Option::unwrap);
+        assert!((near.value[0] - 0.4).abs() < 1e-12);
+        assert!(near.doubt_mps2 > 0.0 && far.doubt_mps2 > 3.0 * near.doubt_mps2);
+        assert!(bend.mean(-2.0, 0.0).unwrap().doubt_mps2 > 10.0 * near.doubt_mps2);
+    }
+
+    #[test]
+    fn a_point_feels_what_its_instrument_reads() {
+        let mut train = TrainOnRail::new(&vehicle());
+        assert_eq!(train.felt(0.0), None);
+        for k in 0..1000 {
+            let now = u(0.004 * k as Real);
+            train.step(Some([now, 0.0]), 0.8, 0.8, 0.005);
+            let felt = train.felt(train.place_m()).unwrap();
+            assert_eq!(felt.whole(5e3, 1e4), (now, 0.0));
+            let (felt, here) = train.felt_now().unwrap();
+            assert_eq!(felt.whole(5e3, 1e4).0, here);
+            assert!(train.seen(train.place_m()));
+        }
+    }
+
+    #[test]
+    fn garbage_places_are_survived() {
+        let mut rail = RailMemory::new(1e6);
+        for place in [0.0, 1e300, -1e300, Real::NAN, 1e12, 3.0] {
+            rail.visit(place, [1.0, 0.0]);
+            assert!(
+                rail.mean(place - 18.0, place)
+                    .is_none_or(|m| m.value[0].is_finite())
+            );
+        }
+    }
+}
