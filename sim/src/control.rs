@@ -22,6 +22,8 @@ pub struct Perception {
     pub grade_rad: f64,
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
+    /// Whether grade and mass are known now, and not held or nominal values.
+    pub vouched: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
     pub slip_mps: [f64; MAX_DRIVES],
 }
@@ -122,6 +124,8 @@ pub struct SpeedController {
     integral: f64,
     holding: bool,
     releasing_s: f64,
+    /// Last time: whether grade and mass were known, slow part of the feed-forward N, inertia kg.
+    before: (bool, f64, f64),
 }
 
 /// Below this speed a train asked to stand is held with the brake, m/s.
@@ -154,6 +158,7 @@ impl SpeedController {
             integral: 0.0,
             holding: pi.hold && !moving,
             releasing_s: 0.0,
+            before: (false, 0.0, 0.0),
         }
     }
 
@@ -199,9 +204,15 @@ impl SpeedController {
         } else {
             r.speed_mps.signum()
         };
-        let ahead = weight * libm::sin(p.grade_rad)
-            + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance
-            + inertia * r.accel_mps2;
+        let slow = weight * libm::sin(p.grade_rad)
+            + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance;
+        // What the feed-forward takes over, the integral gives up: no jump of torque when an estimate becomes known.
+        let (was_known, slow_before, inertia_before) = self.before;
+        if p.vouched && !was_known && inertia_before > 0.0 {
+            self.integral = (inertia_before * self.integral + slow_before - slow) / inertia;
+        }
+        self.before = (p.vouched, slow, inertia);
+        let ahead = slow + inertia * r.accel_mps2;
         let force = ahead + inertia * (self.pi.kp.get() * error + self.integral);
         let v = &self.vehicle;
         let efficiency = if force * p.speed_mps >= 0.0 {

@@ -262,26 +262,30 @@ impl Loop {
         }
         let last = &self.perception;
         let in_loop = self.in_loop.and_then(|i| bank.get(i)).map(|m| &m.estimate);
-        let (grade_rad, total_mass_kg) = match (self.feedforward, in_loop) {
-            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg),
+        let (grade_rad, total_mass_kg, vouched) = match (self.feedforward, in_loop) {
+            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg, true),
             (FeedForward::Estimate, Some(e)) => {
-                // What the estimator does not vouch for changes nothing: the last value it vouched for holds.
-                let share = self.dt_s / FEEDFORWARD_LAG_S;
-                let follow = |last: f64, v: &Value| match v.valid {
-                    true => last + share * (v.value - last),
-                    false => last,
+                let vouched = e.effective_grade_rad.valid && e.total_mass_kg.valid;
+                // Taken as it is when the estimator begins to vouch, through the lag while it does; held when it does not.
+                let share = match (vouched, last.vouched) {
+                    (true, true) => self.dt_s / FEEDFORWARD_LAG_S,
+                    (true, false) => 1.0,
+                    (false, _) => 0.0,
                 };
+                let follow = |last: f64, v: &Value| last + share * (v.value - last);
                 (
                     follow(last.grade_rad, &e.effective_grade_rad),
                     follow(last.total_mass_kg, &e.total_mass_kg),
+                    vouched,
                 )
             }
-            _ => (0.0, self.nominal_mass_kg),
+            _ => (0.0, self.nominal_mass_kg, false),
         };
         Perception {
             speed_mps,
             grade_rad,
             total_mass_kg,
+            vouched,
             slip_mps,
         }
     }
