@@ -26,9 +26,20 @@ fn watch(s: Scenario, look: impl FnMut(&Frame<'_>)) -> monorig_sim::run::Outcome
     run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run")
 }
 
+/// The minimal scenario on a level track, 20 t on the hook, 20 s, unless `set` says otherwise.
+fn level(set: &[(&str, &str)]) -> Scenario {
+    let mut all = vec![
+        ("track", "../assets/tracks/level_200m.yaml"),
+        ("load.mass_kg", "20000"),
+        ("stop.after_s", "20"),
+    ];
+    all.extend(set);
+    scenario("minimal", &all)
+}
+
 fn truths(set: &[(&str, &str)]) -> Vec<Truth> {
     let mut all = Vec::new();
-    watch(scenario("minimal", set), |f| all.push(f.truth.clone()));
+    watch(level(set), |f| all.push(f.truth.clone()));
     all
 }
 
@@ -133,7 +144,7 @@ fn a_stuck_sensor_repeats_itself_and_an_absent_one_says_nothing() {
         "events",
         "[{from_s: 8, to_s: 12, sensor: accelerometer, fault: stuck}, {from_s: 14, sensor: accelerometer, fault: \"off\"}]",
     )];
-    watch(scenario("minimal", &set), |f| {
+    watch(level(&set), |f| {
         let t = f.truth.t_s;
         if let Some(s) = f.measurements.specific_force_mps2 {
             if (8.1..11.9).contains(&t) {
@@ -159,7 +170,7 @@ fn a_load_that_meets_an_obstacle_is_held_by_it() {
     let mut least = f64::INFINITY;
     let mut clear = Vec::new();
     let mut sway: f64 = 0.0;
-    watch(scenario("minimal", &set), |f| {
+    watch(level(&set), |f| {
         least = least.min(f.truth.clearance_m);
         sway = sway.max(f.truth.sway_rad[0].abs());
         clear.push((f.truth.t_s, f.truth.clearance_m));

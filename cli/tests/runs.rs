@@ -83,7 +83,7 @@ fn a_run_leaves_four_files_with_everything_in_them() {
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 4);
     let all = columns(&folder);
-    assert_eq!(all["time"].len(), 1001, "20 s at 50 Hz, and the start");
+    assert_eq!(all["time"].len(), 3001, "60 s at 50 Hz, and the start");
     for name in [
         "truth/grade_at_imu",
         "sensors/imu/specific_force_x",
@@ -187,16 +187,16 @@ fn the_recording_says_what_the_columns_say() {
         compared += 1;
     }
     assert!(compared > 80, "{compared} channels compared");
-    // 20 s of poses at 25 Hz, and the start, for every body, wheels that turn, a load that is there.
+    // 60 s of poses at 25 Hz, and the start, for every body, wheels that turn, a load that is there.
     let body = &recording.entities["/world/train/load"];
-    assert_eq!(body.times.len(), 501);
+    assert_eq!(body.times.len(), 1501);
     let wheels = recording
         .entities
         .iter()
         .filter(|(name, e)| {
             (name.ends_with("friction_wheel_left/spin")
                 || name.ends_with("friction_wheel_right/spin"))
-                && e.times.len() == 501
+                && e.times.len() == 1501
         })
         .count();
     assert_eq!(wheels, 16);
