@@ -2,10 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::{
-    Real,
-    real::{PI, ln},
-};
+use crate::{Real, real::ln};
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +28,49 @@ pub struct Correction<const M: usize, const N: usize> {
     pub log_likelihood: Real,
 }
 
+/// ln 2π.
+const LN_TWO_PI: Real = 1.837_877_066_409_345_5;
+
+/// Gain K = P Hᵀ S⁻¹ with yᵀ S⁻¹ y.
+struct Gain<const M: usize, const N: usize> {
+    K: SMatrix<Real, N, M>,
+    nis: Real,
+    /// det S for one measurement, its root for several.
+    size: Real,
+}
+
+impl<const M: usize, const N: usize> Gain<M, N> {
+    /// ln of the density of the innovation.
+    #[inline]
+    fn log_likelihood(&self) -> Real {
+        let log_det = if M == 1 { 1.0 } else { 2.0 } * ln(self.size);
+        -0.5 * (self.nis + M as Real * LN_TWO_PI + log_det)
+    }
+}
+
+/// `None` if S is not positive definite and finite or y is not finite.
+#[inline]
+fn gain<const M: usize, const N: usize>(
+    y: &SVector<Real, M>,
+    PHt: &SMatrix<Real, N, M>,
+    S: &SMatrix<Real, M, M>,
+) -> Option<Gain<M, N>> {
+    let (K, nis, size) = if M == 1 {
+        // One number needs no factor: a division instead of a root and two divisions.
+        let s = S.trace();
+        if !(s > 0.0) {
+            return None;
+        }
+        (PHt / s, y.dot(y) / s, s)
+    } else {
+        let factor = S.cholesky()?;
+        let K = factor.solve(&PHt.transpose()).transpose();
+        let nis = y.dot(&factor.solve(y));
+        (K, nis, factor.l_dirty().diagonal().product())
+    };
+    (nis.is_finite() && size.is_finite()).then_some(Gain { K, nis, size })
+}
+
 impl<const N: usize> Gaussian<N> {
     /// The belief with mean `x` and independent standard deviations `sd`.
     pub fn independent(x: SVector<Real, N>, sd: SVector<Real, N>) -> Self {
@@ -44,6 +84,7 @@ impl<const N: usize> Gaussian<N> {
     ///
     /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for any
     /// gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
+    #[inline]
     pub fn correct<const M: usize>(
         &mut self,
         y: SVector<Real, M>,
@@ -52,29 +93,51 @@ impl<const N: usize> Gaussian<N> {
     ) -> Option<Correction<M, N>> {
         let PHt = self.P * H.transpose();
         let S = H * PHt + R;
-        let factor = S.cholesky()?;
-        let K = factor.solve(&PHt.transpose()).transpose();
-        let nis = y.dot(&factor.solve(&y));
-        let half_log_det: Real = factor.l_dirty().diagonal().iter().map(|l| ln(*l)).sum();
-        let log_likelihood = -0.5 * (nis + M as Real * ln(2.0 * PI)) - half_log_det;
-        if !nis.is_finite() || !log_likelihood.is_finite() {
+        let gain = gain(&y, &PHt, &S)?;
+        let log_likelihood = gain.log_likelihood();
+        if !log_likelihood.is_finite() {
             return None;
         }
-
-        self.x += K * y;
-        let A = SMatrix::identity() - K * H;
-        self.P = A * self.P * A.transpose() + K * R * K.transpose();
-        self.symmetrise();
+        self.apply(&y, H, R, &PHt, &gain.K);
         Some(Correction {
             y,
             S,
-            K,
-            nis,
+            K: gain.K,
+            nis: gain.nis,
             log_likelihood,
         })
     }
 
+    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
+    /// noise variance `r`.
+    #[inline]
+    pub(crate) fn absorb(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
+        let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
+        let PHt = self.P * h;
+        let gain = gain(&y, &PHt, &(H * PHt + R))?;
+        self.apply(&y, &H, &R, &PHt, &gain.K);
+        Some(())
+    }
+
+    /// x ← x + K y, and the Joseph form with two products of an outer kind in place of two of full matrices:
+    /// B = (I − K H) P = P − K (P Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ.
+    #[inline]
+    fn apply<const M: usize>(
+        &mut self,
+        y: &SVector<Real, M>,
+        H: &SMatrix<Real, M, N>,
+        R: &SMatrix<Real, M, M>,
+        PHt: &SMatrix<Real, N, M>,
+        K: &SMatrix<Real, N, M>,
+    ) {
+        self.x += K * y;
+        let B = self.P - K * PHt.transpose();
+        self.P = B - (B * H.transpose() - K * R) * K.transpose();
+        self.symmetrise();
+    }
+
     /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.
+    #[inline]
     pub fn correct_scalar(
         &mut self,
         y: Real,
@@ -84,15 +147,21 @@ impl<const N: usize> Gaussian<N> {
         self.correct(SVector::repeat(y), &h.transpose(), &SMatrix::repeat(r))
     }
 
-    /// Removes the asymmetry that rounding leaves: P ← ½ (P + Pᵀ).
+    /// Removes the asymmetry that rounding leaves: what is below the diagonal stands for both.
+    #[inline]
     pub fn symmetrise(&mut self) {
-        self.P = (self.P + self.P.transpose()) * 0.5;
+        let P = self.P;
+        self.P = SMatrix::from_fn(|i, j| if i >= j { P[(i, j)] } else { P[(j, i)] });
     }
 
     /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).
     /// Tells whether a limit acted.
+    #[inline]
     pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
         let variance = self.P.diagonal();
+        if variance.iter().zip(most).all(|(now, most)| now <= most) {
+            return false;
+        }
         let shrink = variance.zip_map(most, |now, most| {
             if now > most && now > 0.0 {
                 crate::real::sqrt(most / now)
@@ -103,21 +172,23 @@ impl<const N: usize> Gaussian<N> {
         if shrink.iter().all(|s| *s >= 1.0) {
             return false;
         }
-        let D = SMatrix::from_diagonal(&shrink);
-        self.P = D * self.P * D;
+        self.P.component_mul_assign(&(shrink * shrink.transpose())); // D P D, symmetric to the last bit
         true
     }
 
     /// Whether every number of it is finite.
+    #[inline]
     pub fn is_finite(&self) -> bool {
-        self.x.iter().chain(self.P.iter()).all(|v| v.is_finite())
+        // Not `all`: without early ends the comparisons run side by side.
+        let finite = |ok: bool, v: &Real| ok & v.is_finite();
+        self.P.iter().fold(self.x.iter().fold(true, finite), finite)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::Random;
+    use crate::{real::PI, testing::Random};
     use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, matrix, vector};
 
     #[test]

@@ -48,6 +48,7 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// The covariance to use now.
+    #[inline]
     pub fn covariance(&self) -> &SMatrix<Real, M, M> {
         &self.covariance
     }
@@ -58,6 +59,7 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// For R: the residual ε = z − h(x⁺) and the corrected belief with the Jacobian `H` of the measurement.
+    #[inline]
     pub fn observe_residual<const N: usize>(
         &mut self,
         residual: &SVector<Real, M>,
@@ -68,11 +70,13 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// For Q: the correction K y that a measurement made.
+    #[inline]
     pub fn observe_correction<const K: usize>(&mut self, correction: &Correction<K, M>) {
         let moved = correction.K * correction.y;
         self.blend(SMatrix::from_diagonal(&moved.component_mul(&moved)));
     }
 
+    #[inline]
     fn blend(&mut self, observed: SMatrix<Real, M, M>) {
         let d = (1.0 - self.fading) / (1.0 - self.power);
         self.power *= self.fading;
@@ -85,6 +89,7 @@ impl<const M: usize> SageHusa<M> {
 
     /// Shrinks rows and columns above the upper limit (D R D), keeps correlations off ±1 (one huge residual makes R all but
     /// singular), and adds to the diagonal below the lower limit: all three keep R positive definite.
+    #[inline]
     fn limit(&mut self) {
         let before = self.covariance.diagonal();
         let shrink = before.zip_map(&self.most, |r, most| {
@@ -94,8 +99,8 @@ impl<const M: usize> SageHusa<M> {
                 1.0
             }
         });
-        let D = SMatrix::from_diagonal(&shrink);
-        self.covariance = D * self.covariance * D;
+        self.covariance
+            .component_mul_assign(&(shrink * shrink.transpose()));
         let diagonal = SMatrix::from_diagonal(&self.covariance.diagonal());
         self.covariance += (diagonal - self.covariance) * 1e-6;
         let lack = self
