@@ -4,10 +4,10 @@
 //! `cargo bench -p monorig-estimators`; with `-- --check` it ends with status 1 if a bar is missed (use it on a quiet machine).
 #![allow(non_snake_case, clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
 #[path = "speed/by_hand.rs"]
 mod by_hand;
+#[path = "../tests/common/mod.rs"]
+mod common;
 
 use std::{hint::black_box, time::Instant};
 
@@ -92,7 +92,8 @@ fn regression<const N: usize>() -> Vec<(Real, SVector<Real, N>)> {
     let mut random = Random::new(1);
     (0..SAMPLES)
         .map(|_| {
-            let h: SVector<Real, N> = SVector::from_fn(|i, _| if i == 0 { 1.0 } else { random.normal() });
+            let h: SVector<Real, N> =
+                SVector::from_fn(|i, _| if i == 0 { 1.0 } else { random.normal() });
             (h.sum() + 0.1 * random.normal(), h)
         })
         .collect()
@@ -206,7 +207,9 @@ fn slope_step(belief: &mut Gaussian<2>, model: &SlopeModel, u: Real, z: Real, R:
 }
 
 fn extended(table: &mut Table) {
-    println!("-- extended Kalman filter, state [v, theta], sine and cosine of the slope, z = v: predict and update");
+    println!(
+        "-- extended Kalman filter, state [v, theta], sine and cosine of the slope, z = v: predict and update"
+    );
     let (samples, model) = (speeds(), SlopeModel::default());
     let start = Gaussian::independent(vector![0.0, 0.0], vector![0.1, 0.1]);
     let R = Matrix1::new(model.r);
@@ -290,7 +293,9 @@ fn cycle<const M: usize>(
 }
 
 fn interacting(table: &mut Table) {
-    println!("-- interacting multiple models, two filters of three states: mix, predict, update, weigh, combine");
+    println!(
+        "-- interacting multiple models, two filters of three states: mix, predict, update, weigh, combine"
+    );
     let mut random = Random::new(3);
     let samples: Vec<Vector2<Real>> = (0..SAMPLES)
         .map(|_| vector![random.normal(), random.normal()])
@@ -332,7 +337,10 @@ fn small_parts(table: &Table) {
     println!("-- parts");
     let mut random = Random::new(4);
     let numbers: Vec<Real> = (0..SAMPLES).map(|_| random.normal()).collect();
-    let tracking = (StrongTracking::<1>::new(0.95, 2.0, 50.0), Alarm::<1>::new(3.0));
+    let tracking = (
+        StrongTracking::<1>::new(0.95, 2.0, 50.0),
+        Alarm::<1>::new(3.0),
+    );
     let one = Matrix1::new(1.0);
     table.row(
         "strong tracking, one measurement, with alarm",
@@ -342,7 +350,10 @@ fn small_parts(table: &Table) {
         }),
         "",
     );
-    let tracking = (StrongTracking::<2>::new(0.95, 2.0, 50.0), Alarm::<2>::new(3.0));
+    let tracking = (
+        StrongTracking::<2>::new(0.95, 2.0, 50.0),
+        Alarm::<2>::new(3.0),
+    );
     let two = Matrix2::identity();
     table.row(
         "strong tracking, two measurements, with alarm",
@@ -389,7 +400,9 @@ fn drive() -> Vec<Measurements> {
 }
 
 fn pipelines(table: &Table) {
-    println!("-- named estimators: a step at 200 Hz of 8 drive units, checks and all-or-nothing copy included");
+    println!(
+        "-- named estimators: a step at 200 Hz of 8 drive units, checks and all-or-nothing copy included"
+    );
     let samples = drive();
     for name in crane::NAMES {
         let estimator = crane::build(name, &vehicle(8), []).unwrap();

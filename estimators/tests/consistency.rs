@@ -72,7 +72,10 @@ fn consistency<R: Run>(seed: u64) -> (usize, bool) {
 
 fn assert_consistent<R: Run>(seed: u64) {
     let (inside, nis) = consistency::<R>(seed);
-    assert!(inside >= 17, "NEES in its band at {inside} of {INSTANTS} instants only");
+    assert!(
+        inside >= 17,
+        "NEES in its band at {inside} of {INSTANTS} instants only"
+    );
     assert!(nis, "NIS outside its band");
 }
 
@@ -103,8 +106,7 @@ impl<const BELIEVED: usize> Run for Kalman<BELIEVED> {
         // White acceleration over the step: its effects on position and speed share one root.
         let (a, b) = (random.normal(), random.normal());
         let root = (q * dt).sqrt();
-        self.truth =
-            F * self.truth + vector![root * dt * (0.5 * a + b / 12f64.sqrt()), root * a];
+        self.truth = F * self.truth + vector![root * dt * (0.5 * a + b / 12f64.sqrt()), root * a];
         let z = self.truth.x + r.sqrt() * random.normal();
 
         let Q = matrix![dt * dt * dt / 3.0, dt * dt / 2.0; dt * dt / 2.0, dt]
@@ -132,10 +134,7 @@ fn kalman_filter() {
 
 #[test]
 fn a_filter_that_believes_too_little_or_too_much_noise_is_found_out() {
-    for (inside, nis) in [
-        consistency::<Kalman<25>>(2),
-        consistency::<Kalman<400>>(2),
-    ] {
+    for (inside, nis) in [consistency::<Kalman<25>>(2), consistency::<Kalman<400>>(2)] {
         assert!(inside < 10 && !nis);
     }
 }
@@ -319,12 +318,18 @@ fn extended_and_unscented_filters_agree_on_a_nearly_linear_model() {
         extended_step(&mut extended, z);
         unscented_step(&mut unscented, z);
         let sd = extended.P.diagonal().map(Real::sqrt);
-        most = (extended.x - unscented.x).component_div(&sd).amax().max(most);
+        most = (extended.x - unscented.x)
+            .component_div(&sd)
+            .amax()
+            .max(most);
         most = ((extended.P - unscented.P).amax() / extended.P.amax()).max(most);
         moved = extended.x.amax().max(moved);
     }
     assert!(most < 0.01, "{most} standard deviations apart");
-    assert!(most > 0.0 && moved > 0.005, "the comparison compares nothing");
+    assert!(
+        most > 0.0 && moved > 0.005,
+        "the comparison compares nothing"
+    );
 }
 
 #[test]
@@ -418,7 +423,12 @@ fn covariances_of_the_filters_stay_symmetric_and_positive_definite() {
 
         imm.mix();
         let mut logs = Vector2::zeros();
-        for ((belief, log), scale) in imm.beliefs.iter_mut().zip(logs.iter_mut()).zip([1.0, 100.0]) {
+        for ((belief, log), scale) in imm
+            .beliefs
+            .iter_mut()
+            .zip(logs.iter_mut())
+            .zip([1.0, 100.0])
+        {
             let x_next = F * belief.x;
             ekf::predict(belief, x_next, &F, &(Q * scale));
             belief.limit_variance(&most);
@@ -459,10 +469,20 @@ fn covariances_of_least_squares_stay_symmetric_and_positive_definite() {
         for step in 0..STEPS {
             let (_, h, r) = random_model(&mut random);
             // Long stretches with one and the same regressor: where a forgetting recursion winds up.
-            let h = if step % 1000 < 500 { h } else { vector![1.0, 0.0, 0.0] };
+            let h = if step % 1000 < 500 {
+                h
+            } else {
+                vector![1.0, 0.0, 0.0]
+            };
             rls.update(10.0 * random.normal(), &h, r, false).unwrap();
             assert_covariance(&rls.belief.P, "least squares", step);
-            for (variance, most) in rls.belief.P.diagonal().iter().zip(prior.P.diagonal().iter()) {
+            for (variance, most) in rls
+                .belief
+                .P
+                .diagonal()
+                .iter()
+                .zip(prior.P.diagonal().iter())
+            {
                 assert!(*variance <= most * (1.0 + 1e-12), "{policy:?} winds up");
             }
             if step % 777 == 0 {

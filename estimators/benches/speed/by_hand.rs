@@ -121,10 +121,7 @@ impl PlainRls {
     /// K = P h/(λ r + hᵀ P h), P ← (P − K hᵀ P)/λ; the residual.
     pub fn update(&mut self, y: Real, [h1, h2]: [Real; 2], r: Real) -> Real {
         let residual = y - h1 * self.x[0] - h2 * self.x[1];
-        let (g1, g2) = (
-            self.p11 * h1 + self.p12 * h2,
-            self.p12 * h1 + self.p22 * h2,
-        );
+        let (g1, g2) = (self.p11 * h1 + self.p12 * h2, self.p12 * h1 + self.p22 * h2);
         let S = self.lambda * r + h1 * g1 + h2 * g2;
         let (k1, k2) = (g1 / S, g2 / S);
         self.x[0] += k1 * residual;
@@ -171,10 +168,7 @@ impl Rls {
     /// [residual, normalised residual, λ, whether a limit acted]; `None`, and nothing changed, if the numbers allow no update.
     pub fn update(&mut self, y: Real, [h1, h2]: [Real; 2], r: Real) -> Option<[Real; 4]> {
         let residual = y - h1 * self.x[0] - h2 * self.x[1];
-        let (g1, g2) = (
-            self.p11 * h1 + self.p12 * h2,
-            self.p12 * h1 + self.p22 * h2,
-        );
+        let (g1, g2) = (self.p11 * h1 + self.p12 * h2, self.p12 * h1 + self.p22 * h2);
         let carried = h1 * g1 + h2 * g2;
         let normalised = residual / sqrt(r + carried);
         if !normalised.is_finite() {
