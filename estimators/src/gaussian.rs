@@ -2,7 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::{Real, real::ln};
+use crate::{
+    Real,
+    real::{ln, sqrt},
+};
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +51,60 @@ impl<const M: usize, const N: usize> Gain<M, N> {
     }
 }
 
+/// Lower triangular L with L Lᵀ = P, by outer products, in line (that of the library is a call and works in memory): `None` if P is
+/// not positive definite. Only the lower triangle of P is read.
+#[inline]
+pub(crate) fn cholesky<const N: usize>(P: &SMatrix<Real, N, N>) -> Option<SMatrix<Real, N, N>> {
+    let mut rest = *P;
+    let mut L = SMatrix::<Real, N, N>::zeros();
+    for (j, mut column) in L.column_iter_mut().enumerate() {
+        let pivot = *rest.get((j, j))?;
+        (pivot > 0.0).then_some(())?;
+        let scale = 1.0 / sqrt(pivot);
+        for (i, l) in column.iter_mut().enumerate().skip(j) {
+            *l = rest.get((i, j))? * scale;
+        }
+        rest -= &column * column.transpose();
+    }
+    Some(L)
+}
+
+/// X with Lᵀ X = B.
+#[inline]
+pub(crate) fn solve_transposed<const N: usize, const M: usize>(
+    L: &SMatrix<Real, N, N>,
+    B: &SMatrix<Real, N, M>,
+) -> Option<SMatrix<Real, N, M>> {
+    let mut X = *B;
+    for i in (0..N).rev() {
+        let row = X.row(i) / *L.get((i, i))?;
+        X.set_row(i, &row);
+        for k in 0..i {
+            let rest = X.row(k) - row * *L.get((i, k))?;
+            X.set_row(k, &rest);
+        }
+    }
+    Some(X)
+}
+
+/// X with L X = B.
+#[inline]
+pub(crate) fn solve<const N: usize, const M: usize>(
+    L: &SMatrix<Real, N, N>,
+    B: &SMatrix<Real, N, M>,
+) -> Option<SMatrix<Real, N, M>> {
+    let mut X = *B;
+    for i in 0..N {
+        let row = X.row(i) / *L.get((i, i))?;
+        X.set_row(i, &row);
+        for k in i + 1..N {
+            let rest = X.row(k) - row * *L.get((k, i))?;
+            X.set_row(k, &rest);
+        }
+    }
+    Some(X)
+}
+
 /// `None` if S is not positive definite and finite or y is not finite.
 #[inline]
 fn gain<const M: usize, const N: usize>(
@@ -58,15 +115,13 @@ fn gain<const M: usize, const N: usize>(
     let (K, nis, size) = if M == 1 {
         // One number needs no factor: a division instead of a root and two divisions.
         let s = S.trace();
-        if !(s > 0.0) {
-            return None;
-        }
+        (s > 0.0).then_some(())?;
         (PHt / s, y.dot(y) / s, s)
     } else {
-        let factor = S.cholesky()?;
-        let K = factor.solve(&PHt.transpose()).transpose();
-        let nis = y.dot(&factor.solve(y));
-        (K, nis, factor.l_dirty().diagonal().product())
+        let L = cholesky(S)?;
+        let K = solve_transposed(&L, &solve(&L, &PHt.transpose())?)?.transpose();
+        let whitened = solve(&L, y)?;
+        (K, whitened.dot(&whitened), L.diagonal().product())
     };
     (nis.is_finite() && size.is_finite()).then_some(Gain { K, nis, size })
 }
@@ -150,8 +205,7 @@ impl<const N: usize> Gaussian<N> {
     /// Removes the asymmetry that rounding leaves: what is below the diagonal stands for both.
     #[inline]
     pub fn symmetrise(&mut self) {
-        let P = self.P;
-        self.P = SMatrix::from_fn(|i, j| if i >= j { P[(i, j)] } else { P[(j, i)] });
+        self.P.fill_upper_triangle_with_lower_triangle();
     }
 
     /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).

@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    gaussian::{Correction, Gaussian},
+    gaussian::{Correction, Gaussian, cholesky, solve_transposed},
     real::sqrt,
 };
 
@@ -63,7 +63,7 @@ impl Spread {
     /// √((n+φ) P), a column for each direction.
     #[inline]
     fn reach<const N: usize>(&self, belief: &Gaussian<N>) -> Option<SMatrix<Real, N, N>> {
-        Some(belief.P.cholesky()?.l() * sqrt(self.scale(N)))
+        Some(cholesky(&belief.P)? * sqrt(self.scale(N)))
     }
 }
 
@@ -148,9 +148,7 @@ pub fn update<const M: usize, const N: usize>(
     let measured = image(&belief.x, &reach, &weights, h);
     // With P_xz = W reach (plus − minus)ᵀ and P = reach reachᵀ/(n+φ), P_zx P⁻¹ is a central difference over the reach.
     let slopes = (measured.plus - measured.minus) * 0.5;
-    let H = reach
-        .tr_solve_lower_triangular(&slopes.transpose())?
-        .transpose();
+    let H = solve_transposed(&reach, &slopes.transpose())?.transpose();
     let beyond_linear = covariance(&measured, &measured, &weights) - H * belief.P * H.transpose();
     belief.correct(z - measured.mean, &H, &(R + beyond_linear))
 }
