@@ -59,7 +59,6 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// For R: the residual ε = z − h(x⁺) and the corrected belief with the Jacobian `H` of the measurement.
-    #[inline]
     pub fn observe_residual<const N: usize>(
         &mut self,
         residual: &SVector<Real, M>,
@@ -76,7 +75,6 @@ impl<const M: usize> SageHusa<M> {
         self.blend(SMatrix::from_diagonal(&moved.component_mul(&moved)));
     }
 
-    #[inline]
     fn blend(&mut self, observed: SMatrix<Real, M, M>) {
         let d = (1.0 - self.fading) / (1.0 - self.power);
         self.power *= self.fading;
@@ -89,7 +87,6 @@ impl<const M: usize> SageHusa<M> {
 
     /// Shrinks rows and columns above the upper limit (D R D), keeps correlations off ±1 (one huge residual makes R all but
     /// singular), and adds to the diagonal below the lower limit: all three keep R positive definite.
-    #[inline]
     fn limit(&mut self) {
         let before = self.covariance.diagonal();
         let shrink = before.zip_map(&self.most, |r, most| {

@@ -97,6 +97,19 @@ fn image<const M: usize, const N: usize>(
     }
 }
 
+/// What the points, a column each, differ by from their mean.
+#[inline]
+fn away<const M: usize, const N: usize>(
+    points: &SMatrix<Real, M, N>,
+    mean: &SVector<Real, M>,
+) -> SMatrix<Real, M, N> {
+    let mut away = *points;
+    for mut point in away.column_iter_mut() {
+        point -= mean;
+    }
+    away
+}
+
 /// Σ W (a − ā)(b − b̄)ᵀ over the points of two images.
 #[inline]
 fn covariance<const A: usize, const B: usize, const N: usize>(
@@ -104,16 +117,10 @@ fn covariance<const A: usize, const B: usize, const N: usize>(
     b: &Image<B, N>,
     weights: &Weights,
 ) -> SMatrix<Real, A, B> {
-    let mut sum = (a.centre - a.mean) * (b.centre - b.mean).transpose() * weights.centre_covariance;
-    let pairs = a
-        .plus
-        .column_iter()
-        .zip(b.plus.column_iter())
-        .chain(a.minus.column_iter().zip(b.minus.column_iter()));
-    for (a_point, b_point) in pairs {
-        sum += (a_point - a.mean) * (b_point - b.mean).transpose() * weights.other;
-    }
-    sum
+    let centre = (a.centre - a.mean) * (b.centre - b.mean).transpose();
+    let plus = away(&a.plus, &a.mean) * away(&b.plus, &b.mean).transpose();
+    let minus = away(&a.minus, &a.mean) * away(&b.minus, &b.mean).transpose();
+    centre * weights.centre_covariance + (plus + minus) * weights.other
 }
 
 /// Carries a belief over one time step of `x_next` = f(x) with process noise `Q`. `None`, and nothing changed, if P is not
