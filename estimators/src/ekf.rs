@@ -11,6 +11,7 @@ use crate::{
 };
 
 /// Carries a belief over one time step: `x_next` = f(x), `F` its Jacobian at x, `Q` the process noise of the step.
+#[inline]
 pub fn predict<const N: usize>(
     belief: &mut Gaussian<N>,
     x_next: SVector<Real, N>,
@@ -24,6 +25,7 @@ pub fn predict<const N: usize>(
 
 /// Corrects a belief by a measurement `z` predicted as `z_predicted` = h(x), with Jacobian `H` at x and noise `R`.
 /// `None`, and nothing changed, if the innovation covariance is not positive definite.
+#[inline]
 pub fn update<const M: usize, const N: usize>(
     belief: &mut Gaussian<N>,
     z: SVector<Real, M>,

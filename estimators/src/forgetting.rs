@@ -44,6 +44,7 @@ pub enum Forgetting<const N: usize> {
 
 impl<const N: usize> Forgetting<N> {
     /// λ for a residual of `size` standard deviations, after a number of `updates`. The smallest, where there are several.
+    #[inline]
     pub fn lambda(&self, size: Real, updates: u32) -> Real {
         match self {
             Forgetting::None => 1.0,

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    real::{PI, ln},
+    real::{ln, sqrt},
 };
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
@@ -31,6 +31,101 @@ pub struct Correction<const M: usize, const N: usize> {
     pub log_likelihood: Real,
 }
 
+/// ln 2π.
+const LN_TWO_PI: Real = 1.837_877_066_409_345_5;
+
+/// Gain K = P Hᵀ S⁻¹ with yᵀ S⁻¹ y.
+struct Gain<const M: usize, const N: usize> {
+    K: SMatrix<Real, N, M>,
+    nis: Real,
+    /// det S for one measurement, its root for several.
+    size: Real,
+}
+
+impl<const M: usize, const N: usize> Gain<M, N> {
+    /// ln of the density of the innovation.
+    #[inline]
+    fn log_likelihood(&self) -> Real {
+        let log_det = if M == 1 { 1.0 } else { 2.0 } * ln(self.size);
+        -0.5 * (self.nis + M as Real * LN_TWO_PI + log_det)
+    }
+}
+
+/// Lower triangular L with L Lᵀ = P, by outer products, in line (that of the library is a call and works in memory): `None` if P is
+/// not positive definite. Only the lower triangle of P is read.
+#[inline]
+pub(crate) fn cholesky<const N: usize>(P: &SMatrix<Real, N, N>) -> Option<SMatrix<Real, N, N>> {
+    let mut rest = *P;
+    let mut L = SMatrix::<Real, N, N>::zeros();
+    for (j, mut column) in L.column_iter_mut().enumerate() {
+        let pivot = *rest.get((j, j))?;
+        (pivot > 0.0).then_some(())?;
+        let scale = 1.0 / sqrt(pivot);
+        for (i, l) in column.iter_mut().enumerate().skip(j) {
+            *l = rest.get((i, j))? * scale;
+        }
+        rest -= &column * column.transpose();
+    }
+    Some(L)
+}
+
+/// X with Lᵀ X = B.
+#[inline]
+pub(crate) fn solve_transposed<const N: usize, const M: usize>(
+    L: &SMatrix<Real, N, N>,
+    B: &SMatrix<Real, N, M>,
+) -> Option<SMatrix<Real, N, M>> {
+    let mut X = *B;
+    for i in (0..N).rev() {
+        let row = X.row(i) / *L.get((i, i))?;
+        X.set_row(i, &row);
+        for k in 0..i {
+            let rest = X.row(k) - row * *L.get((i, k))?;
+            X.set_row(k, &rest);
+        }
+    }
+    Some(X)
+}
+
+/// X with L X = B.
+#[inline]
+pub(crate) fn solve<const N: usize, const M: usize>(
+    L: &SMatrix<Real, N, N>,
+    B: &SMatrix<Real, N, M>,
+) -> Option<SMatrix<Real, N, M>> {
+    let mut X = *B;
+    for i in 0..N {
+        let row = X.row(i) / *L.get((i, i))?;
+        X.set_row(i, &row);
+        for k in i + 1..N {
+            let rest = X.row(k) - row * *L.get((k, i))?;
+            X.set_row(k, &rest);
+        }
+    }
+    Some(X)
+}
+
+/// `None` if S is not positive definite and finite or y is not finite.
+#[inline]
+fn gain<const M: usize, const N: usize>(
+    y: &SVector<Real, M>,
+    PHt: &SMatrix<Real, N, M>,
+    S: &SMatrix<Real, M, M>,
+) -> Option<Gain<M, N>> {
+    let (K, nis, size) = if M == 1 {
+        // One number needs no factor: a division instead of a root and two divisions.
+        let s = S.trace();
+        (s > 0.0).then_some(())?;
+        (PHt / s, y.dot(y) / s, s)
+    } else {
+        let L = cholesky(S)?;
+        let K = solve_transposed(&L, &solve(&L, &PHt.transpose())?)?.transpose();
+        let whitened = solve(&L, y)?;
+        (K, whitened.dot(&whitened), L.diagonal().product())
+    };
+    (nis.is_finite() && size.is_finite()).then_some(Gain { K, nis, size })
+}
+
 impl<const N: usize> Gaussian<N> {
     /// The belief with mean `x` and independent standard deviations `sd`.
     pub fn independent(x: SVector<Real, N>, sd: SVector<Real, N>) -> Self {
@@ -44,6 +139,7 @@ impl<const N: usize> Gaussian<N> {
     ///
     /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for any
     /// gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
+    #[inline]
     pub fn correct<const M: usize>(
         &mut self,
         y: SVector<Real, M>,
@@ -52,29 +148,51 @@ impl<const N: usize> Gaussian<N> {
     ) -> Option<Correction<M, N>> {
         let PHt = self.P * H.transpose();
         let S = H * PHt + R;
-        let factor = S.cholesky()?;
-        let K = factor.solve(&PHt.transpose()).transpose();
-        let nis = y.dot(&factor.solve(&y));
-        let half_log_det: Real = factor.l_dirty().diagonal().iter().map(|l| ln(*l)).sum();
-        let log_likelihood = -0.5 * (nis + M as Real * ln(2.0 * PI)) - half_log_det;
-        if !nis.is_finite() || !log_likelihood.is_finite() {
+        let gain = gain(&y, &PHt, &S)?;
+        let log_likelihood = gain.log_likelihood();
+        if !log_likelihood.is_finite() {
             return None;
         }
-
-        self.x += K * y;
-        let A = SMatrix::identity() - K * H;
-        self.P = A * self.P * A.transpose() + K * R * K.transpose();
-        self.symmetrise();
+        self.apply(&y, H, R, &PHt, &gain.K);
         Some(Correction {
             y,
             S,
-            K,
-            nis,
+            K: gain.K,
+            nis: gain.nis,
             log_likelihood,
         })
     }
 
+    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
+    /// noise variance `r`.
+    #[inline]
+    pub(crate) fn absorb(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
+        let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
+        let PHt = self.P * h;
+        let gain = gain(&y, &PHt, &(H * PHt + R))?;
+        self.apply(&y, &H, &R, &PHt, &gain.K);
+        Some(())
+    }
+
+    /// x ← x + K y, and the Joseph form with two products of an outer kind in place of two of full matrices:
+    /// B = (I − K H) P = P − K (P Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ.
+    #[inline]
+    fn apply<const M: usize>(
+        &mut self,
+        y: &SVector<Real, M>,
+        H: &SMatrix<Real, M, N>,
+        R: &SMatrix<Real, M, M>,
+        PHt: &SMatrix<Real, N, M>,
+        K: &SMatrix<Real, N, M>,
+    ) {
+        self.x += K * y;
+        let B = self.P - K * PHt.transpose();
+        self.P = B - (B * H.transpose() - K * R) * K.transpose();
+        self.symmetrise();
+    }
+
     /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.
+    #[inline]
     pub fn correct_scalar(
         &mut self,
         y: Real,
@@ -84,15 +202,20 @@ impl<const N: usize> Gaussian<N> {
         self.correct(SVector::repeat(y), &h.transpose(), &SMatrix::repeat(r))
     }
 
-    /// Removes the asymmetry that rounding leaves: P ← ½ (P + Pᵀ).
+    /// Removes the asymmetry that rounding leaves: what is below the diagonal stands for both.
+    #[inline]
     pub fn symmetrise(&mut self) {
-        self.P = (self.P + self.P.transpose()) * 0.5;
+        self.P.fill_upper_triangle_with_lower_triangle();
     }
 
     /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).
     /// Tells whether a limit acted.
+    #[inline]
     pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
         let variance = self.P.diagonal();
+        if variance.iter().zip(most).all(|(now, most)| now <= most) {
+            return false;
+        }
         let shrink = variance.zip_map(most, |now, most| {
             if now > most && now > 0.0 {
                 crate::real::sqrt(most / now)
@@ -103,21 +226,23 @@ impl<const N: usize> Gaussian<N> {
         if shrink.iter().all(|s| *s >= 1.0) {
             return false;
         }
-        let D = SMatrix::from_diagonal(&shrink);
-        self.P = D * self.P * D;
+        self.P.component_mul_assign(&(shrink * shrink.transpose())); // D P D, symmetric to the last bit
         true
     }
 
     /// Whether every number of it is finite.
+    #[inline]
     pub fn is_finite(&self) -> bool {
-        self.x.iter().chain(self.P.iter()).all(|v| v.is_finite())
+        // Not `all`: without early ends the comparisons run side by side.
+        let finite = |ok: bool, v: &Real| ok & v.is_finite();
+        self.P.iter().fold(self.x.iter().fold(true, finite), finite)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::Random;
+    use crate::{real::PI, testing::Random};
     use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, matrix, vector};
 
     #[test]

@@ -53,6 +53,7 @@ impl<const N: usize, const K: usize> Imm<N, K> {
     }
 
     /// Transition probabilities in force, row i = from model i.
+    #[inline]
     pub fn transition(&self) -> SMatrix<Real, K, K> {
         if !self.time_varying {
             return self.transition;
@@ -67,6 +68,7 @@ impl<const N: usize, const K: usize> Imm<N, K> {
     }
 
     /// Interaction: each model starts from the mixture it is likely to have come from (eq. 21–24).
+    #[inline]
     pub fn mix(&mut self) {
         let transition = self.transition();
         let predicted = transition.transpose() * self.probability;
@@ -85,6 +87,7 @@ impl<const N: usize, const K: usize> Imm<N, K> {
 
     /// Bayes: the probability of each model after its correction had the given ln likelihood (eq. 32–33). Call after
     /// [`Imm::mix`] in each cycle with a measurement.
+    #[inline]
     pub fn weigh(&mut self, log_likelihoods: &SVector<Real, K>) {
         let largest = log_likelihoods
             .iter()
@@ -101,17 +104,20 @@ impl<const N: usize, const K: usize> Imm<N, K> {
     }
 
     /// Probability of each model.
+    #[inline]
     pub fn probability(&self) -> &SVector<Real, K> {
         &self.probability
     }
 
     /// The belief over all models (eq. 34–35).
+    #[inline]
     pub fn combined(&self) -> Gaussian<N> {
         mixture(&self.beliefs, &self.probability)
     }
 }
 
 /// Gaussian with the mean and covariance of a mixture.
+#[inline]
 fn mixture<const N: usize, const K: usize>(
     beliefs: &[Gaussian<N>; K],
     weights: &SVector<Real, K>,

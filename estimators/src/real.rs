@@ -10,16 +10,19 @@ pub const GRAVITY: Real = 9.81;
 pub const PI: Real = core::f64::consts::PI as Real;
 
 /// Sine of an angle in rad.
+#[inline]
 pub fn sin(x: Real) -> Real {
     Libm::<Real>::sin(x)
 }
 
 /// Cosine of an angle in rad.
+#[inline]
 pub fn cos(x: Real) -> Real {
     Libm::<Real>::cos(x)
 }
 
 /// Angle in rad whose sine is `x`; `x` is first limited to −1…1, so the answer is always finite for finite `x`.
+#[inline]
 pub fn asin(x: Real) -> Real {
     Libm::<Real>::asin(x.clamp(-1.0, 1.0))
 }
@@ -30,31 +33,37 @@ pub fn floor(x: Real) -> Real {
 }
 
 /// Square root; 0 for a negative argument, which only rounding can make here.
+#[inline]
 pub fn sqrt(x: Real) -> Real {
     Libm::<Real>::sqrt(x.max(0.0))
 }
 
 /// e to the power `x`.
+#[inline]
 pub fn exp(x: Real) -> Real {
     Libm::<Real>::exp(x)
 }
 
 /// Natural logarithm.
+#[inline]
 pub fn ln(x: Real) -> Real {
     Libm::<Real>::log(x)
 }
 
 /// `base` to the power `exponent`.
+#[inline]
 pub fn pow(base: Real, exponent: Real) -> Real {
     Libm::<Real>::pow(base, exponent)
 }
 
 /// Hyperbolic tangent.
+#[inline]
 pub fn tanh(x: Real) -> Real {
     Libm::<Real>::tanh(x)
 }
 
 /// `x` limited to `low`…`high`. Unlike `clamp` it never panics; NaN stays NaN.
+#[inline]
 pub fn within(x: Real, low: Real, high: Real) -> Real {
     if x < low {
         low
@@ -66,6 +75,7 @@ pub fn within(x: Real, low: Real, high: Real) -> Real {
 }
 
 /// Share of a step a first-order lag of time constant `tau_s` makes in `dt_s`: 1 − exp(−dt/τ).
+#[inline]
 pub fn lag(dt_s: Real, tau_s: Real) -> Real {
     1.0 - exp(-dt_s / tau_s)
 }

@@ -69,6 +69,7 @@ impl<const N: usize> Rls<N> {
 
     /// One sample: `y` = `h`ᵀχ + noise of variance `r`. `remember` suspends forgetting (use it while `h` carries no
     /// information, so that P cannot wind up). `None`, and nothing changed, if the numbers allow no update.
+    #[inline]
     pub fn update(
         &mut self,
         y: Real,
@@ -83,12 +84,14 @@ impl<const N: usize> Rls<N> {
             return None;
         }
 
-        let mut next = *self;
         let lambda = if remember {
             1.0
-        } else {
+        } else if matches!(self.policy, Forgetting::Dynamic { .. }) {
             self.policy.lambda(normalised / self.spread(), self.updates)
+        } else {
+            self.policy.lambda(normalised, self.updates)
         };
+        let mut belief = self.belief;
         match self.policy {
             Forgetting::Multiple(lambdas) => {
                 let lambdas = if remember {
@@ -96,26 +99,19 @@ impl<const N: usize> Rls<N> {
                 } else {
                     SVector::from(lambdas)
                 };
-                next.update_multiple(residual, h, r, &lambdas)?;
+                update_multiple(&mut belief, residual, h, r, &lambdas)?;
             }
             _ => {
-                next.belief.P /= lambda;
-                next.belief.correct_scalar(residual, h, r)?;
+                belief.P *= 1.0 / lambda;
+                belief.absorb(residual, h, r)?;
             }
         }
-        let limited = next.belief.limit_variance(&self.prior);
-        // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
-        let square = (normalised * normalised).min(25.0 * next.spread.max(1e-12));
-        let memory = SPREAD_MEMORY.min(self.updates as Real + 2.0);
-        let limit = 25.0 * next.spread.max(1e-12);
-        next.tie += (within(normalised * self.last, -limit, limit) - next.tie) / memory;
-        next.last = normalised;
-        next.spread += (square - next.spread) / memory;
-        next.updates = self.updates.saturating_add(1);
-        if !next.belief.is_finite() {
+        let limited = belief.limit_variance(&self.prior);
+        if !belief.is_finite() {
             return None;
         }
-        *self = next;
+        self.belief = belief;
+        self.note(normalised);
         Some(Outcome {
             residual,
             normalised,
@@ -124,27 +120,20 @@ impl<const N: usize> Rls<N> {
         })
     }
 
-    /// Vahidi et al. 2005, for any number of parameters: each has its own variance and factor, the gains share
-    /// one denominator D = r + Σ Pᵢ hᵢ² / λᵢ.
-    fn update_multiple(
-        &mut self,
-        residual: Real,
-        h: &SVector<Real, N>,
-        r: Real,
-        lambdas: &SVector<Real, N>,
-    ) -> Option<()> {
-        let P = self.belief.P.diagonal().component_div(lambdas);
-        let D = r + P.dot(&h.component_mul(h));
-        if !(D > 0.0 && D.is_finite()) {
-            return None;
-        }
-        self.belief.x += P.component_mul(h) * (residual / D);
-        let P = P.zip_map(h, |P, h| P * r / (r + P * h * h));
-        self.belief.P = SMatrix::from_diagonal(&P);
-        Some(())
+    /// Running statistics of the normalised residual.
+    #[inline]
+    fn note(&mut self, normalised: Real) {
+        // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
+        let limit = 25.0 * self.spread.max(1e-12);
+        let memory = SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        self.tie += (within(normalised * self.last, -limit, limit) - self.tie) / memory;
+        self.last = normalised;
+        self.spread += ((normalised * normalised).min(limit) - self.spread) / memory;
+        self.updates = self.updates.saturating_add(1);
     }
 
     /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
+    #[inline]
     pub fn spread(&self) -> Real {
         sqrt(self.spread.max(1e-12))
     }
@@ -171,6 +160,27 @@ impl<const N: usize> Rls<N> {
         let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);
         self.belief.P = D * self.belief.P * D + SMatrix::from_diagonal(&opened);
     }
+}
+
+/// Vahidi et al. 2005, for any number of parameters: each has its own variance and factor, the gains share
+/// one denominator D = r + Σ Pᵢ hᵢ² / λᵢ.
+#[inline]
+fn update_multiple<const N: usize>(
+    belief: &mut Gaussian<N>,
+    residual: Real,
+    h: &SVector<Real, N>,
+    r: Real,
+    lambdas: &SVector<Real, N>,
+) -> Option<()> {
+    let P = belief.P.diagonal().component_div(lambdas);
+    let D = r + P.dot(&h.component_mul(h));
+    if !(D > 0.0 && D.is_finite()) {
+        return None;
+    }
+    belief.x += P.component_mul(h) * (residual / D);
+    let P = P.zip_map(h, |P, h| P * r / (r + P * h * h));
+    belief.P = SMatrix::from_diagonal(&P);
+    Some(())
 }
 
 #[cfg(test)]

@@ -51,6 +51,7 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// The covariance to use now.
+    #[inline]
     pub fn covariance(&self) -> &SMatrix<Real, M, M> {
         &self.covariance
     }
@@ -71,6 +72,7 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// For Q: the correction K y that a measurement made.
+    #[inline]
     pub fn observe_correction<const K: usize>(&mut self, correction: &Correction<K, M>) {
         let moved = correction.K * correction.y;
         self.blend(SMatrix::from_diagonal(&moved.component_mul(&moved)));
@@ -97,8 +99,8 @@ impl<const M: usize> SageHusa<M> {
                 1.0
             }
         });
-        let D = SMatrix::from_diagonal(&shrink);
-        self.covariance = D * self.covariance * D;
+        self.covariance
+            .component_mul_assign(&(shrink * shrink.transpose()));
         let diagonal = SMatrix::from_diagonal(&self.covariance.diagonal());
         self.covariance += (diagonal - self.covariance) * 1e-6;
         let lack = self

@@ -36,6 +36,7 @@ impl<const M: usize> StrongTracking<M> {
     }
 
     /// λ for the innovation `y`: `carried` = H F P Fᵀ Hᵀ, `process` = H Q Hᵀ, `R` measurement noise.
+    #[inline]
     pub fn fading(
         &mut self,
         y: &SVector<Real, M>,
@@ -67,6 +68,7 @@ impl<const M: usize> StrongTracking<M> {
 /// Multiplies the variance of each state by its factor ≥ 1, *before* the belief is carried to the instant of the measurement. What
 /// is added is independent of the other states: a jump owes nothing to old errors. (Stretching the covariances with the variance,
 /// or fading after the prediction, claims a tie between the states that the model does not have; the gain then overshoots.)
+#[inline]
 pub fn fade<const N: usize>(belief: &mut Gaussian<N>, factors: &SVector<Real, N>) {
     let added = belief
         .P
@@ -112,6 +114,7 @@ impl<const M: usize> Alarm<M> {
     }
 
     /// One innovation with its covariance. Tells whether the alarm rings.
+    #[inline]
     pub fn active(&mut self, y: &SVector<Real, M>, S: &SMatrix<Real, M, M>) -> bool {
         let Some(factor) = S.cholesky() else {
             return self.active;

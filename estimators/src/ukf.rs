@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    gaussian::{Correction, Gaussian},
+    gaussian::{Correction, Gaussian, cholesky, solve_transposed},
     real::sqrt,
 };
 
@@ -43,10 +43,12 @@ struct Weights {
 
 impl Spread {
     /// n + φ.
+    #[inline]
     fn scale(&self, n: usize) -> Real {
         self.alpha * self.alpha * (n as Real + self.kappa)
     }
 
+    #[inline]
     fn weights(&self, n: usize) -> Weights {
         let scale = self.scale(n);
         let centre_mean = (scale - n as Real) / scale;
@@ -59,11 +61,13 @@ impl Spread {
     }
 
     /// √((n+φ) P), a column for each direction.
+    #[inline]
     fn reach<const N: usize>(&self, belief: &Gaussian<N>) -> Option<SMatrix<Real, N, N>> {
-        Some(belief.P.cholesky()?.l() * sqrt(self.scale(N)))
+        Some(cholesky(&belief.P)? * sqrt(self.scale(N)))
     }
 }
 
+#[inline]
 fn image<const M: usize, const N: usize>(
     x: &SVector<Real, N>,
     reach: &SMatrix<Real, N, N>,
@@ -93,26 +97,35 @@ fn image<const M: usize, const N: usize>(
     }
 }
 
+/// What the points, a column each, differ by from their mean.
+#[inline]
+fn away<const M: usize, const N: usize>(
+    points: &SMatrix<Real, M, N>,
+    mean: &SVector<Real, M>,
+) -> SMatrix<Real, M, N> {
+    let mut away = *points;
+    for mut point in away.column_iter_mut() {
+        point -= mean;
+    }
+    away
+}
+
 /// Σ W (a − ā)(b − b̄)ᵀ over the points of two images.
+#[inline]
 fn covariance<const A: usize, const B: usize, const N: usize>(
     a: &Image<A, N>,
     b: &Image<B, N>,
     weights: &Weights,
 ) -> SMatrix<Real, A, B> {
-    let mut sum = (a.centre - a.mean) * (b.centre - b.mean).transpose() * weights.centre_covariance;
-    let pairs = a
-        .plus
-        .column_iter()
-        .zip(b.plus.column_iter())
-        .chain(a.minus.column_iter().zip(b.minus.column_iter()));
-    for (a_point, b_point) in pairs {
-        sum += (a_point - a.mean) * (b_point - b.mean).transpose() * weights.other;
-    }
-    sum
+    let centre = (a.centre - a.mean) * (b.centre - b.mean).transpose();
+    let plus = away(&a.plus, &a.mean) * away(&b.plus, &b.mean).transpose();
+    let minus = away(&a.minus, &a.mean) * away(&b.minus, &b.mean).transpose();
+    centre * weights.centre_covariance + (plus + minus) * weights.other
 }
 
 /// Carries a belief over one time step of `x_next` = f(x) with process noise `Q`. `None`, and nothing changed, if P is not
 /// positive definite.
+#[inline]
 pub fn predict<const N: usize>(
     belief: &mut Gaussian<N>,
     spread: &Spread,
@@ -129,6 +142,7 @@ pub fn predict<const N: usize>(
 
 /// Corrects a belief by a measurement `z` = h(x) + noise of covariance `R`, with sigma points redrawn from the belief.
 /// `None`, and nothing changed, if a covariance is not positive definite.
+#[inline]
 pub fn update<const M: usize, const N: usize>(
     belief: &mut Gaussian<N>,
     spread: &Spread,
@@ -138,10 +152,10 @@ pub fn update<const M: usize, const N: usize>(
 ) -> Option<Correction<M, N>> {
     let weights = spread.weights(N);
     let reach = spread.reach(belief)?;
-    let states = image(&belief.x, &reach, &weights, |x| *x);
     let measured = image(&belief.x, &reach, &weights, h);
-    let P_xz = covariance(&states, &measured, &weights);
-    let H = belief.P.cholesky()?.solve(&P_xz).transpose();
+    // With P_xz = W reach (plus − minus)ᵀ and P = reach reachᵀ/(n+φ), P_zx P⁻¹ is a central difference over the reach.
+    let slopes = (measured.plus - measured.minus) * 0.5;
+    let H = solve_transposed(&reach, &slopes.transpose())?.transpose();
     let beyond_linear = covariance(&measured, &measured, &weights) - H * belief.P * H.transpose();
     belief.correct(z - measured.mean, &H, &(R + beyond_linear))
 }

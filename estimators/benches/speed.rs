@@ -1,0 +1,418 @@
+//! Nanoseconds a step of every algorithm and every named estimator, the best of several rounds, beside scalar forms written by hand
+//! that do the same work and give the same numbers.
+//!
+//! `cargo bench -p monorig-estimators`; with `-- --check` it ends with status 1 if a bar is missed (use it on a quiet machine).
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+#[path = "speed/by_hand.rs"]
+mod by_hand;
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::{hint::black_box, time::Instant};
+
+use by_hand::{Ekf, PlainRls, Rls as RlsByHand, SlopeModel};
+use common::{Crane, Random, vehicle};
+use monorig_estimators::{
+    Real,
+    conditioning::MatchedFilter,
+    crane::{self, Estimator},
+    ekf,
+    forgetting::Forgetting,
+    gaussian::Gaussian,
+    imm::Imm,
+    rls::Rls,
+    sage_husa::SageHusa,
+    signals::{Command, Measurements},
+    smoothing::AdaptiveSmoother,
+    strong_tracking::{Alarm, StrongTracking},
+    ukf::{self, Spread},
+};
+use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
+
+const ROUNDS: usize = 30;
+const SAMPLES: usize = 4096;
+const SPREAD: Spread = Spread {
+    alpha: 1.0,
+    beta: 2.0,
+    kappa: 1.0,
+};
+
+/// Best time of one step, ns. Each round starts from the same state and runs through all samples.
+fn time<S: Clone, Z>(state: &S, samples: &[Z], step: impl Fn(&mut S, &Z)) -> Real {
+    (0..ROUNDS)
+        .map(|_| {
+            let mut state = black_box(state.clone());
+            let start = Instant::now();
+            for sample in samples {
+                step(&mut state, black_box(sample));
+            }
+            let elapsed = start.elapsed();
+            black_box(&state);
+            elapsed.as_nanos() as Real / samples.len() as Real
+        })
+        .fold(Real::INFINITY, Real::min)
+}
+
+/// Prints the table and counts missed bars.
+#[derive(Default)]
+struct Table {
+    missed: usize,
+}
+
+impl Table {
+    fn row(&self, name: &str, ns: Real, note: &str) {
+        println!("{name:<52} {ns:8.1} ns  {note}");
+    }
+
+    /// A row with an upper bar.
+    fn bar(&mut self, name: &str, value: Real, unit: &str, most: Real) {
+        let verdict = if value <= most { "held" } else { "MISSED" };
+        self.missed += usize::from(value > most);
+        println!("{name:<52} {value:8.2} {unit:<3} bar {most} {unit}: {verdict}");
+    }
+}
+
+fn main() {
+    let mut table = Table::default();
+    least_squares(&mut table);
+    extended(&mut table);
+    unscented(&mut table);
+    interacting(&mut table);
+    small_parts(&table);
+    pipelines(&table);
+    let check = std::env::args().any(|argument| argument == "--check");
+    if check && table.missed > 0 {
+        eprintln!("{} bars missed", table.missed);
+        std::process::exit(1);
+    }
+}
+
+fn regression<const N: usize>() -> Vec<(Real, SVector<Real, N>)> {
+    let mut random = Random::new(1);
+    (0..SAMPLES)
+        .map(|_| {
+            let h: SVector<Real, N> =
+                SVector::from_fn(|i, _| if i == 0 { 1.0 } else { random.normal() });
+            (h.sum() + 0.1 * random.normal(), h)
+        })
+        .collect()
+}
+
+fn rls_of<const N: usize>(policy: Forgetting<N>) -> Rls<N> {
+    Rls::new(
+        Gaussian::independent(SVector::zeros(), SVector::repeat(10.0)),
+        policy,
+    )
+}
+
+fn least_squares(table: &mut Table) {
+    println!("-- recursive least squares, r = 0.01, dependent steps");
+    let samples = regression::<2>();
+    let run = |policy| {
+        time(&rls_of::<2>(policy), &samples, |rls, (y, h)| {
+            black_box(rls.update(*y, h, 0.01, false));
+        })
+    };
+    let ours = run(Forgetting::Constant(0.99));
+    let start = RlsByHand::new([10.0, 10.0], 0.99);
+    let by_hand = time(&start, &samples, |rls, (y, h)| {
+        black_box(rls.update(*y, [h.x, h.y], 0.01));
+    });
+    let plain = time(
+        &PlainRls::new([10.0, 10.0], 0.99),
+        &samples,
+        |rls, (y, h)| {
+            black_box(rls.update(*y, [h.x, h.y], 0.01));
+        },
+    );
+
+    let (mut a, mut b, mut c) = (
+        rls_of::<2>(Forgetting::Constant(0.99)),
+        start,
+        PlainRls::new([10.0, 10.0], 0.99),
+    );
+    for (y, h) in &samples {
+        a.update(*y, h, 0.01, false).unwrap();
+        b.update(*y, [h.x, h.y], 0.01);
+        c.update(*y, [h.x, h.y], 0.01);
+    }
+    for other in [b.x, c.x] {
+        assert!((a.belief.x - Vector2::from(other)).norm() < 1e-9);
+    }
+    table.row(
+        "two parameters, written by hand",
+        by_hand,
+        "same work: Joseph form, residual statistics, limits",
+    );
+    table.row(
+        "two parameters, textbook recursion by hand",
+        plain,
+        "no Joseph form, no statistics, no limits, no refusal",
+    );
+    table.row("Rls<2> constant forgetting", ours, "");
+    table.bar("Rls<2> against by hand", ours / by_hand, "x", 1.15);
+    table.row(
+        "Rls<2> dynamic forgetting",
+        run(Forgetting::Dynamic {
+            floor: 0.98,
+            sharpness: 1.0,
+            first: 0.98,
+        }),
+        "",
+    );
+    table.row(
+        "Rls<2> multiple forgetting",
+        run(Forgetting::Multiple([0.99, 0.95])),
+        "",
+    );
+    table.row(
+        "Rls<2> forgetting by time law",
+        run(Forgetting::TimeLaw {
+            loss: 0.05,
+            decay: 0.98,
+        }),
+        "",
+    );
+    let samples = regression::<4>();
+    let four = time(
+        &rls_of::<4>(Forgetting::Constant(0.99)),
+        &samples,
+        |rls, (y, h)| {
+            black_box(rls.update(*y, h, 0.01, false));
+        },
+    );
+    table.row("Rls<4> constant forgetting", four, "");
+}
+
+/// Tractions per unit mass and wheel speeds of a train that starts.
+fn speeds() -> Vec<(Real, Real)> {
+    let mut random = Random::new(2);
+    let (mut v, model) = (0.0, SlopeModel::default());
+    (0..SAMPLES)
+        .map(|_| {
+            let u = 1.2 + 0.3 * random.normal();
+            v += model.dt * (u - 9.81 * (0.1f64.sin() + 0.02 * 0.1f64.cos()));
+            (u, v + 0.005 * random.normal())
+        })
+        .collect()
+}
+
+fn slope_step(belief: &mut Gaussian<2>, model: &SlopeModel, u: Real, z: Real, R: &Matrix1<Real>) {
+    let (x_next, F) = model.transition(&belief.x, u);
+    ekf::predict(belief, x_next, &F, &model.Q());
+    let H = matrix![1.0, 0.0];
+    let z_predicted = H * belief.x;
+    black_box(ekf::update(belief, vector![z], z_predicted, &H, R));
+}
+
+fn extended(table: &mut Table) {
+    println!(
+        "-- extended Kalman filter, state [v, theta], sine and cosine of the slope, z = v: predict and update"
+    );
+    let (samples, model) = (speeds(), SlopeModel::default());
+    let start = Gaussian::independent(vector![0.0, 0.0], vector![0.1, 0.1]);
+    let R = Matrix1::new(model.r);
+    let ours = time(&start, &samples, |belief, (u, z)| {
+        slope_step(belief, &model, *u, *z, &R);
+    });
+    let by_hand = time(&Ekf::new([0.1, 0.1]), &samples, |filter, (u, z)| {
+        black_box(filter.step(&model, *u, *z));
+    });
+    let (mut a, mut b) = (start, Ekf::new([0.1, 0.1]));
+    for (u, z) in &samples {
+        slope_step(&mut a, &model, *u, *z, &R);
+        b.step(&model, *u, *z);
+    }
+    assert!((a.x - vector![b.v, b.theta]).norm() < 1e-9);
+    assert!((a.P - matrix![b.p11, b.p12; b.p12, b.p22]).norm() < 1e-9);
+    table.row(
+        "two states, written by hand",
+        by_hand,
+        "same work: Joseph form, NIS, likelihood",
+    );
+    table.row("ekf two states", ours, "");
+    table.bar("ekf against by hand", ours / by_hand, "x", 1.15);
+
+    let noise = SageHusa::new(R, 0.998, [0.01, 100.0]);
+    let adaptive = time(&(start, noise), &samples, |(belief, noise), (u, z)| {
+        let R = *noise.covariance();
+        slope_step(belief, &model, *u, *z, &R);
+        let H = matrix![1.0, 0.0];
+        noise.observe_residual(&(vector![*z] - H * belief.x), &H, belief);
+    });
+    table.row("ekf two states with Sage-Husa", adaptive, "");
+    table.bar("what Sage-Husa adds", adaptive - ours, "ns", 15.0);
+}
+
+fn unscented(table: &mut Table) {
+    println!("-- unscented Kalman filter, two states: predict and update");
+    let (samples, model) = (speeds(), SlopeModel::default());
+    let start = Gaussian::independent(vector![0.0, 0.0], vector![0.1, 0.1]);
+    let R = Matrix1::new(model.r);
+    let run = |sine: fn(Real) -> Real| {
+        time(&start, &samples, |belief, (u, z)| {
+            let f = |x: &Vector2<Real>| vector![x.x + model.dt * (u - 9.81 * sine(x.y)), x.y];
+            black_box(ukf::predict(belief, &SPREAD, f, &model.Q()));
+            black_box(ukf::update(
+                belief,
+                &SPREAD,
+                vector![*z],
+                |x| vector![x.x],
+                &R,
+            ));
+        })
+    };
+    let cheap = run(|x| x - x * x * x / 6.0);
+    table.bar("ukf two states, cubic model", cheap, "ns", 100.0);
+    table.row(
+        "ukf two states, sine of the slope",
+        run(monorig_estimators::real::sin),
+        "5 sines of libm",
+    );
+}
+
+/// One cycle of two random-acceleration models of [s, v, a] under `M` measurements.
+fn cycle<const M: usize>(
+    imm: &mut Imm<3, 2>,
+    models: &[(Matrix3<Real>, Matrix3<Real>); 2],
+    z: &SVector<Real, M>,
+    H: &SMatrix<Real, M, 3>,
+    R: &SMatrix<Real, M, M>,
+) -> Gaussian<3> {
+    imm.mix();
+    let mut logs = Vector2::zeros();
+    for ((belief, (F, Q)), log) in imm.beliefs.iter_mut().zip(models).zip(logs.iter_mut()) {
+        let x_next: Vector3<Real> = F * belief.x;
+        ekf::predict(belief, x_next, F, Q);
+        let z_predicted = H * belief.x;
+        *log = ekf::update(belief, *z, z_predicted, H, R).map_or(-1e3, |done| done.log_likelihood);
+    }
+    imm.weigh(&logs);
+    imm.combined()
+}
+
+fn interacting(table: &mut Table) {
+    println!(
+        "-- interacting multiple models, two filters of three states: mix, predict, update, weigh, combine"
+    );
+    let mut random = Random::new(3);
+    let samples: Vec<Vector2<Real>> = (0..SAMPLES)
+        .map(|_| vector![random.normal(), random.normal()])
+        .collect();
+    let dt = 0.01;
+    let F = matrix![1.0, dt, 0.5 * dt * dt; 0.0, 1.0, dt; 0.0, 0.0, 1.0];
+    let Q = |q: Real| Matrix3::from_diagonal(&vector![1e-9, 1e-7, q]);
+    let models = [(F, Q(1e-5)), (F, Q(1e-2))];
+    let start = |time_varying| {
+        let belief = Gaussian::independent(Vector3::zeros(), Vector3::repeat(1.0));
+        Imm::<3, 2>::new(belief, 0.95, time_varying)
+    };
+    let H1 = matrix![1.0, 0.0, 0.0];
+    let H2 = matrix![1.0, 0.0, 0.0; 0.0, 0.0, 1.0];
+    let one = |time_varying| {
+        time(&start(time_varying), &samples, |imm, z| {
+            black_box(cycle(imm, &models, &vector![z.x], &H1, &Matrix1::new(1.0)));
+        })
+    };
+    table.bar(
+        "imm one measurement, fixed transitions",
+        one(false),
+        "ns",
+        180.0,
+    );
+    table.bar(
+        "imm one measurement, time-varying transitions",
+        one(true),
+        "ns",
+        180.0,
+    );
+    let two = time(&start(true), &samples, |imm, z| {
+        black_box(cycle(imm, &models, z, &H2, &Matrix2::identity()));
+    });
+    table.row("imm two measurements, time-varying transitions", two, "");
+}
+
+fn small_parts(table: &Table) {
+    println!("-- parts");
+    let mut random = Random::new(4);
+    let numbers: Vec<Real> = (0..SAMPLES).map(|_| random.normal()).collect();
+    let tracking = (
+        StrongTracking::<1>::new(0.95, 2.0, 50.0),
+        Alarm::<1>::new(3.0),
+    );
+    let one = Matrix1::new(1.0);
+    table.row(
+        "strong tracking, one measurement, with alarm",
+        time(&tracking, &numbers, |(tracking, alarm), y| {
+            black_box(tracking.fading(&vector![*y], &one, &one, &one));
+            black_box(alarm.active(&vector![*y], &(one * 3.0)));
+        }),
+        "",
+    );
+    let tracking = (
+        StrongTracking::<2>::new(0.95, 2.0, 50.0),
+        Alarm::<2>::new(3.0),
+    );
+    let two = Matrix2::identity();
+    table.row(
+        "strong tracking, two measurements, with alarm",
+        time(&tracking, &numbers, |(tracking, alarm), y| {
+            let y = vector![*y, -*y];
+            black_box(tracking.fading(&y, &two, &two, &two));
+            black_box(alarm.active(&y, &(two * 3.0)));
+        }),
+        "",
+    );
+    table.row(
+        "matched filter, one channel",
+        time(&MatchedFilter::new(1.0), &numbers, |filter, y| {
+            filter.step(*y, 0.005);
+            black_box(filter.rate());
+        }),
+        "",
+    );
+    let smoother = AdaptiveSmoother::<2>::new([0.5, 2.0, 10.0], 1.0, [1.0, 3.0]);
+    table.row(
+        "adaptive smoother, two channels",
+        time(&smoother, &numbers, |smoother, y| {
+            black_box(smoother.step([*y, -*y], 0.005));
+        }),
+        "",
+    );
+}
+
+/// A drive: starts and stops on a slope that changes; IMU at every step, torque and wheel speed at every second one.
+fn drive() -> Vec<Measurements> {
+    let mut crane = Crane::new(vehicle(8), 15_000.0, 5);
+    (0..20_000)
+        .map(|k| {
+            crane.grade_rad = 0.1 * (crane.chainage_m / 10.0).sin();
+            let wanted = if k % 4000 < 3000 { 1.0 } else { 0.0 };
+            let mut z = crane.step(wanted, 0.005);
+            if k % 2 == 1 {
+                z.motor_torque_nm = [None; 16];
+                z.wheel_speed_mps = [None; 16];
+            }
+            z
+        })
+        .collect()
+}
+
+fn pipelines(table: &Table) {
+    println!(
+        "-- named estimators: a step at 200 Hz of 8 drive units, checks and all-or-nothing copy included"
+    );
+    let samples = drive();
+    for name in crane::NAMES {
+        let estimator = crane::build(name, &vehicle(8), []).unwrap();
+        let ns = time(&estimator, &samples, |estimator, z| {
+            black_box(estimator.step(z, &Command::default(), 0.005)).unwrap();
+        });
+        table.row(name, ns, "");
+    }
+    println!(
+        "(one estimator with its start and its front end takes {} bytes)",
+        size_of::<crane::AnyEstimator>()
+    );
+}
