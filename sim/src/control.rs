@@ -317,6 +317,9 @@ mod tests {
             rotating_mass_kg: 1300.0,
             running_resistance: 0.02,
             mass_range_kg: [5e3, 4e4],
+            tare_span_m: [0.0; 2],
+            load_span_m: [0.0; 2],
+            imu_arm_m: 0.0,
         };
         let pi = Pi {
             feedforward: FeedForward::Truth,

@@ -303,7 +303,14 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
         };
         (x, middle, b.start_s)
     });
-    let (tare_span_m, load_span_m) = train.spans_behind(start_s + middle_x);
+    let point = scenario.file.physics.plant == PlantKind::PointMass;
+    let (tare_span_m, load_span_m, imu_arm_m) = match point {
+        true => Default::default(),
+        false => {
+            let (tare, load) = train.spans_behind(start_s + middle_x);
+            (tare, load, mount_x - middle_x)
+        }
+    };
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -323,7 +330,7 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
         tare_span_m,
         load_span_m,
-        imu_arm_m: mount_x - middle_x,
+        imu_arm_m,
     }
 }
 
