@@ -138,7 +138,14 @@ impl Series {
 
     /// Whether it is the unchanged channel.
     pub fn is_raw(&self) -> bool {
-        matches!(self.line, Line::Value { scale: 1.0, .. })
+        matches!(
+            self.line,
+            Line::Value {
+                scale: 1.0,
+                valid: None,
+                ..
+            }
+        )
     }
 
     /// Name, colour and width in plots.
