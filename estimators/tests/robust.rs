@@ -21,10 +21,6 @@ fn all(drives: usize) -> impl Iterator<Item = (&'static str, AnyEstimator)> {
         .map(move |name| (*name, crane::build(name, &vehicle(drives), []).unwrap()))
 }
 
-/// Estimators that limit the grade only where a wheel speed corrects it: between two of them a nonsensical gyro or accelerometer can
-/// carry it beyond any rail.
-const GRADE_LIMITED_LATE: [&str; 2] = ["dffrls_aukf", "dffrls_ukf"];
-
 /// What every accepted step must give, whatever went in.
 fn assert_sane(name: &str, estimator: &AnyEstimator, estimate: &Estimate) {
     assert!(estimate.is_finite(), "{name}: {estimate:?}");
@@ -39,10 +35,7 @@ fn assert_sane(name: &str, estimator: &AnyEstimator, estimate: &Estimate) {
         assert!(value.sd >= 0.0, "{name}: {estimate:?}");
     }
     let grade = estimate.grade_rad.value.abs();
-    assert!(
-        grade < 1.1 || GRADE_LIMITED_LATE.contains(&name),
-        "{name}: {estimate:?}"
-    );
+    assert!(grade < 1.1, "{name}: {estimate:?}");
     assert!(estimate.nis >= 0.0, "{name}: {estimate:?}");
     let mut internals = [0.0; 64];
     estimator.internal_values(&mut internals);

@@ -117,6 +117,15 @@ impl CurvatureUkf {
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
         let _ = ukf::predict(&mut self.belief, &self.spread, next, &Q);
+        self.saturated = false;
+        self.limit();
+    }
+
+    /// No rail is steeper than the limit, whatever an instrument says.
+    fn limit(&mut self) {
+        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        self.saturated |= inside != self.belief.x.y;
+        self.belief.x.y = inside;
     }
 
     fn update(&mut self, speed: Real) {
@@ -135,9 +144,7 @@ impl CurvatureUkf {
             return;
         };
         self.last = Some(correction);
-        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
-        self.saturated = inside != self.belief.x.y;
-        self.belief.x.y = inside;
+        self.limit();
         if let Some(noise) = self.adaptive.as_mut() {
             noise.observe_residual(
                 &vector![speed - self.belief.x.x],
@@ -171,7 +178,7 @@ impl Pipeline for CurvatureUkf {
         let grade_rad = Value {
             value: x.y,
             sd,
-            valid: known && sd < 0.05,
+            valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
         };
         Estimate {
             t_s,
