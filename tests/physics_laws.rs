@@ -566,3 +566,24 @@ fn a_world_is_the_same_whoever_builds_it_and_however_often() {
     assert_eq!(here, there.0);
     assert_eq!(here, there.1);
 }
+
+#[test]
+fn a_rolling_start_in_a_bend_gives_every_body_its_speed_along_the_rail_where_it_is() {
+    // 18 m of train round three quarters of a circle of R = 4 m: front and rear point in different directions, and the rail
+    // nearest to one end is not that under it.
+    let train = train("dx80_176y");
+    let rail = track(
+        "horizontal: [{kind: line, length_m: 25}, {kind: arc, radius_m: 4, angle_deg: 270}, {kind: line, length_m: 60}]\n",
+    );
+    let (front, speed) = (44.0, 0.8);
+    let w = world(&train, &rail, front, speed);
+    for (b, s) in train.bodies.iter().zip(w.bodies()) {
+        let t = rail.frame(front + b.start_s).t;
+        let along = s.v.dot(&t);
+        assert!(
+            (along / speed - 1.0).abs() < 0.02,
+            "{}: {along} m/s along the rail",
+            b.name
+        );
+    }
+}

@@ -142,12 +142,12 @@ impl World {
             time: Clock::default(),
         };
         world.read_states();
-        world.settle(options.speed_mps)?;
+        world.settle(options.front_m, options.speed_mps)?;
         Ok(world)
     }
 
     /// Let the springs take the weight with brakes on, then give every body its speed.
-    fn settle(&mut self, speed: f64) -> Result<(), Error> {
+    fn settle(&mut self, front: f64, speed: f64) -> Result<(), Error> {
         let dt = 1e-3;
         let command = Command {
             brake: 1.0,
@@ -183,12 +183,11 @@ impl World {
         self.lost_j = 0.0;
         self.rail_impulse = Vector3::zeros();
         if speed != 0.0 {
-            for (h, s) in self.handles.iter().zip(&self.states) {
-                // A body at its place on the rail moves along the tangent there.
-                let t = self
-                    .rail
-                    .frame(self.rail.project(&s.p, &mut self.imu.1.clone()))
-                    .t;
+            let bodies = &self.dynamics.train.bodies;
+            for ((h, s), b) in self.handles.iter().zip(&self.states).zip(bodies) {
+                // A body moves along the tangent at its own place on the rail.
+                let mut cursor = Cursor::at(front + b.start_s);
+                let t = self.rail.track(&s.p, &mut cursor).t;
                 self.physics.bodies[*h].set_linvel(to_rapier(&(t * speed)), false);
             }
             for u in &mut self.dynamics.drives {
@@ -267,11 +266,6 @@ impl World {
     /// The force laws and their states.
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
-    }
-
-    /// The same, to change (adhesion zones, clamp faults).
-    pub fn dynamics_mut(&mut self) -> &mut Dynamics {
-        &mut self.dynamics
     }
 
     /// Motion of every body.
