@@ -31,6 +31,8 @@ pub struct Measurements {
     pub wheel_speed_mps: [Option<Sample<Real>>; MAX_DRIVES],
     /// Clamp cylinder pressure of each drive unit, MPa.
     pub clamp_pressure_mpa: [Option<Sample<Real>>; MAX_DRIVES],
+    /// Steering angle of a road vehicle's front wheels, rad, + left. Never on a rail.
+    pub steering_angle_rad: Option<Sample<Real>>,
 }
 
 /// What the controller asks of the train.
@@ -70,6 +72,25 @@ pub struct Vehicle {
     pub load_span_m: [Real; 2],
     /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
+    /// What only a road vehicle has; `None` for a train.
+    pub road: Option<RoadVehicle>,
+}
+
+/// What an estimator is told about a road vehicle beyond what a train has: drag, and a single-track model for bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadVehicle {
+    /// Drag coefficient times frontal area, m².
+    pub drag_area_m2: Real,
+    /// Density of the air, kg/m³.
+    pub air_density_kgpm3: Real,
+    /// From the centre of gravity forward to the front axle, m.
+    pub front_axle_m: Real,
+    /// From the centre of gravity back to the rear axle, m.
+    pub rear_axle_m: Real,
+    /// Cornering stiffness of the front axle (both tyres), N/rad.
+    pub front_cornering_npr: Real,
+    /// Cornering stiffness of the rear axle (both tyres), N/rad.
+    pub rear_cornering_npr: Real,
 }
 
 impl Vehicle {

@@ -320,6 +320,7 @@ mod tests {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            road: None,
         };
         let pi = Pi {
             feedforward: FeedForward::Truth,

@@ -331,6 +331,7 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
         tare_span_m,
         load_span_m,
         imu_arm_m,
+        road: None,
     }
 }
 

@@ -22,6 +22,7 @@ pub fn vehicle() -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        road: None,
     }
 }
 
