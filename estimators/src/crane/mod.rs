@@ -23,6 +23,8 @@ pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
 pub mod multi_model_mass;
 pub mod params;
+pub mod regression;
+pub mod regressors;
 pub mod resistance;
 pub mod rls_ekf;
 pub mod slope_filter;
@@ -126,6 +128,8 @@ registry! {
     "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
     "resistance_dffrls" => resistance::Resistance,
+    /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
+    "regression" => regression::Regression,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.
