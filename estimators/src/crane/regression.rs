@@ -4,7 +4,7 @@
 //! Nothing beyond the textbook: no memory of the rail for a long train, no watch for another load, no gate for excitation. The gates that
 //! every regression needs are there: none while standing or braking, variances never above their prior, mass within its range.
 
-use nalgebra::{Vector2, vector};
+use nalgebra::vector;
 
 use super::{
     conditioner::{Conditioned, Conditioner},
@@ -92,6 +92,9 @@ pub struct OneRegression {
     saturated: bool,
     outcome: Outcome,
 }
+
+/// Where a parameter is stopped so that its numbers stay usable: far beyond any mass over M₀, acceleration or sine.
+const BEYOND_REASON: Real = 1e3;
 
 /// The whole number that a choice is.
 fn choice(value: Real) -> usize {
@@ -197,11 +200,17 @@ impl OneRegression {
             return;
         };
         self.outcome = outcome;
-        self.limit();
+        self.rls.belief.x = self
+            .rls
+            .belief
+            .x
+            .map(|x| within(x, -BEYOND_REASON, BEYOND_REASON));
+        self.saturated = self.found() != self.rls.belief.x.x;
     }
 
-    /// Keeps what is found within what there is.
-    fn limit(&mut self) {
+    /// χ₁ within what there is. It limits what is told, not the recursion: a parameter cut back without those it hangs together with would
+    /// contradict all samples before.
+    fn found(&self) -> Real {
         let [low, high] = self.range_kg;
         let first = self.known.mass0_kg;
         let [least, most] = match self.regressor.finds() {
@@ -209,10 +218,7 @@ impl OneRegression {
             Finds::InverseMass => [first / high, first / low],
             Finds::Resistance | Finds::Curvature => [-1.0, 1.0],
         };
-        let x = self.rls.belief.x;
-        let inside: Vector2<Real> = vector![within(x.x, least, most), within(x.y, -1e2, 1e2)];
-        self.saturated = inside != x;
-        self.rls.belief.x = inside;
+        within(self.rls.belief.x.x, least, most)
     }
 
     fn sd(&self, variance: Real) -> Real {
@@ -246,11 +252,11 @@ impl MassStage for OneRegression {
     }
 
     fn mass_kg(&self) -> Value {
-        let Gaussian { x, P } = self.rls.belief;
-        let (first, sd) = (self.known.mass0_kg, self.sd(P.m11));
+        let (first, found) = (self.known.mass0_kg, self.found());
+        let sd = self.sd(self.rls.belief.P.m11);
         let (value, sd) = match self.regressor.finds() {
-            Finds::Mass => (first * x.x, first * sd),
-            Finds::InverseMass => (first / x.x, first * sd / (x.x * x.x)),
+            Finds::Mass => (first * found, first * sd),
+            Finds::InverseMass => (first / found, first * sd / (found * found)),
             Finds::Resistance | Finds::Curvature => (first, first * self.mass_sd),
         };
         Value {
@@ -262,7 +268,7 @@ impl MassStage for OneRegression {
 
     fn running_resistance(&self) -> Real {
         match self.regressor.finds() {
-            Finds::Resistance => self.rls.belief.x.x.clamp(0.0, 1.0),
+            Finds::Resistance => self.found().max(0.0),
             _ => self.known.mu,
         }
     }
