@@ -273,6 +273,13 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
                     format!("a chainage below {} m", rail.end_m()),
                 ));
             }
+            if z.to_m > rail.length() {
+                return Err(scenario.error(
+                    format!("events[{i}].to_m"),
+                    format!("the zone ends at {} m, beyond the end of the track", z.to_m),
+                    format!("a chainage of at most {} m", rail.end_m()),
+                ));
+            }
             zones.push(z);
         }
     }
@@ -338,8 +345,9 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let find =
         |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let names = [crane::NAMES, crane::PRINTED_NAMES].concat();
     scenario.check_estimators(
-        crane::NAMES,
+        &names,
         &|name| {
             crane::keys(name)
                 .into_iter()

@@ -45,10 +45,10 @@ params! {
         curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature that R-F starts from.";
         free_sd ["-"] = 0.3, 0.001 => 2.0, "Standard deviation of the free term of R-A and R-H at the start, over g.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Expected residual, m/s² (R-F: m/s³).";
-        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate in R-E.";
+        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate in R-E, where the vehicle has no sensor for it.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -68,7 +68,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
         balance,
         mass: OneRegression::new(vehicle, params.regression),
         slope: SlopeFilter::new(balance, params.slope, Adaptation::None),
-        standstill_mps: params.regression.standstill_mps,
+        standstill_mps: vehicle.standstill_mps(params.regression.standstill_mps),
     }
 }
 
@@ -83,7 +83,7 @@ pub struct OneRegression {
     rls: Rls<2>,
     signals: Conditioner,
     before: Option<Conditioned>,
-    yaw_rate: MatchedFilter,
+    steering: MatchedFilter,
     lateral: MatchedFilter,
     excess: MatchedFilter,
     speed_again: MatchedFilter,
@@ -158,7 +158,7 @@ impl OneRegression {
             ),
             signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
             before: None,
-            yaw_rate: filter,
+            steering: filter,
             lateral: filter,
             excess: filter,
             speed_again: filter,
@@ -179,15 +179,12 @@ impl OneRegression {
             self.rls.reopen(&vector![0.0, 1.0]);
         }
         let across = self.lateral.value().unwrap_or(0.0);
-        let yaw_rate = self.yaw_rate.value().unwrap_or(0.0);
+        let steer = self.steering.value().unwrap_or(0.0);
         let signals = Signals {
             now,
             before: before.filter(|_| !turned),
             theta: self.theta,
-            turning: (
-                within(self.wheelbase_m * yaw_rate / now.speed_mps, -0.5, 0.5),
-                across,
-            ),
+            turning: (steer, across),
             jerk: self
                 .speed_again
                 .value()
@@ -232,8 +229,15 @@ impl MassStage for OneRegression {
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
         let sample = self.signals.step(reading, balance, running, dt);
-        if let Some((yaw_rate, across)) = reading.yaw_rate_radps.zip(reading.lateral_force_mps2) {
-            self.yaw_rate.step(yaw_rate, dt);
+        let turned = reading
+            .yaw_rate_radps
+            .zip(reading.speed_mps)
+            .map(|(rate, v)| self.wheelbase_m * rate / v);
+        let steer = reading.steering_angle_rad.or(turned);
+        if let Some((steer, across)) = steer.zip(reading.lateral_force_mps2) {
+            // Standing, the quotient is anything.
+            self.steering
+                .step(if steer.abs() < 0.5 { steer } else { 0.0 }, dt);
             self.lateral.step(across, dt);
         }
         if let Some([u, _]) = self.signals.at_place() {

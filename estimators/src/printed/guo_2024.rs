@@ -389,7 +389,7 @@ impl Pipeline for ImmStfPrinted {
             let force = reading
                 .motor_torque_nm
                 .filter(|_| running)
-                .map(|torque| self.balance.traction(torque, speed) * eta);
+                .map(|torque| self.balance.net_traction(torque, speed) * eta);
             if let Some(force) = force {
                 self.learn(force, speed, felt, period);
             } else {

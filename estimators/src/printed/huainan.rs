@@ -171,7 +171,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
             own.m_step,
             own.rest_amplitude_mps2,
         ),
-        curvature: Curvature::new(params.curvature),
+        curvature: Curvature::new(vehicle, params.curvature),
         force: filter,
         speed: filter,
         now: start,

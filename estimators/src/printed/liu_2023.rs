@@ -183,7 +183,7 @@ impl Pipeline for DffrlsAekfPrinted {
         if let Some(((torque, speed), f)) = signals {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
-            let traction_n = self.balance.traction(torque, speed);
+            let traction_n = self.balance.net_traction(torque, speed);
             self.force.step(traction_n, period);
             self.speed.step(speed, period);
             self.accelerometer.step(f, period);

@@ -133,7 +133,7 @@ impl Pipeline for ResistancePrinted {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
             self.force
-                .step(self.balance.traction(torque, speed), period);
+                .step(self.balance.net_traction(torque, speed), period);
             self.speed.step(speed, period);
             self.accelerometer.step(f, period);
             if let (true, Some(force), Some(felt)) =

@@ -24,7 +24,7 @@ use crate::{
         mass_then_slope::motion,
         params::{param_groups, params},
     },
-    real::{GRAVITY, PI, cos, exp, pow, sin, sqrt, tanh, within},
+    real::{GRAVITY, PI, cos, exp, pow, sin, sqrt, tanh},
     signals::{Estimate, Vehicle},
 };
 
@@ -39,7 +39,7 @@ params! {
         mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
         p0 ["kg²s⁴/m²"] = 1e4, 1e-6 => 1e12, "P₀ of both masses, in units of the residual.";
         residual_sd_n ["N"] = 500.0, 1.0 => 1e6, "Size of the residual, for the right forms.";
-        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate.";
+        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate, where there is no sensor for it.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate of the samples t of the forgetting law.";
         b ["-"] = 0.97, 0.5 => 0.99999, "Forgetting factor b of the noise.";
@@ -115,7 +115,7 @@ pub struct MmrlsShStfPrinted {
     straight_weight: Real,
     samples: u32,
     signals: Conditioner,
-    yaw_rate: MatchedFilter,
+    steering: MatchedFilter,
     lateral: MatchedFilter,
     slope: SlopeEkf,
     since_s: Real,
@@ -142,7 +142,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
         straight_weight: 0.5,
         samples: 0,
         signals: Conditioner::new(own.cutoff_hz, own.regression_hz, 1.0),
-        yaw_rate: filter,
+        steering: filter,
         lateral: filter,
         slope: SlopeEkf::new(Told {
             r: own.wheel_speed_sd_mps * own.wheel_speed_sd_mps,
@@ -181,9 +181,8 @@ impl MmrlsShStfPrinted {
         } else {
             f
         };
-        let yaw_rate = self.yaw_rate.value().unwrap_or(0.0);
+        let steer = self.steering.value().unwrap_or(0.0);
         let across = self.lateral.value().unwrap_or(0.0);
-        let steer = within(self.own.wheelbase_m * yaw_rate / now.speed_mps, -0.5, 0.5);
 
         self.samples = self.samples.saturating_add(1);
         let forget = 1.0 - 0.05 * pow(0.98, Real::from(self.samples));
@@ -232,8 +231,15 @@ impl Pipeline for MmrlsShStfPrinted {
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
-        if let Some((yaw_rate, across)) = reading.yaw_rate_radps.zip(reading.lateral_force_mps2) {
-            self.yaw_rate.step(yaw_rate, dt);
+        let turned = reading
+            .yaw_rate_radps
+            .zip(reading.speed_mps)
+            .map(|(rate, v)| self.own.wheelbase_m * rate / v);
+        let steer = reading.steering_angle_rad.or(turned);
+        if let Some((steer, across)) = steer.zip(reading.lateral_force_mps2) {
+            // Standing, the quotient is anything.
+            self.steering
+                .step(if steer.abs() < 0.5 { steer } else { 0.0 }, dt);
             self.lateral.step(across, dt);
         }
         if let Some(sample) = self.signals.step(reading, &self.balance, running, dt) {
@@ -246,7 +252,7 @@ impl Pipeline for MmrlsShStfPrinted {
             if running {
                 let direction = if speed < 0.0 { -1.0 } else { 1.0 };
                 let balance = Balance {
-                    traction_n: self.balance.traction(torque, speed),
+                    traction_n: self.balance.net_traction(torque, speed),
                     mass_kg: self.mass_kg(),
                     rotating_mass_kg: self.balance.rotating_mass_kg,
                     resistance: direction * self.mu,
