@@ -166,7 +166,7 @@ mod liu_2023 {
 
     /// θ̂ + μ = sin θ + μ cos θ.
     #[test]
-    fn eq_23_small_angles_are_a_degree_and_a_half_short_at_28_degrees() {
+    fn eq_23_small_angles_are_more_than_a_degree_short_at_28_degrees() {
         fn steep(_: Real) -> Real {
             28f64.to_radians()
         }
@@ -505,7 +505,6 @@ mod patent {
     /// The sigmoid of a residual in N is 0 or 1; a wrong model with a large negative residual gets the whole weight.
     #[test]
     fn eq_26_a_signed_residual_makes_the_wrong_model_the_likely_one() {
-        // On a steep piece after a level one the turning mass is far too small: its residual is large and positive; downhill, negative.
         fn down(s: Real) -> Real {
             -ramp(s)
         }
