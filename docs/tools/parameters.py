@@ -38,7 +38,7 @@ def file_of(module: str) -> Path:
 
 
 def main() -> None:
-    files = sorted(CRANE.glob("*.rs"))
+    files = [*sorted(CRANE.glob("*.rs")), *sorted(PRINTED.glob("*.rs"))]
     shared = {name: group for file in files for name, group in groups_of(file).items() if name != "Own"}
     names = re.findall(r'^    "(\w+)" => (\w+)::', (CRANE / "mod.rs").read_text(), re.M)
     users: dict[str, list[str]] = {}

@@ -1,8 +1,7 @@
 //! `imm_stf_printed`: Guo, Wang, Zhao & Dai 2024, as printed.
 //!
 //! - `eq1`: traction times η = |a_x|/√(a_x² + a_y²), always
-//! - `eq3`: the rotating masses are left in: what is found is M + J
-//! - `eq4`: differences of one sample of the raw signals; right (0): of a quarter of a second, low-passed, while the slope stays
+//! - `eq3`, `eq4`: the mass, see [`guo_2024_mass`](super::guo_2024_mass)
 //! - `eq10`: the derivative of the accelerometer as input beside the accelerometer as measurement
 //! - `eq11`: the full difference a_sen − a as input (also eq. 15), which contradicts a_sen = a + g i
 //! - `eq16`: the force balance in the row of i, so that i has no memory; right: in that of a
@@ -13,10 +12,13 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3, matrix, vector};
 
-use super::{Says, printed, usable};
+use super::{
+    Says,
+    guo_2024_mass::{DifferencesPrinted, MassFromDifferences},
+    printed, usable,
+};
 use crate::{
     Real,
-    conditioning::MatchedFilter,
     crane::{
         force_balance::ForceBalance,
         front_end::Reading,
@@ -34,17 +36,11 @@ params! {
     /// Switches and constants of `imm_stf_printed`.
     Own {
         eq1 ["-"] = 1.0, 0.0 => 1.0, "1: traction times η, always.";
-        eq3 ["-"] = 1.0, 0.0 => 1.0, "1: rotating masses left in the mass.";
-        eq4 ["-"] = 1.0, 0.0 => 1.0, "1: differences of one raw sample.";
         eq10 ["-"] = 1.0, 0.0 => 1.0, "1: derivative of the accelerometer as input.";
         eq11 ["-"] = 1.0, 0.0 => 1.0, "1: full difference a_sen − a as input.";
         eq16 ["-"] = 1.0, 0.0 => 1.0, "1: force balance in the row of i.";
         eq23 ["-"] = 1.0, 0.0 => 1.0, "1: models do not mix.";
         eq28 ["-"] = 1.0, 0.0 => 1.0, "1: fading by raw traces, without end; 0: whitened, limited, on alarm.";
-        omega ["-"] = 0.999, 0.5 => 1.0, "Forgetting factor ω.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
-        p0 ["kg²s⁴/m²"] = 1e9, 1.0 => 1e15, "P₀ of the mass, in units of the residual.";
-        force_gate_n ["N"] = 100.0, 0.0 => 1e6, "Smallest change of force that counts as considerable.";
         stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model, at the start.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Memory λ of the innovation covariance.";
         weakening ["-"] = 1.0, 1.0 => 100.0, "Weakening factor α.";
@@ -59,33 +55,15 @@ params! {
 
 param_groups! {
     /// Parameters of `imm_stf_printed`.
-    Params { own: Own }
+    Params { own: Own, mass: DifferencesPrinted }
 }
 
 /// Speed below which the train stands, m/s.
 const STANDSTILL_MPS: Real = 0.05;
-/// Right differences: low-pass, number of samples, largest change of f − v̇ (m/s²).
-const RIGHT_CUTOFF_HZ: Real = 2.0;
-const RIGHT_SAMPLES: u32 = 25;
-const RIGHT_SLOPE_GATE: Real = 0.05;
 /// Right fading: largest factor, level of the alarm.
 const RIGHT_FADING: (Real, Real) = (50.0, 3.0);
 /// Of the dynamic model: what the force balance leaves out, m/s².
 const BALANCE_SD: Real = 0.03;
-
-/// Force, acceleration of the wheels, specific force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Sample {
-    force: Real,
-    rate: Real,
-    felt: Real,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Mass {
-    m: Real,
-    P: Real,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Model {
@@ -103,15 +81,9 @@ struct Model {
 pub struct ImmStfPrinted {
     own: Own,
     balance: ForceBalance,
-    rotating_mass_kg: Real,
     mu: Real,
-    mass: Mass,
-    first_mass: Mass,
-    filters: [MatchedFilter; 3],
-    last: Option<Sample>,
-    last_speed: Option<Real>,
+    mass: MassFromDifferences,
     last_felt: Option<Real>,
-    countdown: u32,
     /// Kinematic, dynamic.
     models: [Model; 2],
     start: Model,
@@ -140,27 +112,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ImmStfPrinted {
         ),
         fading: 1.0,
     };
-    let mass = Mass {
-        m: vehicle.first_mass_kg(own.mass0_kg),
-        P: own.p0,
-    };
     let leave = 1.0 - own.stay;
     ImmStfPrinted {
         own,
         balance: ForceBalance::new(vehicle),
-        rotating_mass_kg: if printed(own.eq3) {
-            0.0
-        } else {
-            vehicle.rotating_mass_kg
-        },
         mu: vehicle.running_resistance,
-        mass,
-        first_mass: mass,
-        filters: [MatchedFilter::new(RIGHT_CUTOFF_HZ); 3],
-        last: None,
-        last_speed: None,
+        mass: MassFromDifferences::new(vehicle, params.mass),
         last_felt: None,
-        countdown: 0,
         models: [start; 2],
         start,
         probability: Vector2::repeat(0.5),
@@ -178,56 +136,6 @@ fn measurement() -> SMatrix<Real, 2, 3> {
 }
 
 impl ImmStfPrinted {
-    /// Eq. 4–7.
-    fn learn(&mut self, force: Real, speed: Real, felt: Real, dt: Real) {
-        let raw = self.last_speed.map(|last| (speed - last) / dt);
-        self.last_speed = Some(speed);
-        let now = if printed(self.own.eq4) {
-            raw.map(|rate| Sample { force, rate, felt })
-        } else {
-            let [forces, speeds, felts] = &mut self.filters;
-            forces.step(force, dt);
-            speeds.step(speed, dt);
-            felts.step(felt, dt);
-            let rate = speeds.rate();
-            let due = self.countdown == 0;
-            self.countdown = if due {
-                RIGHT_SAMPLES - 1
-            } else {
-                self.countdown - 1
-            };
-            forces
-                .value()
-                .zip(felts.value())
-                .filter(|_| due)
-                .map(|(force, felt)| Sample { force, rate, felt })
-        };
-        let Some(now) = now else { return };
-        let Some(before) = self.last.replace(now) else {
-            return;
-        };
-        let phi = now.rate - before.rate;
-        let change = now.force - before.force;
-        let steady =
-            printed(self.own.eq4) || (now.felt - before.felt - phi).abs() < RIGHT_SLOPE_GATE;
-        if change.abs() < self.own.force_gate_n || !steady {
-            return;
-        }
-        let y = change - self.rotating_mass_kg * phi;
-        let Mass { m, P } = self.mass;
-        let L = P * phi / (phi * P * phi + self.own.omega);
-        let next = Mass {
-            m: m + L * (y - phi * m),
-            P: (1.0 - L * phi) * P / self.own.omega,
-        };
-        if next.m.is_finite() && next.m.abs() < 1e9 && next.P.is_finite() {
-            self.mass = next;
-        } else {
-            self.mass = self.first_mass;
-            self.breakdowns += 1.0;
-        }
-    }
-
     /// A, u and Q of the kinematic (0) or the dynamic (1) model, without Δ.
     fn model(
         &self,
@@ -238,7 +146,7 @@ impl ImmStfPrinted {
     ) -> (Matrix3<Real>, Vector3<Real>, Matrix3<Real>) {
         let own = &self.own;
         let [v, a, i] = [own.q_v * dt, own.q_a * dt, own.q_i * dt];
-        let m = self.mass.m;
+        let m = self.mass.kg().0;
         let resistance = direction * self.mu * GRAVITY;
         if !dynamic {
             let A = matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0];
@@ -391,9 +299,9 @@ impl Pipeline for ImmStfPrinted {
                 .filter(|_| running)
                 .map(|torque| self.balance.net_traction(torque, speed) * eta);
             if let Some(force) = force {
-                self.learn(force, speed, felt, period);
+                self.mass.step(force, speed, felt, period);
             } else {
-                (self.last, self.last_speed) = (None, None);
+                self.mass.pause();
             }
             if !self.started {
                 for model in &mut self.models {
@@ -415,7 +323,7 @@ impl Pipeline for ImmStfPrinted {
         let Gaussian { x, P } = mixture(&beliefs, &self.probability);
         let (innovation, nis) = self.innovation;
         Says {
-            mass: (self.mass.m, self.mass.P),
+            mass: self.mass.kg(),
             grade: (asin(x.z), P.m33),
             speed_mps: x.x,
             innovation,
@@ -434,7 +342,7 @@ impl Pipeline for ImmStfPrinted {
                 dynamic.belief.x.z,
                 kinematic.fading.min(1e12),
                 dynamic.fading.min(1e12),
-                self.breakdowns,
+                self.breakdowns + self.mass.breakdowns(),
             ],
         );
     }

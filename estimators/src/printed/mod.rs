@@ -20,6 +20,7 @@
 //! from where it was built, and counts it (internal `breakdowns`). So nothing leaves an estimator that is not finite.
 
 pub mod guo_2024;
+pub mod guo_2024_mass;
 pub mod huainan;
 pub mod liu_2023;
 pub mod liu_2023_resistance;
