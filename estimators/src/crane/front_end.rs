@@ -219,12 +219,13 @@ fn third([_, _, z]: [Real; 3]) -> Real {
 
 /// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.
 fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
-    let mut sorted = [Real::INFINITY; MAX_DRIVES];
+    let mut room = [0.0; MAX_DRIVES];
     let mut count = 0;
-    for (place, value) in sorted.iter_mut().zip(values) {
+    for (place, value) in room.iter_mut().zip(values) {
         *place = value;
         count += 1;
     }
+    let sorted = room.get_mut(..count)?;
     sorted.sort_unstable_by(Real::total_cmp);
     let upper = *sorted.get(count / 2)?;
     let lower = *sorted.get(count.checked_sub(1)? / 2)?;
