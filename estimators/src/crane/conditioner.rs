@@ -66,7 +66,7 @@ impl Conditioner {
             self.running_s = 0.0;
             return None;
         };
-        self.force.step(balance.traction(torque, speed), dt);
+        self.force.step(balance.net_traction(torque, speed), dt);
         self.speed.step(speed, dt);
         if let Some(f) = reading.specific_force_mps2 {
             self.specific_force.step(f, dt);
@@ -101,6 +101,11 @@ impl Conditioner {
     /// Filtered speed, m/s; 0 before the first.
     pub fn speed_mps(&self) -> Real {
         self.speed.value().unwrap_or(0.0)
+    }
+
+    /// Filtered acceleration of the wheels v̇, m/s².
+    pub fn acceleration_mps2(&self) -> Real {
+        self.speed.rate()
     }
 
     /// Whether the train has been running long enough for samples to count.
