@@ -67,6 +67,7 @@ params! {
         standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
+        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
     }
 }
 
@@ -145,7 +146,8 @@ impl MassRegression {
             rls: Rls::new(
                 Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd),
                 policy,
-            ),
+            )
+            .in_square_root_form(params.square_root >= 0.5),
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
