@@ -176,6 +176,16 @@ impl<const N: usize> Rls<N> {
         (1.0 + rho) / (1.0 - rho)
     }
 
+    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no variance
+    /// exceeds that of the start, which was known without any sample.
+    pub fn widened(&self) -> SMatrix<Real, N, N> {
+        let spread = self.spread().max(1.0);
+        let mut belief = self.belief;
+        belief.P *= spread * spread * self.correlation_factor();
+        belief.limit_variance(&self.prior);
+        belief.P
+    }
+
     /// Updates made so far.
     pub fn updates(&self) -> u32 {
         self.updates

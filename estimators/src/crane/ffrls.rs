@@ -125,11 +125,14 @@ impl Pipeline for Ffrls {
         self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
         let Gaussian { x, P } = self.rls.belief;
         let spread = self.rls.spread().max(1.0);
+        // Larger residuals than expected widen both, but not beyond what was known at the start.
+        let widened = |sd: Real, prior: Real| (spread * sd).min(prior);
         let mass = self.mass0_kg / x.x;
-        let mass_sd = mass * spread * sqrt(P.m11) / x.x;
+        let mass_sd = mass * widened(sqrt(P.m11), self.params.mass_sd) / x.x;
         // sin θ + s μ cos θ = √(1 + μ²) sin(θ + s θ_μ), s = sgn v
         let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
-        let theta_sd = spread * sqrt(P.m22) / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
+        let theta_sd = widened(sqrt(P.m22), self.params.sine_sd)
+            / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
         let known = mass_sd < 0.1 * mass && !self.saturated;
         let grade_rad = Value {
             value: theta,

@@ -27,6 +27,7 @@ use super::{
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
+    running_deviation::RunningDeviation,
     train_on_rail::TrainOnRail,
     waiting::Waiting,
 };
@@ -99,25 +100,6 @@ pub struct MassRegression {
     jolts: RunningDeviation,
     /// Curvature of the rail under the train, 1/m.
     curvature: Real,
-}
-
-/// Exponentially weighted mean and variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct RunningDeviation {
-    mean: Option<Real>,
-    variance: Real,
-}
-
-impl RunningDeviation {
-    fn add(&mut self, value: Real, share: Real) {
-        let Some(mean) = self.mean else {
-            self.mean = Some(value);
-            return;
-        };
-        let away = value - mean;
-        self.mean = Some(mean + share * away);
-        self.variance = (1.0 - share) * (self.variance + share * away * away);
-    }
 }
 
 impl MassRegression {
@@ -194,7 +176,7 @@ impl MassRegression {
             f,
             lag(now.period_s.min(60.0), self.params.excitation_memory_s),
         );
-        self.excited = sqrt(self.regressor.variance) > self.params.excitation_mps2;
+        self.excited = self.regressor.sd() > self.params.excitation_mps2;
 
         let against = if now.speed_mps < 0.0 {
             -GRAVITY
@@ -214,7 +196,7 @@ impl MassRegression {
         self.jolts
             .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
         let noise = self.params.residual_sd_mps2;
-        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
         let r = (noise * noise + doubt * doubt + sway) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
             return;
@@ -253,8 +235,7 @@ impl MassRegression {
 
     /// Covariance, widened if the residuals are larger than expected or hang together.
     fn covariance(&self) -> Matrix4<Real> {
-        let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread * self.rls.correlation_factor())
+        self.rls.widened()
     }
 }
 
