@@ -31,6 +31,7 @@ pub mod multi_model_mass;
 pub mod params;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod running_deviation;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;
