@@ -33,6 +33,7 @@ pub mod regression;
 pub mod regressors;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod running_deviation;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;
