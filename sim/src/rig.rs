@@ -31,6 +31,8 @@ pub struct Rig {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
+    /// What the estimators are told about the vehicle.
+    pub vehicle: Vehicle,
     /// The estimators.
     pub bank: Vec<Member>,
     /// The controller.
@@ -172,6 +174,7 @@ impl Rig {
             train,
             plant,
             sensors,
+            vehicle,
             bank,
             in_loop,
             blocks,
