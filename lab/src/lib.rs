@@ -2,5 +2,7 @@
 
 pub mod expected;
 pub mod metrics;
+pub mod replay;
 pub mod series;
 pub mod summary;
+pub mod tune;

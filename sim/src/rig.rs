@@ -31,6 +31,8 @@ pub struct Rig {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
+    /// What the estimators are told about the train.
+    pub vehicle: Vehicle,
     /// The estimators.
     pub bank: Vec<Member>,
     /// The controller.
@@ -172,6 +174,7 @@ impl Rig {
             train,
             plant,
             sensors,
+            vehicle,
             bank,
             in_loop,
             blocks,
@@ -366,7 +369,7 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     )?;
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let settings = params.iter().map(|(k, v)| (k.as_str(), v.get()));
+        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
         let estimator = crane::build(name, vehicle, settings).map_err(|e| {
             scenario.error(
                 format!("estimators.{name}"),
