@@ -251,7 +251,7 @@ mod tests {
             (Optimiser::CmaEs, 300, 1e-3),
             (Optimiser::NelderMead, 300, 1e-6),
             (Optimiser::DifferentialEvolution, 600, 1e-2),
-            (Optimiser::Tpe, 300, 0.1),
+            (Optimiser::Tpe, 300, 0.15),
             (Optimiser::Bayesian, 60, 0.1),
             (Optimiser::Grid, 1000, 0.1),
             (Optimiser::Random, 1000, 0.15),
