@@ -3,7 +3,7 @@
 //! `no_std`, no allocation, no panic, no NaN: every algorithm estimates the load mass of a monorail crane and the slope
 //! under it from motor torque, wheel speed and an IMU.
 //!
-//! - algorithms, one a file: [`gaussian`], [`rls`] with its ways of [`forgetting`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
+//! - algorithms, one a file: [`gaussian`] and its factors [`ud`], [`rls`] with its ways of [`forgetting`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
 //! - the crane: [`crane`], with the force balance, what the pipelines share, one file for each named pipeline, and
 //!   construction by name ([`crane::build`])
 //! - what crosses the border: [`signals`]
@@ -44,6 +44,7 @@ pub mod smoothing;
 pub mod strong_tracking;
 #[cfg(test)]
 mod testing;
+pub mod ud;
 pub mod ukf;
 
 pub use error::Error;
