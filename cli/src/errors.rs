@@ -42,6 +42,9 @@ pub enum CliError {
     /// Stopped from outside: counts as not run.
     #[error("interrupted: the run did not reach its end; what was recorded up to there is whole")]
     Interrupted,
+    /// A study stopped from outside.
+    #[error("interrupted: the trials so far are kept\n  help: go on with --resume")]
+    TuningInterrupted,
 }
 
 /// Show an error on standard error.

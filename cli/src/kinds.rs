@@ -1,12 +1,14 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
 use crate::prepare;
+use crate::tune;
 use clap::ValueEnum;
+use monorig_lab::tune::{StudyFile, known};
 use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
 use monorig_sim::rail::track::TrackFile;
-use monorig_sim::scenario::ScenarioFile;
+use monorig_sim::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::sensors::Sheet;
 use monorig_sim::sensors::sheet::SheetFile;
 use monorig_sim::train::Train;
@@ -31,6 +33,10 @@ pub enum Kind {
     Sensors,
     /// The section of a rail
     RailProfile,
+    /// Parameters of an estimator
+    Parameters,
+    /// What to tune
+    Tuning,
 }
 
 /// What is known of a kind.
@@ -129,6 +135,30 @@ pub const KINDS: &[Row] = &[
         ],
         schema: || schema_for!(ProfileFile),
         check: |path| Profile::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::Tuning,
+        name: "tuning",
+        about: "a tuning study: what varies, over which runs, what is good, how to search",
+        telling: &[
+            "estimator",
+            "parameters",
+            "tuning",
+            "validation",
+            "objective",
+            "budget",
+            "optimiser",
+        ],
+        schema: || schema_for!(StudyFile),
+        check: |path| tune::check(path).map(drop),
+    },
+    Row {
+        kind: Kind::Parameters,
+        name: "parameters",
+        about: "parameters of an estimator, for scenarios to include",
+        telling: &["estimator", "parameters", "provenance"],
+        schema: || schema_for!(ParameterFile),
+        check: |path| known::parameter_file(path).map(drop),
     },
 ];
 

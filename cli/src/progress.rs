@@ -37,6 +37,14 @@ impl Progress {
         }
     }
 
+    /// What goes on is called otherwise from now on.
+    pub fn rename(&mut self, name: &str) {
+        self.name = name.to_owned();
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(name.to_owned());
+        }
+    }
+
     /// The run has come to this share of its way, 0…1.
     pub fn at(&mut self, share: f64) {
         if let Some(bar) = &self.bar {

@@ -86,7 +86,7 @@ fn what(v: &Verdict, e: Option<&Expectation>) -> String {
 }
 
 /// An empty table with a rule below its titles and no other.
-fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
+pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     let mut table = Table::new();
     table.load_preset(NOTHING);
     table.set_style(TableComponent::HeaderLines, '─');
@@ -95,7 +95,7 @@ fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     table
 }
 
-fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
+pub fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for i in columns {
         if let Some(column) = table.column_mut(i) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -104,13 +104,13 @@ fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
 }
 
 /// The table without blanks at the ends of its lines.
-fn lines(table: &Table) -> String {
+pub fn lines(table: &Table) -> String {
     let lines: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
     lines.join("\n")
 }
 
 /// Three significant digits or more.
-fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     match x.abs() {
         a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
         a if a < 0.1 => format!("{x:.4}"),

@@ -33,6 +33,8 @@ fn kinds_are_told_apart() {
             "unit",
             "sensors",
             "rail-profile",
+            "parameters",
+            "tuning",
         ] {
             if other != kind {
                 let told = rig.refused(&["check", "--kind", other, file]);

@@ -176,11 +176,21 @@ pub fn measure(
     after_s: f64,
     until_s: f64,
 ) -> Option<f64> {
-    let metric = METRICS.iter().find(|m| m.name == metric)?;
     let (_, samples) = series
         .estimators
         .iter()
         .find(|(name, _)| name == estimator)?;
+    measure_samples(samples, metric, after_s, until_s)
+}
+
+/// The same of samples at hand.
+pub fn measure_samples(
+    samples: &[Sample],
+    metric: &str,
+    after_s: f64,
+    until_s: f64,
+) -> Option<f64> {
+    let metric = METRICS.iter().find(|m| m.name == metric)?;
     let from = samples.partition_point(|x| x.t_s < after_s);
     let to = samples.partition_point(|x| x.t_s <= until_s);
     Some((metric.value)(samples.get(from..to).unwrap_or(&[])))

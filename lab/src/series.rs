@@ -1,10 +1,37 @@
 //! Errors of every estimator, sample by sample, gathered while a run goes on.
 
+use monorig_estimators::signals::Estimate;
 use monorig_sim::error::Error;
+use monorig_sim::plant::Truth;
 use monorig_sim::run::{Frame, Observer};
 
+/// The part of the truth that an estimate is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Target {
+    /// s.
+    pub t_s: f64,
+    /// Total mass, kg.
+    pub total_mass_kg: f64,
+    /// Grade at the IMU, rad.
+    pub grade_at_imu_rad: f64,
+    /// Effective grade of the train, rad.
+    pub grade_effective_rad: f64,
+}
+
+impl Target {
+    /// Of this truth.
+    pub fn of(truth: &Truth) -> Self {
+        Self {
+            t_s: truth.t_s,
+            total_mass_kg: truth.total_mass_kg,
+            grade_at_imu_rad: truth.grade_at_imu_rad,
+            grade_effective_rad: truth.grade_effective_rad,
+        }
+    }
+}
+
 /// One estimator step against the truth.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// s.
     pub t_s: f64,
@@ -26,6 +53,26 @@ pub struct Sample {
     pub slope_valid: bool,
     /// Normalised innovation squared.
     pub nis: f64,
+}
+
+impl Sample {
+    /// An estimate against the truth.
+    pub fn new(e: &Estimate, t: &Target) -> Self {
+        let mass = e.total_mass_kg.value - t.total_mass_kg;
+        let slope = e.grade_rad.value - t.grade_at_imu_rad;
+        Self {
+            t_s: t.t_s,
+            mass_rel: mass / t.total_mass_kg,
+            mass_kg: mass,
+            mass_nees: square(mass / e.total_mass_kg.sd),
+            mass_valid: e.total_mass_kg.valid,
+            slope,
+            slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
+            slope_nees: square(slope / e.grade_rad.sd),
+            slope_valid: e.grade_rad.valid,
+            nis: e.nis,
+        }
+    }
 }
 
 /// One step of the closed loop.
@@ -67,22 +114,9 @@ impl Observer for Series {
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
         }
+        let target = Target::of(t);
         for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
-            let e = &m.estimate;
-            let mass = e.total_mass_kg.value - t.total_mass_kg;
-            let slope = e.grade_rad.value - t.grade_at_imu_rad;
-            samples.push(Sample {
-                t_s: t.t_s,
-                mass_rel: mass / t.total_mass_kg,
-                mass_kg: mass,
-                mass_nees: square(mass / e.total_mass_kg.sd),
-                mass_valid: e.total_mass_kg.valid,
-                slope,
-                slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
-                slope_nees: square(slope / e.grade_rad.sd),
-                slope_valid: e.grade_rad.valid,
-                nis: e.nis,
-            });
+            samples.push(Sample::new(&m.estimate, &target));
         }
         self.tracking.push(Tracking {
             t_s: t.t_s,

@@ -17,8 +17,7 @@ macro_rules! checked {
             /// The number.
             pub const fn get(self) -> f64 { self.0 }
             /// A number known to be right when the code is written (defaults).
-            #[allow(dead_code)]
-            pub(crate) const fn new(x: f64) -> Self { Self(x) }
+            pub const fn new(x: f64) -> Self { Self(x) }
         }
         impl TryFrom<f64> for $name {
             type Error = String;

@@ -377,7 +377,7 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     )?;
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let settings = params.iter().map(|(k, v)| (k.as_str(), v.get()));
+        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
         let estimator = crane::build(name, vehicle, settings).map_err(|e| {
             scenario.error(
                 format!("estimators.{name}"),

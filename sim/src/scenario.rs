@@ -4,11 +4,13 @@ mod check;
 mod event;
 mod expect;
 mod load;
+mod parameters;
 mod seeds;
 
 pub use event::{Event, Fault};
 pub use expect::Expectation;
 pub use load::Scenario;
+pub use parameters::{ParameterFile, Provenance, Settings};
 pub use seeds::Seeds;
 
 use crate::checked::{Finite, NonNegative, Positive, Version1};
@@ -46,9 +48,9 @@ pub struct ScenarioFile {
     /// What the estimators are told where it differs from the train's nominal values.
     #[serde(default)]
     pub vehicle: VehicleBelief,
-    /// Estimators by name, with their parameters.
+    /// Estimators by name, with their parameters; `from` names a parameter file to take them from.
     #[serde(default)]
-    pub estimators: BTreeMap<String, BTreeMap<String, Finite>>,
+    pub estimators: BTreeMap<String, Settings>,
     /// The estimator whose output the controller sees.
     #[serde(default)]
     pub in_loop: Option<String>,

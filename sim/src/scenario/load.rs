@@ -1,9 +1,10 @@
 //! From a file name to a scenario ready to run.
 
-use super::{ScenarioFile, check};
+use super::{ParameterFile, ScenarioFile, check};
 use crate::error::Error;
-use crate::file::{Document, nearest};
+use crate::file::{Document, input_error, nearest};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A checked scenario and where its files are. As JSON (for the manifest) it holds what decides the result, and no
@@ -24,6 +25,9 @@ pub struct Scenario {
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
+    /// Parameter files that estimators take their parameters from.
+    #[serde(skip)]
+    included: BTreeMap<String, PathBuf>,
     #[serde(skip)]
     document: Document,
 }
@@ -36,7 +40,7 @@ impl Scenario {
         for (key, value) in overrides {
             document.set(key, value)?;
         }
-        let file: ScenarioFile = document.parse()?;
+        let mut file: ScenarioFile = document.parse()?;
         if let Err(wrong) = check::check(&file) {
             return Err(document.error(wrong.key, wrong.message, wrong.help));
         }
@@ -48,6 +52,22 @@ impl Scenario {
                 Err((message, help)) => Err(document.error(key, message, help)),
             }
         };
+        let mut included = BTreeMap::new();
+        for (name, settings) in &mut file.estimators {
+            let Some(from) = &settings.from else { continue };
+            let key = format!("estimators.{name}.from");
+            let found = find(&key, from)?;
+            let parameters = ParameterFile::read(&found)?;
+            if parameters.estimator != *name {
+                return Err(document.error(
+                    key,
+                    format!("this file has parameters of `{}`", parameters.estimator),
+                    format!("name a parameter file of `{name}`"),
+                ));
+            }
+            settings.include(&parameters);
+            included.insert(name.clone(), found);
+        }
         Ok(Self {
             name: path
                 .file_stem()
@@ -57,6 +77,7 @@ impl Scenario {
             train: find("train", &file.train)?,
             sensors: find("sensors", &file.sensors)?,
             file,
+            included,
             document,
         })
     }
@@ -99,18 +120,21 @@ impl Scenario {
                 ));
             }
             let known = keys(name);
-            for (key, value) in parameters {
-                let at = format!("{at}.{key}");
+            for (key, value) in &parameters.values {
+                let wrong = |message: String, help: String| match self.included.get(name) {
+                    Some(file) if parameters.inherits(key) => {
+                        input_error(file, format!("parameters.{key}"), message, help)
+                    }
+                    _ => self.error(format!("{at}.{key}"), message, help),
+                };
                 if !known.contains(&key.as_str()) {
-                    return Err(self.error(
-                        at,
+                    return Err(wrong(
                         format!("{name} has no parameter `{key}`"),
                         suggestion(key, &known, "its parameters"),
                     ));
                 }
                 accept(name, key, value.get()).map_err(|message| {
-                    self.error(
-                        at,
+                    wrong(
                         message,
                         format!("see the parameters of {name} in the scenario reference"),
                     )

@@ -1,0 +1,91 @@
+//! `monorig tune`: search for the parameters of an estimator.
+
+mod table;
+
+use crate::arguments::Tune;
+use crate::errors::CliError;
+use crate::progress::Progress;
+use crate::run::prepare_out;
+use crate::{Outcome, interrupt, output};
+use monorig_lab::tune::job::{self, Audience, Job};
+use monorig_lab::tune::store::Trial;
+use monorig_lab::tune::study::Study;
+use monorig_sim::error::Error;
+use monorig_sim::rig::Rig;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+/// Read a study and everything it names, and check it all by building the rig of every scenario.
+pub fn check(path: &Path) -> Result<Study, Error> {
+    let study = Study::load(path)?;
+    for group in study.tuning.iter().chain(&study.validation) {
+        let seed = group.seeds.first().copied().unwrap_or(1);
+        Rig::build(group.scenario.clone(), seed)?;
+    }
+    Ok(study)
+}
+
+/// Run a study. Nothing is written before the whole input has been found good.
+pub fn tune(task: &Tune) -> Result<Outcome, CliError> {
+    let study = check(&task.file)?;
+    prepare_out(&task.out)?;
+    interrupt::listen();
+    let folder = task.out.join("tune");
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let job = Job {
+        folder: folder.join(&study.name),
+        cache: task.cache.clone().unwrap_or_else(|| folder.join(".cache")),
+        jobs: task.jobs.map_or(cores, NonZeroUsize::get),
+        resume: task.resume,
+    };
+    let shown = Shown {
+        name: study.name.clone(),
+        progress: Mutex::new(Progress::new(&study.name)),
+    };
+    let done = job::run(&study, &job, &shown)?;
+    drop(shown);
+    let Some(done) = done else {
+        return Err(CliError::TuningInterrupted);
+    };
+    output::note(&format!("results in {}", job.folder.display()));
+    output::print(&table::text(&study, &done))?;
+    Ok(if done.validation.is_some() {
+        Outcome::Held
+    } else {
+        Outcome::Failed
+    })
+}
+
+/// Progress of a study.
+struct Shown {
+    name: String,
+    progress: Mutex<Progress>,
+}
+
+impl Shown {
+    fn say(&self, what: &str, share: f64) -> bool {
+        let mut progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        progress.rename(&format!("{}: {what}", self.name));
+        progress.at(share);
+        interrupt::go_on()
+    }
+}
+
+impl Audience for Shown {
+    fn stage(&self, name: &str, share: f64) -> bool {
+        self.say(name, share)
+    }
+
+    fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
+        let n = trial.trial + 1;
+        let best = match best {
+            Some(best) => format!("best loss {:.4} (trial {})", best.loss(), best.trial),
+            None => "none good yet".to_owned(),
+        };
+        self.say(
+            &format!("trial {n} of {budget}, {best}"),
+            n as f64 / budget as f64,
+        )
+    }
+}

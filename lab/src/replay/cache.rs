@@ -1,0 +1,237 @@
+//! Recordings on disk: found again by a hash of all that made them, written whole or not at all, checked when read.
+
+use super::{Columns, record};
+use crate::series::Target;
+use monorig_estimators::signals::{RoadVehicle, Vehicle};
+use monorig_sim::error::Error;
+use monorig_sim::record::inputs::inputs;
+use monorig_sim::record::manifest::Manifest;
+use monorig_sim::scenario::Scenario;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// First bytes of a file; the number is the format's.
+const MAGIC: &[u8; 16] = b"monorig replay 1";
+
+/// A folder of recordings.
+#[derive(Clone, Debug)]
+pub struct Cache {
+    folder: PathBuf,
+    build: String,
+}
+
+impl Cache {
+    /// In this folder, which is made when it is needed.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self {
+            folder: folder.into(),
+            build: build_id(),
+        }
+    }
+
+    /// The file of a scenario and seed: its name is a hash of every input file, the resolved scenario, the seed and the build
+    /// of the rig, so that what was recorded from anything else is never found.
+    pub fn place(&self, scenario: &Scenario, seed: u64) -> Result<PathBuf, Error> {
+        let bare = record::bare(scenario);
+        let resolved = serde_json::to_value(&bare).unwrap_or_default();
+        let manifest = Manifest::new(&bare.name, seed, &inputs(bare.path())?, resolved);
+        let mut all = Sha256::new();
+        all.update(format!("{} seed {seed} {}", manifest.hash, self.build));
+        let hash: String = all
+            .finalize()
+            .iter()
+            .take(16)
+            .map(|b| format!("{b:02x}"))
+            .collect();
+        Ok(self
+            .folder
+            .join(format!("{}-{seed}-{hash}.replay", bare.name)))
+    }
+
+    /// The recording of a scenario and seed: read if it is there and whole, else made and kept. None if `go_on` stopped it.
+    pub fn get(
+        &self,
+        scenario: &Scenario,
+        seed: u64,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Option<Columns>, Error> {
+        let place = self.place(scenario, seed)?;
+        if let Some(found) = load(&place) {
+            return Ok(Some(found));
+        }
+        let made = record::record(scenario, seed, go_on)?;
+        if let Some(columns) = &made {
+            save(&place, columns)?;
+        }
+        Ok(made)
+    }
+}
+
+/// Which build of the rig this is: length and time of the program. A recording of another build is made anew.
+fn build_id() -> String {
+    let about = std::env::current_exe().and_then(std::fs::metadata);
+    let time = about.as_ref().ok().and_then(|a| a.modified().ok());
+    let age = time.and_then(|t| t.duration_since(std::time::UNIX_EPOCH).ok());
+    format!(
+        "{} {} {}",
+        env!("CARGO_PKG_VERSION"),
+        about.map_or(0, |a| a.len()),
+        age.map_or(0, |a| a.as_nanos())
+    )
+}
+
+/// Write a recording under a temporary name, then move it into place.
+pub fn save(place: &Path, columns: &Columns) -> Result<(), Error> {
+    let refused = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Error::Io { path, source }
+    };
+    if let Some(folder) = place.parent() {
+        std::fs::create_dir_all(folder).map_err(refused(folder))?;
+    }
+    let partial = place.with_extension(format!("partial-{}", std::process::id()));
+    let written = std::fs::write(&partial, encode(columns)).map_err(refused(&partial));
+    let moved = written.and_then(|()| std::fs::rename(&partial, place).map_err(refused(place)));
+    if moved.is_err() {
+        let _ = std::fs::remove_file(&partial);
+    }
+    moved
+}
+
+/// Read a recording; none if there is no file, or if it is not whole.
+pub fn load(place: &Path) -> Option<Columns> {
+    decode(&std::fs::read(place).ok()?)
+}
+
+fn encode(columns: &Columns) -> Vec<u8> {
+    let mut body = Vec::with_capacity(40 * columns.len() + 8 * columns.values.len() + 256);
+    for count in [columns.masks.len(), columns.values.len()] {
+        body.extend((count as u64).to_le_bytes());
+    }
+    let mut put = |x: f64| body.extend(x.to_le_bytes());
+    vehicle_numbers(&columns.vehicle)
+        .into_iter()
+        .for_each(&mut put);
+    for t in &columns.truth {
+        put(t.t_s);
+        put(t.total_mass_kg);
+        put(t.grade_at_imu_rad);
+        put(t.grade_effective_rad);
+    }
+    columns.values.iter().copied().for_each(&mut put);
+    for mask in &columns.masks {
+        body.extend(mask.to_le_bytes());
+    }
+    let mut file = MAGIC.to_vec();
+    file.extend(Sha256::digest(&body));
+    file.extend(body);
+    file
+}
+
+fn decode(file: &[u8]) -> Option<Columns> {
+    let (hash, body) = file.strip_prefix(MAGIC)?.split_at_checked(32)?;
+    if Sha256::digest(body).as_slice() != hash {
+        return None;
+    }
+    let mut words = body
+        .chunks_exact(8)
+        .map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default()));
+    let (steps, values) = (words.next()? as usize, words.next()? as usize);
+    let mut numbers = words.by_ref().map(f64::from_bits);
+    let mut get = || numbers.next();
+    let vehicle = vehicle_of(&mut get)?;
+    let mut columns = Columns::new(vehicle);
+    for _ in 0..steps {
+        columns.truth.push(Target {
+            t_s: get()?,
+            total_mass_kg: get()?,
+            grade_at_imu_rad: get()?,
+            grade_effective_rad: get()?,
+        });
+    }
+    columns.values = numbers.take(values).collect();
+    columns.masks = words.collect();
+    (columns.masks.len() == steps && columns.values.len() == values).then_some(columns)
+}
+
+/// The numbers of a vehicle, in the order [`vehicle_of`] reads them.
+fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
+    let Vehicle {
+        tare_kg,
+        drives,
+        wheel_radius_m,
+        gear_ratio,
+        efficiency,
+        rotating_mass_kg,
+        running_resistance,
+        mass_range_kg: [mass_low, mass_high],
+        tare_span_m: [tare_near, tare_far],
+        load_span_m: [load_near, load_far],
+        imu_arm_m,
+        road,
+    } = *vehicle;
+    let mut numbers = vec![
+        tare_kg,
+        drives as f64,
+        wheel_radius_m,
+        gear_ratio,
+        efficiency,
+        rotating_mass_kg,
+        running_resistance,
+        mass_low,
+        mass_high,
+        tare_near,
+        tare_far,
+        load_near,
+        load_far,
+        imu_arm_m,
+        if road.is_some() { 1.0 } else { 0.0 },
+    ];
+    if let Some(RoadVehicle {
+        drag_area_m2,
+        air_density_kgpm3,
+        front_axle_m,
+        rear_axle_m,
+        front_cornering_npr,
+        rear_cornering_npr,
+    }) = road
+    {
+        numbers.extend([
+            drag_area_m2,
+            air_density_kgpm3,
+            front_axle_m,
+            rear_axle_m,
+            front_cornering_npr,
+            rear_cornering_npr,
+        ]);
+    }
+    numbers
+}
+
+fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
+    let mut vehicle = Vehicle {
+        tare_kg: get()?,
+        drives: get()? as usize,
+        wheel_radius_m: get()?,
+        gear_ratio: get()?,
+        efficiency: get()?,
+        rotating_mass_kg: get()?,
+        running_resistance: get()?,
+        mass_range_kg: [get()?, get()?],
+        tare_span_m: [get()?, get()?],
+        load_span_m: [get()?, get()?],
+        imu_arm_m: get()?,
+        road: None,
+    };
+    if get()? != 0.0 {
+        vehicle.road = Some(RoadVehicle {
+            drag_area_m2: get()?,
+            air_density_kgpm3: get()?,
+            front_axle_m: get()?,
+            rear_axle_m: get()?,
+            front_cornering_npr: get()?,
+            rear_cornering_npr: get()?,
+        });
+    }
+    Some(vehicle)
+}

@@ -1,0 +1,61 @@
+//! Records a run's measurements: an observer, and the run that it observes.
+
+use super::Columns;
+use crate::series::Target;
+use monorig_estimators::signals::Command;
+use monorig_sim::error::Error;
+use monorig_sim::rig::Rig;
+use monorig_sim::run::{self, Frame, Observer};
+use monorig_sim::scenario::Scenario;
+
+/// Keeps what the estimators are given.
+pub struct Recorder {
+    /// What was recorded so far.
+    pub columns: Columns,
+    last: Command,
+}
+
+impl Recorder {
+    /// For a run of this rig.
+    pub fn new(rig: &Rig) -> Self {
+        Self {
+            columns: Columns::new(rig.vehicle),
+            last: Command::default(),
+        }
+    }
+}
+
+impl Observer for Recorder {
+    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+        if f.sampled {
+            let change = (*f.command != self.last).then_some(f.command);
+            self.columns
+                .push(f.measurements, change, Target::of(f.truth));
+            self.last = *f.command;
+        }
+        Ok(())
+    }
+}
+
+/// The scenario without the estimators that change nothing: only that in the loop stays.
+pub fn bare(scenario: &Scenario) -> Scenario {
+    let mut bare = scenario.clone();
+    let in_loop = bare.file.in_loop.clone();
+    bare.file
+        .estimators
+        .retain(|name, _| in_loop.as_ref() == Some(name));
+    bare.file.expect.clear();
+    bare
+}
+
+/// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives none.
+pub fn record(
+    scenario: &Scenario,
+    seed: u64,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<Option<Columns>, Error> {
+    let mut rig = Rig::build(bare(scenario), seed)?;
+    let mut recorder = Recorder::new(&rig);
+    let done = run::run(&mut rig, &mut [&mut recorder], go_on)?;
+    Ok(done.finished.then_some(recorder.columns))
+}

@@ -1,0 +1,79 @@
+//! Which estimators, parameters and metrics there are, and what to say to one that is not.
+
+use crate::metrics::METRICS;
+use monorig_estimators::crane;
+use monorig_estimators::crane::params::Key;
+use monorig_sim::error::Error;
+use monorig_sim::file::{input_error, nearest};
+use monorig_sim::scenario::ParameterFile;
+use std::path::Path;
+
+/// What is wrong, and what would be right.
+pub type Wrong = (String, String);
+
+/// The estimator's name must be one there is.
+pub fn estimator(name: &str) -> Result<(), Wrong> {
+    if crane::NAMES.contains(&name) {
+        return Ok(());
+    }
+    Err((
+        format!("there is no estimator `{name}`"),
+        choice(name, crane::NAMES, "known estimators"),
+    ))
+}
+
+/// A parameter of an estimator.
+pub fn parameter(estimator: &str, key: &str) -> Result<&'static Key, Wrong> {
+    let keys = || crane::keys(estimator).into_iter().flatten();
+    keys().find(|k| k.name == key).ok_or_else(|| {
+        let names: Vec<&str> = keys().map(|k| k.name).collect();
+        (
+            format!("{estimator} has no parameter `{key}`"),
+            choice(key, &names, "its parameters"),
+        )
+    })
+}
+
+/// A value that the parameter may have.
+pub fn value(estimator: &str, key: &str, value: f64) -> Result<(), Wrong> {
+    let key = parameter(estimator, key)?;
+    let [low, high] = key.range;
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err((
+        format!("{value} is outside {low}…{high} ({})", key.doc),
+        format!("a value from {low} to {high}"),
+    ))
+}
+
+/// The metric's name must be one of an estimator.
+pub fn metric(name: &str) -> Result<(), Wrong> {
+    let names: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
+    if names.contains(&name) {
+        return Ok(());
+    }
+    Err((
+        format!("there is no metric `{name}` of an estimator"),
+        choice(name, &names, "known metrics"),
+    ))
+}
+
+/// A parameter file whose estimator and parameters are there.
+pub fn parameter_file(path: &Path) -> Result<ParameterFile, Error> {
+    let file = ParameterFile::read(path)?;
+    let at = |key: &str, (message, help): Wrong| input_error(path, key, message, help);
+    estimator(&file.estimator).map_err(|w| at("estimator", w))?;
+    for (key, x) in &file.parameters {
+        value(&file.estimator, key, x.get()).map_err(|w| at(&format!("parameters.{key}"), w))?;
+    }
+    Ok(file)
+}
+
+fn choice(word: &str, known: &[&str], title: &str) -> String {
+    let list = format!("{title}: {}", known.join(", "));
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list,
+    }
+}
