@@ -3,4 +3,6 @@
 pub mod expected;
 pub mod metrics;
 pub mod series;
+pub mod study;
 pub mod summary;
+pub mod verdict;
