@@ -1,7 +1,9 @@
 //! The command line, and the help that teaches it.
 
+mod studies;
 mod tune;
 
+pub use studies::Test;
 pub use tune::Tune;
 
 use crate::kinds::Kind;
@@ -12,6 +14,7 @@ const EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
+  monorig test scenarios                                 every scenario over its seeds: does what it expects hold?
   monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
   monorig check scenarios/*.yaml                         find mistakes without running
   monorig schema scenario                                every key a scenario can have
@@ -32,6 +35,8 @@ pub struct Arguments {
 pub enum Task {
     /// Simulate a scenario: train, sensors, estimators and controller in closed loop
     Run(Run),
+    /// Run scenarios over their seeds and judge what they expect
+    Test(Test),
     /// Search for the parameters of an estimator that are best over many runs
     Tune(Tune),
     /// Check files without running anything

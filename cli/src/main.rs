@@ -13,6 +13,7 @@ mod results;
 mod run;
 mod schema;
 mod simulate;
+mod test;
 mod tune;
 
 use arguments::{Arguments, Task};
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
     };
     let outcome = match arguments.task {
         Task::Run(task) => run::run(&task),
+        Task::Test(task) => test::test(&task),
         Task::Tune(task) => tune::tune(&task),
         Task::Check(task) => check::check(&task),
         Task::Schema(task) => schema::schema(&task),

@@ -17,7 +17,6 @@ pub fn run(task: &Run) -> Result<Outcome, CliError> {
     let rig = prepare::rig(&task.file, &task.overrides())?;
     prepare_out(&task.out)?;
     interrupt::listen();
-    let expect = rig.scenario.file.expect.clone();
     let mut progress = Progress::new(&format!("{} seed {}", rig.scenario.name, rig.seed));
     let done = simulate(rig, task, &mut |share| {
         progress.at(share);
@@ -25,9 +24,13 @@ pub fn run(task: &Run) -> Result<Outcome, CliError> {
     })?;
     drop(progress);
     note(&format!("results in {}", done.folder.display()));
-    output::print(&report::text(&done.summary, &expect, done.wall_s))?;
-    if !done.summary.finished {
+    output::print(&report::text(&done.summary, done.wall_s))?;
+    if done.interrupted {
         return Err(CliError::Interrupted);
+    }
+    if !done.summary.finished {
+        note("the train did not come to where the scenario ends (`stop.at_m`)");
+        return Ok(Outcome::Failed);
     }
     Ok(if report::all_held(&done.summary) {
         Outcome::Held

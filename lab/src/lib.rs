@@ -5,5 +5,7 @@ pub mod metrics;
 pub mod replay;
 pub mod report;
 pub mod series;
+pub mod study;
 pub mod summary;
 pub mod tune;
+pub mod verdict;
