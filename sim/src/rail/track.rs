@@ -41,8 +41,12 @@ pub struct TrackFile {
     /// What the track is for, and where its figures come from.
     #[serde(default)]
     pub about: String,
-    /// Rail profile file, relative to this file.
-    pub profile: String,
+    /// Rail profile file, relative to this file; not for a road.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// Width of the lane, m: makes the track a road for a car.
+    #[serde(default)]
+    pub road_width_m: Option<Positive>,
     /// Where the rail begins.
     #[serde(default)]
     pub start: Start,
