@@ -96,7 +96,11 @@ pub struct Rail {
 impl Rail {
     /// Read a track file, and the profile and survey it names.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        let track: TrackFile = crate::file::read_yaml(path)?;
+        Self::read(&crate::file::read_yaml(path)?, path)
+    }
+
+    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
+    pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
         let section = match (&track.profile, track.road_width_m) {
             (Some(profile), None) => Section::Rail(Profile::load(&crate::file::named(
                 path, "profile", profile,
@@ -123,7 +127,7 @@ impl Rail {
                 ));
             }
         };
-        Self::with_section(&track, section, path)
+        Self::with_section(track, section, path)
     }
 
     /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
