@@ -19,7 +19,7 @@ use super::alignment::{Angle, Builder};
 use super::elements::{self, Horizontal, Vertical};
 use super::joints::JointsFile;
 use super::survey::{self, Survey};
-use crate::checked::{Finite, Version1};
+use crate::checked::{Finite, Positive, Version1};
 use crate::error::Error;
 use crate::file::input_error;
 use nalgebra::Vector3;
