@@ -35,7 +35,7 @@ params! {
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -65,7 +65,10 @@ pub struct Ffrls {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
-    let own = params.own;
+    let own = Own {
+        standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
+        ..params.own
+    };
     let mass0_kg = vehicle.first_mass_kg(own.mass0_kg);
     let mu = vehicle.running_resistance;
     let prior = Gaussian::independent(vector![1.0, mu], vector![own.mass_sd, own.sine_sd]);

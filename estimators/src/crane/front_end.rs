@@ -14,6 +14,8 @@ pub struct Reading {
     pub speed_mps: Option<Real>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
+    /// Torque of drive 0, N·m: on a road vehicle that of the front, steered axle.
+    pub front_torque_nm: Option<Real>,
     /// Specific force along the train, m/s².
     pub specific_force_mps2: Option<Real>,
     /// Specific force to the left, m/s².
@@ -22,6 +24,8 @@ pub struct Reading {
     pub pitch_rate_radps: Option<Real>,
     /// Rate about the vertical axis, rad/s, + to the left.
     pub yaw_rate_radps: Option<Real>,
+    /// Steering angle of a road vehicle's front wheels, rad, + to the left.
+    pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
 }
@@ -72,6 +76,7 @@ pub struct FrontEnd {
     left: Held,
     pitch_rate: Held,
     yaw_rate: Held,
+    steering: Held,
 }
 
 impl FrontEnd {
@@ -86,6 +91,7 @@ impl FrontEnd {
             left: Held::default(),
             pitch_rate: Held::default(),
             yaw_rate: Held::default(),
+            steering: Held::default(),
         }
     }
 
@@ -122,6 +128,7 @@ impl FrontEnd {
             }),
             now,
         );
+        self.steering.take(z.steering_angle_rad, now);
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
         }
@@ -145,10 +152,12 @@ impl FrontEnd {
             new_speed_mps: speed_mps.filter(|_| new_speed),
             speed_mps,
             motor_torque_nm: self.total_torque(now, dt),
+            front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
             lateral_force_mps2: self.left.fresh(now, dt),
             pitch_rate_radps: self.pitch_rate.fresh(now, dt),
             yaw_rate_radps: self.yaw_rate.fresh(now, dt),
+            steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
         })
     }
@@ -189,6 +198,9 @@ impl FrontEnd {
         }
         for s in z.wheel_speed_mps.iter().flatten() {
             check_sample("wheel speed", s.t_s, &[s.value], 1e2)?;
+        }
+        for s in z.steering_angle_rad.iter() {
+            check_sample("steering angle", s.t_s, &[s.value], 1e1)?;
         }
         check_sample("brake command", 0.0, &[u.brake], 1e2)
     }

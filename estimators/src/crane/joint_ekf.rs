@@ -28,7 +28,7 @@ params! {
     Own {
         mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
     }
 }
 
@@ -65,7 +65,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         w0 * params.own.mass_sd
     ];
     JointEkf {
-        params: *params,
+        params: Params {
+            own: Own {
+                standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
+                ..params.own
+            },
+            ..*params
+        },
         balance: ForceBalance::new(vehicle),
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
@@ -114,7 +120,7 @@ impl JointEkf {
         let resistance = if speed < 0.0 { -self.mu } else { self.mu };
         let (x_next, F) = self.transition(
             &self.belief.x,
-            self.balance.traction(torque, speed),
+            self.balance.net_traction(torque, speed),
             resistance,
             dt,
         );

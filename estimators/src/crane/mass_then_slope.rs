@@ -39,6 +39,11 @@ pub trait MassStage: Copy {
     /// with the traction (N) and the direction of travel, ±1.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real;
 
+    /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
+    fn bend_n(&self) -> Real {
+        0.0
+    }
+
     /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that: 0 for a stage that takes the
     /// train for a point.
     fn grade_lead(&self) -> (Real, Real) {
@@ -99,7 +104,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             .zip(reading.speed_mps)
             .filter(|_| running);
         let drive = torque_and_speed.map(|(torque, speed)| Drive {
-            traction_n: self.balance.traction(torque, speed),
+            traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
             mass_kg: mass_kg.value,
             resistance: self.mass.running_resistance() * direction,
         });

@@ -11,12 +11,18 @@ pub mod dffrls_aekf;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
 pub mod differenced_mass;
+pub mod dynamic_stf;
 pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
+pub mod imm_ekf;
+pub mod imm_ekf_fixed;
 pub mod imm_stf;
+pub mod imm_stf_fixed;
+pub mod imm_stf_no_lateral;
 pub mod joint_ekf;
+pub mod kinematic_stf;
 pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
@@ -25,7 +31,9 @@ pub mod multi_model_mass;
 pub mod params;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod single_track;
 pub mod slope_filter;
+pub mod slope_models;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod train_on_rail;
@@ -33,7 +41,7 @@ pub mod waiting;
 
 use crate::{
     Error, Real,
-    signals::{Command, Estimate, MAX_DRIVES, Measurements, Vehicle},
+    signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle},
 };
 use hosted::Hosted;
 use params::{Key, ParamError};
@@ -122,6 +130,18 @@ registry! {
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" => imm_stf::ImmStf,
+    /// The same with fixed transitions between the models.
+    "imm_stf_fixed" => imm_stf_fixed::ImmStfFixed,
+    /// The same without correction for bends.
+    "imm_stf_no_lateral" => imm_stf_no_lateral::ImmStfNoLateral,
+    /// The same with plain Kalman filters.
+    "imm_ekf" => imm_ekf::ImmEkf,
+    /// Plain Kalman filters, fixed transitions.
+    "imm_ekf_fixed" => imm_ekf_fixed::ImmEkfFixed,
+    /// The kinematic model of `imm_stf` alone.
+    "kinematic_stf" => kinematic_stf::KinematicStf,
+    /// The dynamic model of `imm_stf` alone.
+    "dynamic_stf" => dynamic_stf::DynamicStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
@@ -164,6 +184,24 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
         ("tare_span_m", span(vehicle.tare_span_m)),
         ("load_span_m", span(vehicle.load_span_m)),
         ("imu_arm_m", vehicle.imu_arm_m.abs() < LONGEST_M),
+    ] {
+        if !good {
+            return Err(ParamError::Vehicle(field));
+        }
+    }
+    vehicle.road.as_ref().map_or(Ok(()), check_road)
+}
+
+fn check_road(road: &RoadVehicle) -> Result<(), ParamError> {
+    let positive = |value: Real| value > 0.0 && value.is_finite();
+    let not_negative = |value: Real| value >= 0.0 && value.is_finite();
+    for (field, good) in [
+        ("drag_area_m2", not_negative(road.drag_area_m2)),
+        ("air_density_kgpm3", not_negative(road.air_density_kgpm3)),
+        ("front_axle_m", positive(road.front_axle_m)),
+        ("rear_axle_m", positive(road.rear_axle_m)),
+        ("front_cornering_npr", positive(road.front_cornering_npr)),
+        ("rear_cornering_npr", positive(road.rear_cornering_npr)),
     ] {
         if !good {
             return Err(ParamError::Vehicle(field));
