@@ -6,13 +6,15 @@
 
 pub mod conditioner;
 pub mod curvature;
-pub mod curvature_ukf;
+pub mod curvature_slope;
 pub mod dffrls_aekf;
+pub mod dffrls_aekf_inclination;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
 pub mod differenced_mass;
 pub mod dynamic_stf;
 pub mod ffrls;
+pub mod ffrls_aukf;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
@@ -31,6 +33,7 @@ pub mod multi_model_mass;
 pub mod params;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod rls_mff_aukf;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;
@@ -128,6 +131,12 @@ registry! {
     "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
     /// The same with fixed noise.
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
+    /// The adaptive one with an extended filter.
+    "dffrls_aekf_inclination" => dffrls_aekf_inclination::DffrlsAekfInclination,
+    /// The adaptive one with constant forgetting.
+    "ffrls_aukf" => ffrls_aukf::FfrlsAukf,
+    /// The adaptive one with multiple forgetting.
+    "rls_mff_aukf" => rls_mff_aukf::RlsMffAukf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" => imm_stf::ImmStf,
     /// The same with fixed transitions between the models.
