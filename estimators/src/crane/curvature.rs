@@ -11,7 +11,7 @@
 
 use nalgebra::SVector;
 
-use super::{front_end::Reading, params::params};
+use super::{front_end::Reading, params::params, train_on_rail::AtPlace};
 use crate::{
     Real,
     conditioning::MatchedFilter,
@@ -69,6 +69,8 @@ pub struct Curvature<const N: usize> {
     excess: MatchedFilter,
     speed_again: MatchedFilter,
     rls: Rls<N>,
+    /// Whether both instruments spoke in the last step.
+    fresh: bool,
     running_s: Real,
     since_sample_s: Real,
     outcome: Outcome,
@@ -103,6 +105,7 @@ impl<const N: usize> Curvature<N> {
             excess: filter,
             speed_again: filter,
             rls: Rls::new(prior, policy),
+            fresh: false,
             running_s: 0.0,
             since_sample_s: 0.0,
             outcome: Outcome::default(),
@@ -112,9 +115,10 @@ impl<const N: usize> Curvature<N> {
     /// One step, at a grade angle `theta` (only its cosine is used).
     pub fn step(&mut self, reading: &Reading, theta: Real, dt: Real) {
         let Some((f, v)) = reading.specific_force_mps2.zip(reading.speed_mps) else {
-            self.running_s = 0.0;
+            (self.running_s, self.fresh) = (0.0, false);
             return;
         };
+        self.fresh = true;
         let [f, v] = self.smoother.step([f, v], dt);
         self.force.step(f, dt);
         self.speed.step(v, dt);
@@ -166,6 +170,16 @@ impl<const N: usize> Curvature<N> {
     /// Whether the train has moved long enough for the regression to learn.
     pub fn learning(&self) -> bool {
         self.running_s >= self.params.settle_s
+    }
+
+    /// What the rail at the instrument reads: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s, behind the same
+    /// filters.
+    pub fn at_place(&self) -> (Option<AtPlace>, Real) {
+        let (force, speed) = (self.force.value(), self.speed.value());
+        let here = force
+            .filter(|_| self.fresh)
+            .map(|f| [f - self.speed.rate(), 0.0]);
+        (here, speed.unwrap_or(0.0))
     }
 
     /// Forgetting factor of the last update.

@@ -14,6 +14,7 @@ use super::{
     curvature::Curvature,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
+    long_train::{LongTrain, steeper},
     params::params,
     slope_filter::STEEPEST,
 };
@@ -56,6 +57,8 @@ pub struct CurvatureSlope<const N: usize> {
     /// Sigma points; `None`: extended.
     spread: Option<Spread>,
     curvature: Curvature<N>,
+    train: LongTrain,
+    mass_range_kg: [Real; 2],
     belief: Gaussian<2>,
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
@@ -88,6 +91,8 @@ impl<const N: usize> CurvatureSlope<N> {
                 kappa: sigma.kappa_ukf,
             }),
             standstill_mps: curvature.standstill_mps(),
+            train: LongTrain::new(vehicle, curvature.standstill_mps()),
+            mass_range_kg: vehicle.mass_range_kg,
             curvature,
             belief: Gaussian::independent(x, sd),
             R,
@@ -181,6 +186,9 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         self.curvature.step(reading, self.belief.x.y, dt);
+        let (place, delayed_mps) = self.curvature.at_place();
+        let speed = reading.speed_mps.unwrap_or(delayed_mps);
+        self.train.roll(place, delayed_mps, speed, dt);
         self.predict(reading, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
@@ -189,16 +197,24 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
-        let grade_rad = Value {
-            value: x.y,
-            sd,
-            valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
+        // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
+        let ahead = self.train.ahead(self.mass.value);
+        let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
+        let spread = (heavy - light) / sqrt(12.0);
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(sd * sd + doubt * doubt);
+            Value {
+                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                sd,
+                valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
+            }
         };
+        let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
         Estimate {
             t_s,
             total_mass_kg: self.mass,
-            grade_rad,
-            effective_grade_rad: grade_rad,
+            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
+            effective_grade_rad: grade(-ahead.unit, doubt),
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

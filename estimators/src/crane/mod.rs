@@ -26,6 +26,7 @@ pub mod imm_stf_no_lateral;
 pub mod joint_ekf;
 pub mod kinematic_stf;
 pub mod load_watch;
+pub mod long_train;
 pub mod mass_regression;
 pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
