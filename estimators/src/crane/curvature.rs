@@ -108,7 +108,10 @@ impl<const N: usize> Curvature<N> {
             fresh: false,
             running_s: 0.0,
             since_sample_s: 0.0,
-            outcome: Outcome::default(),
+            outcome: Outcome {
+                lambda: 1.0,
+                ..Outcome::default()
+            },
         }
     }
 

@@ -17,6 +17,8 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LongTrain {
     train: TrainOnRail,
+    /// A point is ahead by nothing, and that is certain.
+    point: bool,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
     waiting: Waiting<(Conditioned, Real), 32>,
     standstill_mps: Real,
@@ -57,6 +59,9 @@ impl LongTrain {
     pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
         Self {
             train: TrainOnRail::new(vehicle),
+            point: vehicle.tare_span_m == [0.0; 2]
+                && vehicle.load_span_m == [0.0; 2]
+                && vehicle.imu_arm_m == 0.0,
             waiting: Waiting::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
@@ -110,7 +115,7 @@ impl LongTrain {
 
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> Ahead {
-        let Some(Now { felt, imu, unit }) = self.now else {
+        let Some(Now { felt, imu, unit }) = self.now.filter(|_| !self.point) else {
             return Ahead::default();
         };
         let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
