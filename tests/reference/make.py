@@ -14,7 +14,10 @@ from pathlib import Path
 import numpy as np
 from common import DATA, read, write
 
-ALGORITHMS = ["rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning"]
+ALGORITHMS = [
+    "rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning",
+    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent",
+]
 ALLOWED = 1e-10
 
 

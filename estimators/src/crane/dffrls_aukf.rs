@@ -1,30 +1,34 @@
-//! `dffrls_aukf`: the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests): curvature (least squares with dynamic forgetting) and an adaptive
-//! unscented Kalman filter ([`CurvatureUkf`]); Sage-Husa adapts the wheel-speed noise alone, in a form that stays positive.
-//! It helps where the noise was told wrongly, and costs a little where it was told rightly.
+//! `dffrls_aukf`: the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests):
+//! curvature by least squares with dynamic forgetting, slope by an adaptive unscented Kalman filter ([`CurvatureSlope`]); Sage-Husa
+//! adapts the wheel-speed noise alone, in a form that stays positive. It helps where the noise was told wrongly, and costs a little
+//! where it was told rightly.
 
 use super::{
-    curvature::CurvatureParams,
-    curvature_ukf::{CurvatureUkf, UkfParams},
+    curvature::{Curvature, CurvatureParams, DynamicForgetting},
+    curvature_slope::{CurvatureSlope, InertialParams, SigmaParams},
     params::{param_groups, params},
 };
 use crate::signals::Vehicle;
 
 params! {
-    /// How `dffrls_aukf` adapts.
-    Own {
+    /// How the inertial slope filter adapts.
+    AdaptiveParams {
         b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of the adapted wheel-speed noise, per wheel-speed sample.";
     }
 }
 
 param_groups! {
     /// Parameters of `dffrls_aukf`.
-    Params { own: Own, ukf: UkfParams, curvature: CurvatureParams }
+    Params { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting }
 }
 
 /// The pipeline.
-pub type DffrlsAukf = CurvatureUkf;
+pub type DffrlsAukf = CurvatureSlope<1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukf {
-    CurvatureUkf::new(vehicle, params.ukf, params.curvature, Some(params.own.b))
+    let policy = params.forgetting.policy();
+    let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
+    let (sigma, fading) = (Some(params.sigma_points), Some(params.adaptive.b));
+    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
 }

@@ -1,22 +1,25 @@
 //! `dffrls_ukf`: curvature by least squares with dynamic forgetting, slope by an unscented Kalman filter with fixed noise
-//! ([`CurvatureUkf`]). The baseline of `dffrls_aukf`.
+//! ([`CurvatureSlope`]). The baseline of `dffrls_aukf`.
 
 use super::{
-    curvature::CurvatureParams,
-    curvature_ukf::{CurvatureUkf, UkfParams},
+    curvature::{Curvature, CurvatureParams, DynamicForgetting},
+    curvature_slope::{CurvatureSlope, InertialParams, SigmaParams},
     params::param_groups,
 };
 use crate::signals::Vehicle;
 
 param_groups! {
     /// Parameters of `dffrls_ukf`.
-    Params { ukf: UkfParams, curvature: CurvatureParams }
+    Params { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting }
 }
 
 /// The pipeline.
-pub type DffrlsUkf = CurvatureUkf;
+pub type DffrlsUkf = CurvatureSlope<1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsUkf {
-    CurvatureUkf::new(vehicle, params.ukf, params.curvature, None)
+    let policy = params.forgetting.policy();
+    let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
+    let (sigma, fading) = (Some(params.sigma_points), None);
+    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
 }

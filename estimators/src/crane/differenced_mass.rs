@@ -7,15 +7,16 @@
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
 //! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
 //! second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two gates: the change of force
-//! must be considerable, and the accelerometer must say that the slope has not changed. At steady speed the mass is held.
+//! must be considerable, and the accelerometer must say that the slope (of a long train the effective one) has not changed. At steady speed the mass is held.
 //! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly it knows little, and says so.
 
 use nalgebra::vector;
 
 use super::{
-    conditioner::{Conditioned, Conditioner},
+    conditioner::Conditioner,
     force_balance::ForceBalance,
     front_end::Reading,
+    long_train::{Ahead, LongTrain, Ready},
     params::params,
     single_track::{Bend, Bends},
 };
@@ -50,7 +51,8 @@ pub struct DifferencedMass {
     params: DifferencedParams,
     signals: Conditioner,
     bends: Bends,
-    last: Option<(Conditioned, Bend)>,
+    train: LongTrain,
+    last: Option<(Ready, Bend)>,
     /// M/M₀.
     rls: Rls<1>,
     mass0_kg: Real,
@@ -73,6 +75,7 @@ impl DifferencedMass {
             params,
             signals: Conditioner::new(params.cutoff_hz, params.difference_hz, params.settle_s),
             bends: Bends::new(bending, params.cutoff_hz),
+            train: LongTrain::new(vehicle, params.standstill_mps),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -88,33 +91,38 @@ impl DifferencedMass {
         let mass_kg = self.rls.belief.x.x * self.mass0_kg;
         self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+            let now = (next, self.bends.filtered());
+            if let Some(before) = self.last.replace(now) {
+                self.difference(&before, &now, balance);
+            }
+        }
         if !self.signals.settled() {
             (self.last, self.excited) = (None, false);
-        }
-        let Some(sample) = sample else { return };
-        let now = (sample, self.bends.filtered());
-        if let Some(before) = self.last.replace(now) {
-            self.difference(&before, &now, balance);
         }
     }
 
     fn difference(
         &mut self,
-        (before, bend_before): &(Conditioned, Bend),
-        (now, bend): &(Conditioned, Bend),
+        (before, bend_before): &(Ready, Bend),
+        (now, bend): &(Ready, Bend),
         balance: &ForceBalance,
     ) {
+        let slope = |ready: &Ready| {
+            let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+            Some(ready.felt?.whole(self.train.tare_kg(), mass_kg).0)
+        };
+        let slopes = slope(now).zip(slope(before));
+        let (before, now) = (before.sample, now.sample);
         let faster = now.acceleration_mps2 - before.acceleration_mps2;
         let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
         let force = now.force_n - before.force_n + bend.gained_n - bend_before.gained_n;
         let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
         let drift = bend.drift_mps2 - bend_before.drift_mps2;
-        let steady_slope = match (now.specific_force_mps2, before.specific_force_mps2) {
-            (Some(f), Some(f_before)) => {
-                (f + drift - f_before - faster).abs() < self.params.slope_gate_mps2
-            }
-            _ => false,
-        };
+        let steady_slope = slopes.is_some_and(|(u, u_before)| {
+            (u + drift - u_before).abs() < self.params.slope_gate_mps2
+        });
         self.excited = steady_slope && force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
         if !self.excited {
             return;
@@ -143,6 +151,11 @@ impl DifferencedMass {
             sd,
             valid: sd < 0.1 * value && !self.saturated,
         }
+    }
+
+    /// By how much grades are ahead of the effective one.
+    pub fn ahead(&self) -> Ahead {
+        self.train.ahead(self.rls.belief.x.x * self.mass0_kg)
     }
 
     /// The bend now; none where bends are not corrected for.

@@ -13,8 +13,10 @@ use super::{
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
+    long_train::{LongTrain, steeper},
     mass_then_slope::motion,
     params::{param_groups, params},
+    slope_filter::STEEPEST,
 };
 use crate::{
     Real,
@@ -57,6 +59,7 @@ pub struct Ffrls {
     /// [M₀/M, sin(θ + θ_μ)].
     rls: Rls<2>,
     signals: Conditioner,
+    train: LongTrain,
     /// Sign of the speed at the last sample: χ₂ belongs to it.
     direction: Real,
     speed_mps: Real,
@@ -82,6 +85,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         rls: Rls::new(prior, Forgetting::Constant(own.lambda0))
             .in_square_root_form(own.square_root >= 0.5),
         signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
+        train: LongTrain::new(vehicle, own.standstill_mps),
         direction: 1.0,
         speed_mps: 0.0,
         saturated: false,
@@ -119,6 +123,8 @@ impl Pipeline for Ffrls {
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
+        // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
+        self.train.step(&self.signals, None, reading, dt);
         if let Some(sample) = sample {
             self.sample(sample);
         }
@@ -134,10 +140,14 @@ impl Pipeline for Ffrls {
         let theta_sd = widened(sqrt(P.m22), self.params.sine_sd)
             / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
         let known = mass_sd < 0.1 * mass && !self.saturated;
-        let grade_rad = Value {
-            value: theta,
-            sd: theta_sd,
-            valid: running && known && theta_sd < 0.05,
+        let ahead = self.train.ahead(mass);
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(theta_sd * theta_sd + doubt * doubt);
+            Value {
+                value: steeper(theta, by).clamp(-STEEPEST, STEEPEST),
+                sd,
+                valid: running && known && sd < 0.05,
+            }
         };
         Estimate {
             t_s,
@@ -146,8 +156,8 @@ impl Pipeline for Ffrls {
                 sd: mass_sd,
                 valid: known,
             },
-            grade_rad,
-            effective_grade_rad: grade_rad,
+            grade_rad: grade(ahead.imu, ahead.sd),
+            effective_grade_rad: grade(0.0, 0.0),
             speed_mps: Value {
                 value: self.speed_mps,
                 sd: 0.01,

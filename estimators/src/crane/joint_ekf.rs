@@ -13,9 +13,11 @@
 use nalgebra::{Matrix1, Matrix3, SMatrix, Vector3, vector};
 
 use super::{
+    conditioner::Conditioner,
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
+    long_train::{LongTrain, steeper},
     mass_then_slope::motion,
     params::{param_groups, params},
     running_deviation::RunningDeviation,
@@ -46,6 +48,8 @@ param_groups! {
 const EXCITATION_MPS: Real = 0.05;
 const EXCITATION_MEMORY_S: Real = 5.0;
 
+/// Corner of the low-pass before the grades along the rail, Hz.
+const CUTOFF_HZ: Real = 1.0;
 /// M w, kg.
 const SCALE: Real = 1e4;
 
@@ -61,6 +65,9 @@ pub struct JointEkf {
     earned: Real,
     speed: RunningDeviation,
     excited: bool,
+    /// For the grade at the IMU of a long train alone.
+    signals: Conditioner,
+    train: LongTrain,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 3>>,
@@ -92,6 +99,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
         speed: RunningDeviation::default(),
         excited: false,
+        signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
+        train: LongTrain::new(vehicle, params.own.standstill_mps),
         started: false,
         saturated: false,
         last: None,
@@ -198,6 +207,8 @@ impl Pipeline for JointEkf {
             self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
         }
         self.excited = running && self.speed.sd() > EXCITATION_MPS;
+        self.signals.step(reading, &self.balance, running, dt);
+        self.train.step(&self.signals, None, reading, dt);
         self.predict(reading, running, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
@@ -208,10 +219,14 @@ impl Pipeline for JointEkf {
         let mass_sd = mass * sqrt(self.known()) / x.z;
         let grade_sd = sqrt(P.m22);
         let mass_known = mass_sd < 0.1 * mass && !self.saturated;
-        let grade_rad = Value {
-            value: x.y,
-            sd: grade_sd,
-            valid: running && mass_known && grade_sd < 0.05,
+        let ahead = self.train.ahead(mass);
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
+            Value {
+                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                sd,
+                valid: running && mass_known && sd < 0.05,
+            }
         };
         Estimate {
             t_s,
@@ -220,8 +235,8 @@ impl Pipeline for JointEkf {
                 sd: mass_sd,
                 valid: mass_known,
             },
-            grade_rad,
-            effective_grade_rad: grade_rad,
+            grade_rad: grade(ahead.imu, ahead.sd),
+            effective_grade_rad: grade(0.0, 0.0),
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

@@ -8,7 +8,7 @@
 //! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
 //! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
 //!
-//! A train is long: f and κ are means over where its masses rest ([`TrainOnRail`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! A train is long: f and κ are means over where its masses rest ([`LongTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
 //! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
 //! known and goes to the left, so the balance stays linear in M.
 //!
@@ -21,15 +21,14 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use super::{
-    conditioner::{Conditioned, Conditioner},
+    conditioner::Conditioner,
     force_balance::ForceBalance,
     front_end::Reading,
     load_watch::LoadWatch,
+    long_train::{LongTrain, Ready},
     mass_then_slope::MassStage,
     params::params,
     running_deviation::RunningDeviation,
-    train_on_rail::TrainOnRail,
-    waiting::Waiting,
 };
 use crate::{
     Real,
@@ -90,16 +89,9 @@ pub struct MassRegression {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// Where the train stands on the rail it has run over.
-    train: TrainOnRail,
-    /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: Waiting<(Conditioned, Real), 32>,
-    /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that.
-    lead: (Real, Real),
+    train: LongTrain,
     /// Running deviation of the acceleration: what makes the load swing.
     jolts: RunningDeviation,
-    /// Curvature of the rail under the train, 1/m.
-    curvature: Real,
 }
 
 impl MassRegression {
@@ -142,21 +134,15 @@ impl MassRegression {
                 lambda: 1.0,
                 ..Outcome::default()
             },
-            train: TrainOnRail::new(vehicle),
-            waiting: Waiting::new(),
-            lead: (0.0, 0.0),
+            train: LongTrain::new(vehicle, params.standstill_mps),
             jolts: RunningDeviation::default(),
-            curvature: 0.0,
         }
     }
 
-    fn sample(&mut self, (now, place_m): (Conditioned, Real), balance: &ForceBalance) {
+    fn sample(&mut self, Ready { sample: now, felt }: Ready, balance: &ForceBalance) {
         let acceleration = now.acceleration_mps2;
         let tare = self.train.tare_kg() / self.mass0_kg;
         // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
-        let felt = now
-            .specific_force_mps2
-            .and_then(|_| self.train.felt(place_m));
         let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
         let (f, known, cosine, doubt) = match (self.source(), felt) {
             (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
@@ -251,31 +237,12 @@ impl MassStage for MassRegression {
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
         let sample = self.signals.step(reading, balance, running, dt);
-        let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
-        self.train
-            .step(self.signals.at_place(), self.signals.speed_mps(), speed, dt);
-        if let Some(sample) = sample
-            && let Some(oldest) = self.waiting.join((sample, self.train.place_m()))
-        {
-            self.sample(oldest, balance);
-        }
-        while let Some((_, place_m)) = self.waiting.first()
-            && (!running || self.train.seen(place_m))
-            && let Some(next) = self.waiting.take()
-        {
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
             self.sample(next, balance);
         }
         if !self.signals.settled() {
             self.excited = false;
-        }
-        // Under the brake too: the rail is read by accelerometer and wheels, whatever the force.
-        if speed.abs() > self.params.standstill_mps
-            && let Some((felt, here_mps2)) = self.train.felt_now()
-        {
-            let mass_kg = self.rls.belief.x.x * self.mass0_kg;
-            let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
-            self.lead = ((here_mps2 - mean) / GRAVITY, doubt / GRAVITY);
-            self.curvature = felt.curvature_per_m();
         }
     }
 
@@ -293,22 +260,23 @@ impl MassStage for MassRegression {
     /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
     fn running_resistance(&self) -> Real {
         let x = self.rls.belief.x;
-        (self.mu0 + (x.y + x.w * self.curvature) / x.x).clamp(0.0, 1.0)
+        (self.mu0 + (x.y + x.w * self.train.curvature_per_m()) / x.x).clamp(0.0, 1.0)
     }
 
     /// sin θ + s μ c = F/(M g) at steady speed.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
         let x = self.rls.belief.x;
         let by_m = -traction_n / (self.mass0_kg * GRAVITY * x.x * x.x)
-            + direction * (x.y + x.w * self.curvature) / (x.x * x.x);
+            + direction * (x.y + x.w * self.train.curvature_per_m()) / (x.x * x.x);
         let by_r = -direction / x.x;
-        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.curvature];
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.train.curvature_per_m()];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
     /// From what the accelerometer has read along the rail; its bias drops out of the difference.
     fn grade_lead(&self) -> (Real, Real) {
-        self.lead
+        let ahead = self.train.ahead(self.rls.belief.x.x * self.mass0_kg);
+        (ahead.imu, ahead.sd)
     }
 
     fn excited(&self) -> bool {

@@ -4,11 +4,12 @@ use super::{
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
+    long_train::steeper,
     slope_filter::{Drive, STEEPEST, SlopeFilter},
 };
 use crate::{
     Real,
-    real::{asin, sin, sqrt},
+    real::sqrt,
     signals::{Estimate, Flags, Value},
 };
 
@@ -138,7 +139,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             t_s,
             total_mass_kg: mass_kg,
             grade_rad: Value {
-                value: grade_at_imu(belief.x.y, lead),
+                value: steeper(belief.x.y, lead).clamp(-STEEPEST, STEEPEST),
                 sd: grade_sd,
                 valid: effective_grade_rad.valid && grade_sd < 0.05,
             },
@@ -173,14 +174,5 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             slope.fading(),
         ];
         copy_into(values, &now);
-    }
-}
-
-/// The effective grade with what the grade at the IMU is ahead of it.
-fn grade_at_imu(effective_rad: Real, lead: Real) -> Real {
-    if lead == 0.0 {
-        effective_rad
-    } else {
-        asin(sin(effective_rad) + lead).clamp(-STEEPEST, STEEPEST)
     }
 }

@@ -6,13 +6,15 @@
 
 pub mod conditioner;
 pub mod curvature;
-pub mod curvature_ukf;
+pub mod curvature_slope;
 pub mod dffrls_aekf;
+pub mod dffrls_aekf_inclination;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
 pub mod differenced_mass;
 pub mod dynamic_stf;
 pub mod ffrls;
+pub mod ffrls_aukf;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
@@ -24,6 +26,7 @@ pub mod imm_stf_no_lateral;
 pub mod joint_ekf;
 pub mod kinematic_stf;
 pub mod load_watch;
+pub mod long_train;
 pub mod mass_regression;
 pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
@@ -34,6 +37,7 @@ pub mod regressors;
 pub mod resistance;
 pub mod rls_ekf;
 pub mod running_deviation;
+pub mod rls_mff_aukf;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;
@@ -149,6 +153,12 @@ registry! {{
     "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
     /// The same with fixed noise.
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
+    /// The adaptive one with an extended filter.
+    "dffrls_aekf_inclination" => dffrls_aekf_inclination::DffrlsAekfInclination,
+    /// The adaptive one with constant forgetting.
+    "ffrls_aukf" => ffrls_aukf::FfrlsAukf,
+    /// The adaptive one with multiple forgetting.
+    "rls_mff_aukf" => rls_mff_aukf::RlsMffAukf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" => imm_stf::ImmStf,
     /// The same with fixed transitions between the models.

@@ -1,6 +1,7 @@
 //! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
 //!
-//! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag)
+//! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag; a long train feels the f of where
+//!   its masses rest, as in [`super::mass_regression`])
 //! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model): the side force
 //!   of the steered tyres takes part of the traction, and a straight model takes that for mass ([`Bends`])
 //!
@@ -19,10 +20,11 @@
 use nalgebra::vector;
 
 use super::{
-    conditioner::{Conditioned, Conditioner},
+    conditioner::Conditioner,
     force_balance::ForceBalance,
     front_end::Reading,
     load_watch::LoadWatch,
+    long_train::{LongTrain, Ready},
     mass_then_slope::MassStage,
     params::params,
     single_track::Bends,
@@ -62,6 +64,7 @@ const WEIGHTS: (Real, Real) = (0.02, 0.98);
 pub struct MultiModelMass {
     params: MultiModelParams,
     signals: Conditioner,
+    train: LongTrain,
     bends: Bends,
     start: Rls<1>,
     straight: Rls<1>,
@@ -91,6 +94,7 @@ impl MultiModelMass {
         Self {
             params,
             signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            train: LongTrain::new(vehicle, params.standstill_mps),
             bends: Bends::new(vehicle, params.cutoff_hz),
             start: rls,
             straight: rls,
@@ -106,15 +110,21 @@ impl MultiModelMass {
         }
     }
 
-    fn sample(&mut self, now: Conditioned, balance: &ForceBalance) {
-        let Some(f) = now.specific_force_mps2 else {
+    fn sample(&mut self, Ready { sample: now, felt }: Ready, balance: &ForceBalance) {
+        let Some(felt) = felt else {
             return;
         };
         let acceleration = now.acceleration_mps2;
         let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
-        let a = f + direction * self.mu * GRAVITY * ForceBalance::cosine(f, acceleration);
-        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2;
-        let inertia = balance.rotating_mass_kg * acceleration;
+        // f with the slope as the load feels it; what the tare feels otherwise is known and goes to the other side.
+        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+        let f = acceleration + load_u;
+        let tare_kg = self.train.tare_kg();
+        let (u, doubt) = felt.whole(tare_kg, self.fused() * self.mass0_kg);
+        let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+        let a = f + direction * self.mu * GRAVITY * cosine;
+        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 + doubt * doubt;
+        let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
 
         let y = (now.force_n - inertia) / self.mass0_kg;
         let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
@@ -210,8 +220,10 @@ impl MassStage for MultiModelMass {
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
         let mass_kg = self.fused() * self.mass0_kg;
         self.bends.step(reading, balance, mass_kg, dt);
-        if let Some(sample) = self.signals.step(reading, balance, running, dt) {
-            self.sample(sample, balance);
+        let sample = self.signals.step(reading, balance, running, dt);
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+            self.sample(next, balance);
         }
     }
 
@@ -244,6 +256,12 @@ impl MassStage for MultiModelMass {
         let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
         let by_resistance = self.params.mu_sd * self.mu;
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
+    }
+
+    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
+    fn grade_lead(&self) -> (Real, Real) {
+        let ahead = self.train.ahead(self.fused() * self.mass0_kg);
+        (ahead.imu, ahead.sd)
     }
 
     fn bend_n(&self) -> Real {

@@ -8,7 +8,8 @@
 //! - dynamic model (eq. 14–17): a = (F/M − b − g (i + s μ c))/(1 + J/M) from the force balance; i walks at random
 //!
 //! F is the traction less air drag, b what a bend takes ([`Bends`](super::single_track::Bends): nothing on a rail). Standing, braking or without torque there is no
-//! force balance, and the dynamic model is the kinematic one.
+//! force balance, and the dynamic model is the kinematic one. On a long train i is what the instrument reads, and the force balance
+//! gets the effective grade, i less what [`LongTrain`](super::long_train::LongTrain) has seen it to be ahead by.
 //!
 //! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a memory); no
 //! derivative of a measurement as input beside the measurement itself; no correction by the full innovation inside the model; the
@@ -24,6 +25,7 @@ use super::{
     force_balance::ForceBalance,
     front_end::Reading,
     hosted::Pipeline,
+    long_train::steeper,
     mass_then_slope::motion,
     params::params,
 };
@@ -182,10 +184,19 @@ impl<const K: usize> SlopeModels<K> {
         let resistance = direction * self.mu * GRAVITY * sqrt(1.0 - sine * sine);
         // An error of mass is an error of traction over mass: it widens the noise of the row.
         let by_mass = net_n / mass * (self.mass.mass_kg().sd / mass).min(1.0);
-        let sd = sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass) / inertia;
+        // The state is the grade that the instrument reads; the force balance holds for the effective one.
+        let ahead = self.mass.ahead();
+        let doubt = GRAVITY * ahead.sd;
+        let sd =
+            sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass + doubt * doubt)
+                / inertia;
         Linear {
             A: matrix![1.0, dt, 0.0; 0.0, 0.0, -GRAVITY / inertia; 0.0, 0.0, 1.0],
-            u: vector![0.0, (net_n / mass - resistance) / inertia, 0.0],
+            u: vector![
+                0.0,
+                (net_n / mass - resistance + GRAVITY * ahead.unit) / inertia,
+                0.0
+            ],
             Q: Matrix3::from_diagonal(&vector![params.q_v * dt, sd * sd, params.q_i * dt]),
         }
     }
@@ -300,16 +311,20 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         let bias = params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m33 + bias * bias) / cosine;
         let known = self.started && self.since_s < 0.5;
-        let grade_rad = Value {
-            value: theta,
-            sd,
-            valid: known && sd < 0.05,
+        let ahead = self.mass.ahead();
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(sd * sd + doubt * doubt);
+            Value {
+                value: steeper(theta, by),
+                sd,
+                valid: known && sd < 0.05,
+            }
         };
         Estimate {
             t_s,
             total_mass_kg: self.mass.mass_kg(),
-            grade_rad,
-            effective_grade_rad: grade_rad,
+            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
+            effective_grade_rad: grade(-ahead.unit, ahead.sd),
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

@@ -64,6 +64,30 @@ pub struct Turn {
 }
 
 impl Turn {
+    /// What the instruments send, at an instant.
+    pub fn measurements(&self, t_s: Real) -> Measurements {
+        let reading = self.reading();
+        let sample = |value: Option<Real>| value.map(|value| Sample { t_s, value });
+        let mut z = Measurements {
+            t_s,
+            steering_angle_rad: sample(reading.steering_angle_rad),
+            ..Default::default()
+        };
+        let value = [
+            reading.specific_force_mps2.unwrap(),
+            reading.lateral_force_mps2.unwrap(),
+            9.81,
+        ];
+        z.specific_force_mps2 = Some(Sample { t_s, value });
+        let value = [0.0, 0.0, self.yaw_rate];
+        z.angular_rate_radps = Some(Sample { t_s, value });
+        for i in 0..2 {
+            z.motor_torque_nm[i] = sample(reading.front_torque_nm);
+            z.wheel_speed_mps[i] = sample(reading.speed_mps);
+        }
+        z
+    }
+
     /// Newton's method on steering angle, lateral speed and traction, until the forces along and across and the moments balance.
     pub fn solve(mass: Real, speed: Real, yaw_rate: Real, uphill: Real) -> Self {
         let (vehicle, road) = (car(), car().road.unwrap());
@@ -145,6 +169,9 @@ pub struct World {
     pub speed_sd: Real,
     pub accel_sd: Real,
     pub torque_noise: Real,
+    /// Where tare and load rest, m behind the instrument, nearest and farthest: both 0 for a point.
+    pub tare_span_m: [Real; 2],
+    pub load_span_m: [Real; 2],
     /// Grade angle, rad, at a chainage, m.
     pub grade: fn(Real) -> Real,
     /// Speed asked for, m/s, at an instant, s.
@@ -169,6 +196,8 @@ pub fn world(seed: u64) -> World {
         speed_sd: 0.005,
         accel_sd: 0.007,
         torque_noise: 0.01,
+        tare_span_m: [0.0; 2],
+        load_span_m: [0.0; 2],
         grade: |s| 8f64.to_radians() * (smooth((s - 15.0) / 8.0) - smooth((s - 40.0) / 8.0)),
         speed: |t| (0.25 * (t - 1.0)).clamp(0.0, 1.0),
         seconds: 60.0,
@@ -189,6 +218,7 @@ pub struct Row {
     pub t: Real,
     pub mass: Real,
     pub theta: Real,
+    pub effective: Real,
     pub estimate: Estimate,
 }
 
@@ -223,7 +253,8 @@ impl World {
             let pitch_rate = (theta - last_theta) / DT;
             last_theta = theta;
             push += -push * DT / 0.3 + self.disturbance * (2.0 * DT / 0.3).sqrt() * random.normal();
-            let drive = force - mass * 9.81 * theta.sin() + mass * push;
+            let effective = self.effective_grade(s, mass);
+            let drive = force - mass * 9.81 * effective.sin() + mass * push;
             let friction = (self.mu + self.curve_resistance_m * (self.curve)(s).abs())
                 * mass
                 * 9.81
@@ -285,10 +316,21 @@ impl World {
                 t,
                 mass,
                 theta,
+                effective,
                 estimate,
             });
         }
         rows
+    }
+
+    /// asin of the mean of sin θ over all masses.
+    fn effective_grade(&self, s: Real, mass: Real) -> Real {
+        let mean = |[nearest, farthest]: [Real; 2]| {
+            let at = |k: i32| nearest + (farthest - nearest) * (k as Real + 0.5) / 40.0;
+            (0..40).map(|k| (self.grade)(s - at(k)).sin()).sum::<Real>() / 40.0
+        };
+        let tare = vehicle().tare_kg / mass;
+        (tare * mean(self.tare_span_m) + (1.0 - tare) * mean(self.load_span_m)).asin()
     }
 
     /// Traction, N, that keeps a forward speed on a grade.

@@ -278,6 +278,12 @@ impl TrainOnRail {
         Some((self.felt(self.now_m)?, here_mps2))
     }
 
+    /// u under the middle of the instrument's unit now, m/s².
+    pub fn unit_now(&self) -> Option<Real> {
+        let [u, _] = self.rail.mean(self.now_m, self.now_m)?.value;
+        Some(u)
+    }
+
     /// Mass of the empty train, kg.
     pub fn tare_kg(&self) -> Real {
         self.tare_kg

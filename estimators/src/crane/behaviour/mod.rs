@@ -1,6 +1,8 @@
 //! What the named estimators can and cannot do, on a simulated crane of one degree of freedom. Here: what these tests share.
 
+mod bend;
 mod faults;
+mod long;
 mod mass;
 mod slope;
 

@@ -1,9 +1,9 @@
-//! Slope from accelerometer and wheel speed with a curvature feed-forward: what `dffrls_ukf` and `dffrls_aukf` share.
+//! Slope from accelerometer and wheel speed with a curvature feed-forward: what the pipelines of the DFFRLS-AUKF method share.
 //!
 //! x = [v, θ]:  v⁻ = v + dt (f − g sin θ),  θ⁻ = θ + dt ρ v,  z = wheel speed
 //!
-//! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.) The unscented
-//! filter gains nothing over an extended one here, as the model is all but linear; it is kept because it is the method.
+//! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.) The
+//! filter is unscented, the method itself, or extended, its baseline; the model is all but linear, so the two agree.
 //!
 //! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its slope is never
 //! better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is several times better.
@@ -11,27 +11,34 @@
 use nalgebra::{Matrix1, Matrix2, matrix, vector};
 
 use super::{
-    curvature::{Curvature, CurvatureParams},
+    curvature::Curvature,
     front_end::Reading,
     hosted::{Pipeline, copy_into},
+    long_train::{LongTrain, steeper},
     params::params,
     slope_filter::STEEPEST,
 };
 use crate::{
-    Real,
+    Real, ekf,
     gaussian::{Correction, Gaussian},
-    real::{GRAVITY, PI, sin, sqrt},
+    real::{GRAVITY, PI, cos, sin, sqrt},
     sage_husa::SageHusa,
     signals::{Estimate, Flags, Value, Vehicle},
     ukf::{self, Spread},
 };
 
 params! {
-    /// Parameters of the unscented slope filter.
-    UkfParams {
+    /// Sigma points of the unscented slope filter.
+    SigmaParams {
         alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread α of the sigma points.";
         beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant β of the sigma points; 2 for a Gaussian.";
         kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread κ of the sigma points; 3 − n = 1.";
+    }
+}
+
+params! {
+    /// Parameters of the inertial slope filter.
+    InertialParams {
         q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed.";
         q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
         q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
@@ -45,10 +52,13 @@ params! {
 
 /// The filter with its curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvatureUkf {
-    params: UkfParams,
-    spread: Spread,
-    curvature: Curvature,
+pub struct CurvatureSlope<const N: usize> {
+    params: InertialParams,
+    /// Sigma points; `None`: extended.
+    spread: Option<Spread>,
+    curvature: Curvature<N>,
+    train: LongTrain,
+    mass_range_kg: [Real; 2],
     belief: Gaussian<2>,
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
@@ -59,12 +69,14 @@ pub struct CurvatureUkf {
     last: Option<Correction<1, 2>>,
 }
 
-impl CurvatureUkf {
-    /// With a constant measurement noise, or with one adapted with the `fading` factor of Sage & Husa.
+impl<const N: usize> CurvatureSlope<N> {
+    /// Unscented with sigma points or extended without; with a constant measurement noise, or with one adapted with the `fading`
+    /// factor of Sage & Husa.
     pub fn new(
         vehicle: &Vehicle,
-        params: UkfParams,
-        curvature: CurvatureParams,
+        params: InertialParams,
+        curvature: Curvature<N>,
+        sigma: Option<SigmaParams>,
         fading: Option<Real>,
     ) -> Self {
         let [low, high] = vehicle.mass_range_kg;
@@ -73,12 +85,15 @@ impl CurvatureUkf {
         let sd = vector![params.wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
         Self {
             params,
-            spread: Spread {
-                alpha: params.alpha,
-                beta: params.beta,
-                kappa: params.kappa_ukf,
-            },
-            curvature: Curvature::new(vehicle, curvature),
+            spread: sigma.map(|sigma| Spread {
+                alpha: sigma.alpha,
+                beta: sigma.beta,
+                kappa: sigma.kappa_ukf,
+            }),
+            standstill_mps: curvature.standstill_mps(),
+            train: LongTrain::new(vehicle, curvature.standstill_mps()),
+            mass_range_kg: vehicle.mass_range_kg,
+            curvature,
             belief: Gaussian::independent(x, sd),
             R,
             adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
@@ -88,7 +103,6 @@ impl CurvatureUkf {
                 sd: (high - low) / sqrt(12.0),
                 valid: false,
             },
-            standstill_mps: vehicle.standstill_mps(curvature.standstill_mps),
             started: false,
             saturated: false,
             last: None,
@@ -114,8 +128,16 @@ impl CurvatureUkf {
                 x.y + dt * gyro.unwrap_or(rho * x.x)
             ]
         };
-        // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
-        let _ = ukf::predict(&mut self.belief, &self.spread, next, &Q);
+        if let Some(spread) = &self.spread {
+            // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
+            let _ = ukf::predict(&mut self.belief, spread, next, &Q);
+        } else {
+            let x = self.belief.x;
+            let by_theta = f.map_or(0.0, |_| -dt * GRAVITY * cos(x.y));
+            let by_v = gyro.map_or(dt * rho, |_| 0.0);
+            let F = matrix![1.0, by_theta; by_v, 1.0];
+            ekf::predict(&mut self.belief, next(&x), &F, &Q);
+        }
         self.saturated = false;
         self.limit();
     }
@@ -133,29 +155,27 @@ impl CurvatureUkf {
             self.started = true;
         }
         let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
-        let Some(correction) = ukf::update(
-            &mut self.belief,
-            &self.spread,
-            vector![speed],
-            |x| vector![x.x],
-            &R,
-        ) else {
+        let (z, H) = (vector![speed], matrix![1.0, 0.0]);
+        let correction = match &self.spread {
+            Some(spread) => ukf::update(&mut self.belief, spread, z, |x| vector![x.x], &R),
+            None => {
+                let z_predicted = H * self.belief.x;
+                ekf::update(&mut self.belief, z, z_predicted, &H, &R)
+            }
+        };
+        let Some(correction) = correction else {
             return;
         };
         self.last = Some(correction);
         self.limit();
         if let Some(noise) = self.adaptive.as_mut() {
-            noise.observe_residual(
-                &vector![speed - self.belief.x.x],
-                &matrix![1.0, 0.0],
-                &self.belief,
-            );
+            noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
             self.saturated |= noise.limited();
         }
     }
 }
 
-impl Pipeline for CurvatureUkf {
+impl<const N: usize> Pipeline for CurvatureSlope<N> {
     const INTERNALS: &'static [&'static str] = &[
         "curvature_per_m",
         "curvature_sd_per_m",
@@ -166,6 +186,9 @@ impl Pipeline for CurvatureUkf {
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         self.curvature.step(reading, self.belief.x.y, dt);
+        let (place, delayed_mps) = self.curvature.at_place();
+        let speed = reading.speed_mps.unwrap_or(delayed_mps);
+        self.train.roll(place, delayed_mps, speed, dt);
         self.predict(reading, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
@@ -174,16 +197,24 @@ impl Pipeline for CurvatureUkf {
         let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
-        let grade_rad = Value {
-            value: x.y,
-            sd,
-            valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
+        // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
+        let ahead = self.train.ahead(self.mass.value);
+        let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
+        let spread = (heavy - light) / sqrt(12.0);
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(sd * sd + doubt * doubt);
+            Value {
+                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                sd,
+                valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
+            }
         };
+        let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
         Estimate {
             t_s,
             total_mass_kg: self.mass,
-            grade_rad,
-            effective_grade_rad: grade_rad,
+            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
+            effective_grade_rad: grade(-ahead.unit, doubt),
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),

@@ -1,0 +1,38 @@
+//! The road vehicle of Guo et al. 2024 in a steady turn.
+
+use super::*;
+
+/// Error of the grade, deg, after a minute of a steady turn up a grade, with the mass told and held.
+fn error(name: &str, turn: &Turn) -> Real {
+    let hold = [("mass0_kg", 2_170.0), ("mass_sd", 0.01)];
+    let mut estimator = build(name, &car(), hold).unwrap();
+    let mut last = Estimate::default();
+    for k in 1..=6000 {
+        let t_s = 0.01 * k as Real;
+        let z = turn.measurements(t_s);
+        last = estimator.step(&z, &Command::default(), 0.01).unwrap();
+    }
+    (last.grade_rad.value - (turn.uphill / 9.81).asin()).to_degrees()
+}
+
+#[test]
+fn the_single_track_correction_takes_the_bend_out_of_the_slope() {
+    // 60 km/h with 2 m/s² across, and a tight bend in town.
+    for (speed, yaw_rate) in [(16.7, 0.12), (6.0, 0.5)] {
+        let turn = Turn::solve(2_170.0, speed, yaw_rate, 0.5);
+        for name in [
+            "imm_stf",
+            "imm_stf_fixed",
+            "imm_ekf",
+            "kinematic_stf",
+            "dynamic_stf",
+        ] {
+            let with = error(name, &turn).abs();
+            std::println!("{name} at {speed} m/s: {with:.4}°");
+            assert!(with < 0.02, "{name} at {speed} m/s: {with}");
+        }
+        let without = error("imm_stf_no_lateral", &turn).abs();
+        std::println!("without at {speed} m/s: {without:.4}°");
+        assert!(without > 0.1, "{speed} m/s: {without}");
+    }
+}

@@ -1,0 +1,107 @@
+//! A train of 18 m on ramps: what it is worth to know that it is long.
+
+use super::*;
+
+const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
+const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
+
+fn long(seed: u64) -> World {
+    World {
+        tare_span_m: TARE_SPAN_M,
+        load_span_m: LOAD_SPAN_M,
+        grade: |s| 8f64.to_radians() * (smooth((s - 20.0) / 8.0) - smooth((s - 60.0) / 8.0)),
+        seconds: 90.0,
+        ..world(seed)
+    }
+}
+
+const SEEDS: u64 = 2;
+
+struct Errors {
+    /// Largest of the mass from the end of the first ramp on, as a share of it.
+    mass: Real,
+    /// Root mean squares of grade, of effective grade, and of the difference of the two (as sines), deg.
+    grade: Real,
+    effective: Real,
+    ahead: Real,
+}
+
+/// Mean over seeds, for an estimator told the spans or told a point.
+fn errors(name: &str, settings: &[(&str, Real)], told: bool) -> Errors {
+    let vehicle = if told {
+        Vehicle {
+            tare_span_m: TARE_SPAN_M,
+            load_span_m: LOAD_SPAN_M,
+            ..vehicle()
+        }
+    } else {
+        vehicle()
+    };
+    let (mut mass, mut grade, mut effective, mut ahead) = (0.0, 0.0, 0.0, 0.0);
+    for seed in 1..=SEEDS {
+        let mut estimator = build(name, &vehicle, settings.iter().copied()).unwrap();
+        let rows = long(seed).run(&mut estimator);
+        let rms = |error: &dyn Fn(&Row) -> Real| {
+            let late = rows.iter().filter(|row| row.t > 8.0);
+            let errors: Vec<Real> = late.map(|row| error(row).to_degrees()).collect();
+            crate::testing::rms(&errors) / SEEDS as Real
+        };
+        mass += mass_error(&rows, 50.0) / SEEDS as Real;
+        grade += rms(&|row| row.estimate.grade_rad.value - row.theta);
+        effective += rms(&|row| row.estimate.effective_grade_rad.value - row.effective);
+        ahead += rms(&|row| {
+            let [imu, whole] = [row.estimate.grade_rad, row.estimate.effective_grade_rad];
+            imu.value.sin() - whole.value.sin() - (row.theta.sin() - row.effective.sin())
+        });
+    }
+    std::println!(
+        "{name}, told {told}: mass {:.2} %, grade {grade:.3}°, effective {effective:.3}°, ahead {ahead:.3}°",
+        100.0 * mass
+    );
+    Errors {
+        mass,
+        grade,
+        effective,
+        ahead,
+    }
+}
+
+/// The pipelines of the published methods.
+const METHODS: &[&str] = &[
+    "dffrls_aekf",
+    "rls_ekf",
+    "ffrls",
+    "joint_ekf",
+    "dffrls_aukf",
+    "dffrls_aekf_inclination",
+    "rls_mff_aukf",
+    "imm_stf",
+    "imm_ekf_fixed",
+    "kinematic_stf",
+    "dynamic_stf",
+    "mmrls_sh_stf",
+];
+/// What goes by traction alone is as wrong on a ramp with its length as without; see the page of the baselines.
+const HOPELESS: &[&str] = &["ffrls", "joint_ekf"];
+
+#[test]
+fn told_its_length_every_pipeline_tells_how_far_the_grade_at_the_imu_is_ahead() {
+    let mass0 = [("mass0_kg", 15_000.0)];
+    for name in METHODS {
+        let knows_mass = keys(name).unwrap().any(|key| key.name == "mass0_kg");
+        let settings: &[_] = if knows_mass { &mass0 } else { &[] };
+        let (long, point) = (errors(name, settings, true), errors(name, settings, false));
+        assert!(long.ahead < 0.5 && point.ahead > 1.5, "{name}");
+        let total = |e: &Errors| e.grade.hypot(e.effective);
+        let better = total(&long) < 0.6 * total(&point);
+        assert!(better || HOPELESS.contains(name), "{name}");
+    }
+}
+
+#[test]
+fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
+    let settings = [("mass0_kg", 12_000.0)];
+    let long = errors("mmrls_sh_stf", &settings, true);
+    let point = errors("mmrls_sh_stf", &settings, false);
+    assert!(long.mass < 0.02 && point.mass > 0.05);
+}

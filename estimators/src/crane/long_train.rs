@@ -1,0 +1,147 @@
+//! A long train for a pipeline: samples that wait until the rail under the train has been read, and by how much the grade at the
+//! instrument is ahead of that which the train as a whole feels ([`TrainOnRail`]). A point is ahead by nothing and never waits.
+
+use super::{
+    conditioner::{Conditioned, Conditioner},
+    front_end::Reading,
+    train_on_rail::{AtPlace, Felt, TrainOnRail},
+    waiting::Waiting,
+};
+use crate::{
+    Real,
+    real::{GRAVITY, PI, asin, sin},
+    signals::Vehicle,
+};
+
+/// The train with its waiting samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LongTrain {
+    train: TrainOnRail,
+    /// A point is ahead by nothing, and that is certain.
+    point: bool,
+    /// Samples, each with its place, that wait until the rail under the front of the train has been read.
+    waiting: Waiting<(Conditioned, Real), 32>,
+    standstill_mps: Real,
+    now: Option<Now>,
+}
+
+/// What was felt when the train last moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Now {
+    felt: Felt,
+    /// g sin θ + b at the IMU and under the middle of the unit that carries it, m/s².
+    imu: Real,
+    unit: Real,
+}
+
+/// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ready {
+    /// The sample.
+    pub sample: Conditioned,
+    /// Means over where tare and load rested.
+    pub felt: Option<Felt>,
+}
+
+/// By how much sin θ is above that of the effective grade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ahead {
+    /// At the IMU.
+    pub imu: Real,
+    /// Under the middle of the unit that carries it: what the IMU, which pitches with that unit, reads.
+    pub unit: Real,
+    /// Standard deviation of both.
+    pub sd: Real,
+}
+
+impl LongTrain {
+    /// From the vehicle's nominal values.
+    pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
+        Self {
+            train: TrainOnRail::new(vehicle),
+            point: vehicle.tare_span_m == [0.0; 2]
+                && vehicle.load_span_m == [0.0; 2]
+                && vehicle.imu_arm_m == 0.0,
+            waiting: Waiting::new(),
+            standstill_mps: vehicle.standstill_mps(standstill_mps),
+            now: None,
+        }
+    }
+
+    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`LongTrain::take`] has the others.
+    pub fn step(
+        &mut self,
+        signals: &Conditioner,
+        sample: Option<Conditioned>,
+        reading: &Reading,
+        dt: Real,
+    ) -> Option<Ready> {
+        let delayed_mps = signals.speed_mps();
+        let speed = reading.speed_mps.unwrap_or(delayed_mps);
+        self.roll(signals.at_place(), delayed_mps, speed, dt);
+        let oldest = self.waiting.join((sample?, self.train.place_m()))?;
+        Some(self.ready(oldest))
+    }
+
+    /// The train moves on by one step; see [`TrainOnRail::step`].
+    pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.train.step(place, delayed_mps, speed_mps, dt);
+        if speed_mps.abs() > self.standstill_mps
+            && let Some((felt, imu)) = self.train.felt_now()
+            && let Some(unit) = self.train.unit_now()
+        {
+            self.now = Some(Now { felt, imu, unit });
+        }
+    }
+
+    /// The next sample whose rail has been read, or any if the train is not `running`.
+    pub fn take(&mut self, running: bool) -> Option<Ready> {
+        let (_, place_m) = self.waiting.first()?;
+        if running && !self.train.seen(place_m) {
+            return None;
+        }
+        let next = self.waiting.take()?;
+        Some(self.ready(next))
+    }
+
+    fn ready(&self, (sample, place_m): (Conditioned, Real)) -> Ready {
+        Ready {
+            sample,
+            felt: sample
+                .specific_force_mps2
+                .and_then(|_| self.train.felt(place_m)),
+        }
+    }
+
+    /// How far grades are ahead of the effective one of a train of `mass_kg`.
+    pub fn ahead(&self, mass_kg: Real) -> Ahead {
+        let Some(Now { felt, imu, unit }) = self.now.filter(|_| !self.point) else {
+            return Ahead::default();
+        };
+        let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
+        Ahead {
+            imu: (imu - mean) / GRAVITY,
+            unit: (unit - mean) / GRAVITY,
+            sd: doubt / GRAVITY,
+        }
+    }
+
+    /// Mean curvature under the train, 1/m.
+    pub fn curvature_per_m(&self) -> Real {
+        self.now.map_or(0.0, |now| now.felt.curvature_per_m())
+    }
+
+    /// Mass of the empty train, kg.
+    pub fn tare_kg(&self) -> Real {
+        self.train.tare_kg()
+    }
+}
+
+/// The grade angle, rad, whose sine is `by` above that of `theta`, within ±90°.
+pub fn steeper(theta: Real, by: Real) -> Real {
+    if by == 0.0 {
+        theta
+    } else {
+        asin(sin(theta) + by).clamp(-0.5 * PI, 0.5 * PI)
+    }
+}

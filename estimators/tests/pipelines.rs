@@ -1,0 +1,297 @@
+//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py`): from the samples to the estimate, every fourth step
+//! of a recorded drive.
+#![allow(clippy::unwrap_used)] // a test's panic is its verdict
+
+mod reference;
+
+use monorig_estimators::{
+    crane::{Estimator, build},
+    signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle},
+};
+use reference::{Table, assert_agrees};
+
+const DT: f64 = 0.05;
+
+/// The train of the oracles, a point.
+fn rail() -> Vehicle {
+    Vehicle {
+        tare_kg: 5_000.0,
+        drives: 2,
+        wheel_radius_m: 0.17,
+        gear_ratio: 20.0,
+        efficiency: 0.9,
+        rotating_mass_kg: 1_045.0,
+        running_resistance: 0.02,
+        mass_range_kg: [5_000.0, 27_000.0],
+        tare_span_m: [0.0; 2],
+        load_span_m: [0.0; 2],
+        imu_arm_m: 0.0,
+        road: None,
+    }
+}
+
+/// The road vehicle of the oracles.
+fn road() -> Vehicle {
+    Vehicle {
+        tare_kg: 1_900.0,
+        drives: 2,
+        wheel_radius_m: 0.335,
+        gear_ratio: 7.235,
+        efficiency: 0.95,
+        rotating_mass_kg: 65.0,
+        running_resistance: 0.0092,
+        mass_range_kg: [1_500.0, 3_000.0],
+        road: Some(RoadVehicle {
+            drag_area_m2: 0.332 * 2.574,
+            air_density_kgpm3: 1.2258,
+            front_axle_m: 1.3,
+            rear_axle_m: 1.5,
+            front_cornering_npr: 120e3,
+            rear_cornering_npr: 130e3,
+        }),
+        ..rail()
+    }
+}
+
+/// What a row of a recorded drive sends: torque and wheel speed only where it is fresh.
+fn samples(row: &[f64; 11]) -> (Measurements, Command) {
+    let [
+        fresh,
+        t_s,
+        f,
+        across,
+        yaw,
+        steer,
+        torque1,
+        torque2,
+        speed1,
+        speed2,
+        brake,
+    ] = *row;
+    let at = |value| Sample { t_s, value };
+    let mut z = Measurements {
+        t_s,
+        specific_force_mps2: Some(Sample {
+            t_s,
+            value: [f, across, 9.81],
+        }),
+        angular_rate_radps: Some(Sample {
+            t_s,
+            value: [0.0, 0.0, yaw],
+        }),
+        steering_angle_rad: Some(at(steer)),
+        ..Default::default()
+    };
+    if fresh != 0.0 {
+        z.motor_torque_nm[0] = Some(at(torque1));
+        z.motor_torque_nm[1] = Some(at(torque2));
+        z.wheel_speed_mps[0] = Some(at(speed1));
+        z.wheel_speed_mps[1] = Some(at(speed2));
+    }
+    let u = Command {
+        brake,
+        ..Default::default()
+    };
+    (z, u)
+}
+
+/// Every fourth step of a named pipeline over the recorded drive, as `row` has it from the estimate and the internals named.
+fn drive(
+    input: &str,
+    vehicle: &Vehicle,
+    (name, settings, internals): (&str, &[(&str, f64)], &[&str]),
+    row: impl Fn(&Estimate) -> Vec<f64>,
+) -> Vec<Vec<f64>> {
+    let mut pipeline = build(name, vehicle, settings.iter().copied()).unwrap();
+    let place = |wanted: &&str| {
+        pipeline
+            .internals()
+            .iter()
+            .position(|n| n == wanted)
+            .unwrap()
+    };
+    let places: Vec<usize> = internals.iter().map(place).collect();
+    let mut rows = Vec::new();
+    for (k, line) in Table::read(input).arrays::<11>().iter().enumerate() {
+        let (z, u) = samples(line);
+        let estimate = pipeline.step(&z, &u, DT).unwrap();
+        if k % 4 == 3 {
+            let mut values = [0.0; 16];
+            pipeline.internal_values(&mut values);
+            let own = places.iter().map(|place| values[*place]);
+            rows.push(row(&estimate).into_iter().chain(own).collect());
+        }
+    }
+    rows
+}
+
+/// Puts the number of the run before each of its rows.
+fn number(run: usize, rows: Vec<Vec<f64>>) -> impl Iterator<Item = Vec<f64>> {
+    rows.into_iter()
+        .map(move |row| [vec![run as f64], row].concat())
+}
+
+/// Mass, effective grade (on a point the grade), speed, innovation.
+fn traction_row(e: &Estimate) -> Vec<f64> {
+    let mass = e.total_mass_kg;
+    let grade = e.effective_grade_rad.value;
+    vec![
+        mass.value,
+        mass.sd,
+        grade,
+        e.speed_mps.value,
+        e.innovation,
+        e.nis,
+    ]
+}
+
+#[test]
+fn liu_2023() {
+    let mass0 = [("mass0_kg", 15e3)];
+    let two_stages = [
+        "running_resistance",
+        "wheel_speed_sd_mps",
+        "slope_filter_sd_rad",
+    ];
+    let mut rows = Vec::new();
+    for (run, name) in ["dffrls_aekf", "rls_ekf"].into_iter().enumerate() {
+        let named = (name, &mass0[..], &two_stages[..]);
+        rows.extend(number(
+            run,
+            drive("pipeline_liu_input.csv", &rail(), named, traction_row),
+        ));
+    }
+    let ffrls = ("ffrls", &mass0[..], &["chi1", "chi2"][..]);
+    let sine_variance = |e: &Estimate| {
+        let mut row = traction_row(e);
+        row.push(e.effective_grade_rad.sd);
+        row
+    };
+    let ffrls = drive("pipeline_liu_input.csv", &rail(), ffrls, sine_variance);
+    rows.extend(number(2, ffrls));
+    let joint = (
+        "joint_ekf",
+        &mass0[..],
+        &["inverse_mass_sd", "slope_mass_correlation"][..],
+    );
+    let joint = drive("pipeline_liu_input.csv", &rail(), joint, sine_variance);
+    rows.extend(number(3, joint));
+    assert_agrees("pipeline_liu", &rows);
+}
+
+#[test]
+fn curvature_and_inclination() {
+    let names = [
+        "dffrls_aukf",
+        "dffrls_ukf",
+        "dffrls_aekf_inclination",
+        "ffrls_aukf",
+        "rls_mff_aukf",
+    ];
+    let internals = [
+        "curvature_per_m",
+        "lambda",
+        "wheel_speed_sd_mps",
+        "slope_filter_sd_rad",
+    ];
+    let row = |e: &Estimate| vec![e.grade_rad.value, e.speed_mps.value, e.innovation, e.nis];
+    let run = |name| {
+        drive(
+            "pipeline_inertial_input.csv",
+            &rail(),
+            (name, &[], &internals),
+            row,
+        )
+    };
+    let rows: Vec<_> = names
+        .into_iter()
+        .enumerate()
+        .flat_map(|(k, name)| number(k, run(name)))
+        .collect();
+    assert_agrees("pipeline_inertial", &rows);
+}
+
+#[test]
+fn guo_2024() {
+    let settings = [
+        ("mass0_kg", 2230.0),
+        ("q_i", 1e-4),
+        ("accel_sd_mps2", 0.02),
+        ("wheel_speed_sd_mps", 0.01),
+        ("slope_gate_mps2", 0.2),
+    ];
+    let strong = [("alarm", 1.2)];
+    let both = [
+        "dynamic_fading",
+        "bend_force_n",
+        "dynamic_model_probability",
+    ];
+    let row = |e: &Estimate| {
+        let (mass, grade) = (e.total_mass_kg, e.grade_rad);
+        vec![
+            mass.value,
+            mass.sd,
+            grade.value,
+            grade.sd,
+            e.speed_mps.value,
+            e.innovation,
+            e.nis,
+        ]
+    };
+    let mut rows = Vec::new();
+    for (run, name) in [
+        "imm_stf",
+        "imm_stf_fixed",
+        "imm_stf_no_lateral",
+        "imm_ekf",
+        "imm_ekf_fixed",
+        "kinematic_stf",
+        "dynamic_stf",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let tracks: &[_] = if name.contains("stf") { &strong } else { &[] };
+        let settings = [&settings[..], tracks].concat();
+        let alone = run >= 5;
+        let internals = if alone {
+            &["fading", "bend_force_n"][..]
+        } else {
+            &both[..]
+        };
+        let rows_of_run = drive(
+            "pipeline_guo_input.csv",
+            &road(),
+            (name, &settings, internals),
+            row,
+        );
+        rows.extend(number(run, rows_of_run).map(|mut row| {
+            if alone {
+                row.push(0.0);
+            }
+            row
+        }));
+    }
+    assert_agrees("pipeline_guo", &rows);
+}
+
+#[test]
+fn patent() {
+    let settings = [
+        ("mass0_kg", 2400.0),
+        ("wheel_speed_sd_mps", 0.01),
+        ("alarm", 1.2),
+        ("q_theta", 1e-5),
+    ];
+    let internals = [
+        "straight_mass_kg",
+        "turning_mass_kg",
+        "straight_weight",
+        "wheel_speed_sd_mps",
+        "slope_filter_sd_rad",
+        "fading",
+    ];
+    let named = ("mmrls_sh_stf", &settings[..], &internals[..]);
+    let rows = drive("pipeline_patent_input.csv", &road(), named, traction_row);
+    assert_agrees("pipeline_patent", &rows);
+}
