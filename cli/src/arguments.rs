@@ -1,5 +1,9 @@
 //! The command line, and the help that teaches it.
 
+mod studies;
+
+pub use studies::Test;
+
 use crate::kinds::Kind;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -8,6 +12,7 @@ const EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
+  monorig test scenarios                                 every scenario over its seeds: does what it expects hold?
   monorig check scenarios/*.yaml                         find mistakes without running
   monorig schema scenario                                every key a scenario can have
 
@@ -27,6 +32,8 @@ pub struct Arguments {
 pub enum Task {
     /// Simulate a scenario: train, sensors, estimators and controller in closed loop
     Run(Run),
+    /// Run scenarios over their seeds and judge what they expect
+    Test(Test),
     /// Check files without running anything
     Check(Check),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit

@@ -31,6 +31,9 @@ pub enum CliError {
     /// A value cannot be written as JSON.
     #[error("cannot write JSON: {0}")]
     Json(serde_json::Error),
+    /// Verdicts cannot be written as JUnit XML.
+    #[error("cannot write JUnit XML: {0}")]
+    Junit(quick_junit::SerializeError),
     /// The results cannot go where they should.
     #[error("results cannot go to {path}: {source}\n  help: name a folder that can be written with --out", path = path.display())]
     Out {

@@ -3,6 +3,7 @@
 mod arguments;
 mod check;
 mod errors;
+mod interrupt;
 mod kinds;
 mod output;
 mod prepare;
@@ -12,6 +13,7 @@ mod results;
 mod run;
 mod schema;
 mod simulate;
+mod test;
 
 use arguments::{Arguments, Task};
 use clap::Parser;
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     };
     let outcome = match arguments.task {
         Task::Run(task) => run::run(&task),
+        Task::Test(task) => test::test(&task),
         Task::Check(task) => check::check(&task),
         Task::Schema(task) => schema::schema(&task),
     };

@@ -2,8 +2,7 @@
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table, TableComponent};
-use monorig_lab::summary::{Summary, Verdict};
-use monorig_sim::scenario::Expectation;
+use monorig_lab::summary::Summary;
 
 /// A column of the estimators' table: title, metric, factor from the metric's unit, what stands for "could not be measured".
 const COLUMNS: &[(&str, &str, f64, &str)] = &[
@@ -25,14 +24,14 @@ pub fn all_held(summary: &Summary) -> bool {
     summary.expectations.iter().all(|v| v.held)
 }
 
-/// Estimators, then expectations (`expect`: as in the scenario), then the time it took.
-pub fn text(summary: &Summary, expect: &[Expectation], wall_s: f64) -> String {
+/// Estimators, then expectations, then the time it took.
+pub fn text(summary: &Summary, wall_s: f64) -> String {
     let mut parts = Vec::new();
     if !summary.estimators.is_empty() {
         parts.push(estimators(summary));
     }
     if !summary.expectations.is_empty() {
-        parts.push(expectations(summary, expect));
+        parts.push(expectations(summary));
     }
     let t_s = summary.simulated_s;
     let speed = match wall_s {
@@ -49,7 +48,7 @@ fn estimators(summary: &Summary) -> String {
     let mut table = table(std::iter::once(title.as_str()).chain(titles));
     for (name, values) in &summary.estimators {
         let numbers = COLUMNS.iter().map(|(_, metric, factor, without)| {
-            let value = values.get(metric).copied().flatten();
+            let value = values.get(*metric).copied().flatten();
             value.map_or((*without).to_owned(), |x| number(x * factor))
         });
         table.add_row(std::iter::once(name.clone()).chain(numbers));
@@ -58,35 +57,19 @@ fn estimators(summary: &Summary) -> String {
     lines(&table)
 }
 
-fn expectations(summary: &Summary, expect: &[Expectation]) -> String {
+fn expectations(summary: &Summary) -> String {
     let mut table = table(["expected", "bound", "measured", ""]);
-    for (i, v) in summary.expectations.iter().enumerate() {
+    for v in &summary.expectations {
         let value = v.value.map_or("not measured".to_owned(), number);
         let verdict = if v.held { "held" } else { "FAILED" };
-        let what = what(v, expect.get(i));
-        table.add_row([what, v.bound.clone(), value, verdict.to_owned()]);
+        table.add_row([v.what(), v.bound(), value, verdict.to_owned()]);
     }
     right(&mut table, 1..=2);
     lines(&table)
 }
 
-/// Such as `dffrls_aekf mass_error_rel_max from 10 s`.
-fn what(v: &Verdict, e: Option<&Expectation>) -> String {
-    let mut text = match &v.estimator {
-        Some(name) => format!("{name} {}", v.metric),
-        None => v.metric.clone(),
-    };
-    if let Some(from) = e.and_then(|e| e.after_s) {
-        text += &format!(" from {} s", from.get());
-    }
-    if let Some(to) = e.and_then(|e| e.until_s) {
-        text += &format!(" to {} s", to.get());
-    }
-    text
-}
-
 /// An empty table with a rule below its titles and no other.
-fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
+pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     let mut table = Table::new();
     table.load_preset(NOTHING);
     table.set_style(TableComponent::HeaderLines, '─');
@@ -95,7 +78,7 @@ fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     table
 }
 
-fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
+pub fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for i in columns {
         if let Some(column) = table.column_mut(i) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -104,13 +87,13 @@ fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
 }
 
 /// The table without blanks at the ends of its lines.
-fn lines(table: &Table) -> String {
+pub fn lines(table: &Table) -> String {
     let lines: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
     lines.join("\n")
 }
 
 /// Three significant digits or more.
-fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     match x.abs() {
         a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
         a if a < 0.1 => format!("{x:.4}"),
@@ -127,16 +110,17 @@ mod tests {
 
     fn summary(held: bool, value: Option<f64>) -> Summary {
         let values = BTreeMap::from([
-            ("mass_rmse_kg", Some(92.68)),
-            ("mass_error_rel_max", Some(0.0763)),
-            ("mass_convergence_s", None),
-            ("slope_rmse_deg", value),
+            ("mass_rmse_kg".to_owned(), Some(92.68)),
+            ("mass_error_rel_max".to_owned(), Some(0.0763)),
+            ("mass_convergence_s".to_owned(), None),
+            ("slope_rmse_deg".to_owned(), value),
         ]);
         Summary {
             version: 1,
             scenario: "hill".into(),
             seed: 1,
             finished: true,
+            silent: Vec::new(),
             simulated_s: 60.0,
             steps: 30000,
             after_s: 5.0,
@@ -146,8 +130,12 @@ mod tests {
             expectations: vec![Verdict {
                 estimator: Some("joint_ekf".into()),
                 metric: "slope_rmse_deg".into(),
+                after_s: None,
+                until_s: None,
+                at_most: Some(1.0),
+                at_least: None,
+                quantile: None,
                 value,
-                bound: "≤ 1".into(),
                 held,
             }],
         }
@@ -155,7 +143,7 @@ mod tests {
 
     #[test]
     fn one_line_an_estimator_one_an_expectation_and_one_for_the_time() {
-        let text = text(&summary(true, Some(0.5)), &[], 0.12);
+        let text = text(&summary(true, Some(0.5)), 0.12);
         let lines: Vec<&str> = text.lines().filter(|l| !l.is_empty()).collect();
         assert_eq!(lines.len(), 7, "{text}");
         let row: Vec<&str> = lines[2].split_whitespace().collect();
@@ -172,7 +160,7 @@ mod tests {
         for value in [None, Some(2.0)] {
             let summary = summary(false, value);
             assert!(!all_held(&summary));
-            assert!(text(&summary, &[], 1.0).contains("FAILED"));
+            assert!(text(&summary, 1.0).contains("FAILED"));
         }
         assert!(all_held(&summary(true, Some(0.5))));
     }

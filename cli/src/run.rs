@@ -2,6 +2,7 @@
 
 use crate::arguments::Run;
 use crate::errors::CliError;
+use crate::interrupt;
 use crate::output::note;
 use crate::prepare;
 use crate::progress::Progress;
@@ -9,28 +10,27 @@ use crate::report;
 use crate::simulate::simulate;
 use crate::{Outcome, output};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Set by the first Ctrl-C; the second ends the program at once.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Simulate a scenario with one seed: the one asked for, else the first of the scenario; all of them are for tests and
 /// comparisons. Nothing is written before the whole input has been found good.
 pub fn run(task: &Run) -> Result<Outcome, CliError> {
     let rig = prepare::rig(&task.file, &task.overrides())?;
     prepare_out(&task.out)?;
-    listen_for_interrupts();
-    let expect = rig.scenario.file.expect.clone();
+    interrupt::listen();
     let mut progress = Progress::new(&format!("{} seed {}", rig.scenario.name, rig.seed));
     let done = simulate(rig, task, &mut |share| {
         progress.at(share);
-        !INTERRUPTED.load(Ordering::Relaxed)
+        interrupt::go_on()
     })?;
     drop(progress);
     note(&format!("results in {}", done.folder.display()));
-    output::print(&report::text(&done.summary, &expect, done.wall_s))?;
-    if !done.summary.finished {
+    output::print(&report::text(&done.summary, done.wall_s))?;
+    if done.interrupted {
         return Err(CliError::Interrupted);
+    }
+    if !done.summary.finished {
+        note("the train did not come to where the scenario ends (`stop.at_m`)");
+        return Ok(Outcome::Failed);
     }
     Ok(if report::all_held(&done.summary) {
         Outcome::Held
@@ -49,15 +49,4 @@ fn prepare_out(out: &Path) -> Result<(), CliError> {
     let probe = out.join(format!(".monorig-{}", std::process::id()));
     std::fs::write(&probe, b"can this be written?").map_err(refused)?;
     std::fs::remove_file(&probe).map_err(refused)
-}
-
-fn listen_for_interrupts() {
-    let heard = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    if let Err(e) = heard {
-        output::note(&format!("Ctrl-C will end the program at once: {e}"));
-    }
 }

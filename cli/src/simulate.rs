@@ -27,6 +27,8 @@ const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALH
 pub struct Done {
     /// Numbers for the report.
     pub summary: Summary,
+    /// Whether it was stopped from outside.
+    pub interrupted: bool,
     /// Its folder.
     pub folder: PathBuf,
     /// Time it took, s.
@@ -71,6 +73,7 @@ pub fn simulate(
     }
     Ok(Done {
         summary,
+        interrupted: outcome.interrupted,
         folder,
         wall_s,
     })

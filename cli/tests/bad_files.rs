@@ -23,6 +23,7 @@ const SCENARIO: &[Change] = &[
     ("fault_on_an_absent_drive", "sensor: imu", "sensor: 'wheel_speed[3]'"),
     ("fault_on_a_sensor_not_fitted", "sensor: imu", "sensor: clamp_pressure"),
     ("zone_beyond_the_track", "from_m: 80, to_m: 95", "from_m: 800, to_m: 950"),
+    ("zone_ends_beyond_the_track", "from_m: 80, to_m: 95", "from_m: 80, to_m: 950"),
     ("obstacle_beyond_the_track", "{at_m: 50, left_m", "{at_m: 5000, left_m"),
     ("unknown_estimator", "dffrls_aekf: {lambda0: 0.98}", "dffrls_aekf: {}\n  jekf: {}"),
     ("unknown_parameter", "lambda0: 0.98", "lamda0: 0.98"),

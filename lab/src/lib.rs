@@ -4,4 +4,6 @@ pub mod expected;
 pub mod metrics;
 pub mod report;
 pub mod series;
+pub mod study;
 pub mod summary;
+pub mod verdict;

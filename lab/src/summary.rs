@@ -4,7 +4,7 @@ use crate::metrics::{self, METRICS, RUN_METRICS};
 use crate::series::Series;
 use monorig_sim::run::Outcome;
 use monorig_sim::scenario::{Expectation, Scenario};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Metrics are taken from here on unless an expectation says otherwise, s: the start belongs to nobody.
@@ -20,7 +20,7 @@ pub const MAIN: &[&str] = &[
 ];
 
 /// The numbers of one run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// Format version, 1.
     pub version: u32,
@@ -30,6 +30,8 @@ pub struct Summary {
     pub seed: u64,
     /// Whether the scenario's end was reached.
     pub finished: bool,
+    /// Estimators that did not vouch for anything in the whole run.
+    pub silent: Vec<String>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Steps of the plant.
@@ -37,9 +39,9 @@ pub struct Summary {
     /// Metrics are taken from here on, s.
     pub after_s: f64,
     /// Per estimator: its metrics; null = could not be measured.
-    pub estimators: BTreeMap<String, BTreeMap<&'static str, Option<f64>>>,
+    pub estimators: BTreeMap<String, BTreeMap<String, Option<f64>>>,
     /// Metrics of train and controller.
-    pub run: BTreeMap<&'static str, Option<f64>>,
+    pub run: BTreeMap<String, Option<f64>>,
     /// Steps refused by an estimator: name, how many, first reason.
     pub refusals: Vec<(String, u64, String)>,
     /// What the scenario expects.
@@ -47,18 +49,69 @@ pub struct Summary {
 }
 
 /// One expectation, judged.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Verdict {
     /// Estimator, if it is about one.
     pub estimator: Option<String>,
     /// Metric.
     pub metric: String,
+    /// Measured from here, s; none = from the start.
+    pub after_s: Option<f64>,
+    /// Measured to here, s; none = to the end.
+    pub until_s: Option<f64>,
+    /// Upper bound.
+    pub at_most: Option<f64>,
+    /// Lower bound.
+    pub at_least: Option<f64>,
+    /// Share of the seeds that must hold it; none = all.
+    pub quantile: Option<f64>,
     /// Measured value; null = could not be measured, which is a failure.
     pub value: Option<f64>,
-    /// Bound in words.
-    pub bound: String,
     /// Whether it held. A run that did not finish holds nothing.
     pub held: bool,
+}
+
+impl Verdict {
+    /// What is measured, such as `dffrls_aekf mass_error_rel_max from 10 s`.
+    pub fn what(&self) -> String {
+        let mut text = match &self.estimator {
+            Some(name) => format!("{name} {}", self.metric),
+            None => self.metric.clone(),
+        };
+        if let Some(from) = self.after_s {
+            text += &format!(" from {from} s");
+        }
+        if let Some(to) = self.until_s {
+            text += &format!(" to {to} s");
+        }
+        text
+    }
+
+    /// The bound in words, such as `≤ 0.032`.
+    pub fn bound(&self) -> String {
+        let most = self.at_most.map(|m| format!("≤ {m}"));
+        let least = self.at_least.map(|l| format!("≥ {l}"));
+        most.into_iter()
+            .chain(least)
+            .collect::<Vec<_>>()
+            .join(" and ")
+    }
+
+    /// How far the value is beyond its bound, as a share of the bound's size; infinite when it could not be measured.
+    pub fn excess(&self) -> f64 {
+        let Some(value) = self.value else {
+            return f64::INFINITY;
+        };
+        let over = self
+            .at_most
+            .map(|m| (value - m) / m.abs().max(f64::MIN_POSITIVE));
+        let under = self
+            .at_least
+            .map(|l| (l - value) / l.abs().max(f64::MIN_POSITIVE));
+        over.into_iter()
+            .chain(under)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 fn finite(x: Option<f64>) -> Option<f64> {
@@ -74,7 +127,7 @@ impl Summary {
                 .iter()
                 .map(|m| {
                     (
-                        m.name,
+                        m.name.to_owned(),
                         finite(metrics::measure(series, name, m.name, from, to)),
                     )
                 })
@@ -85,6 +138,12 @@ impl Summary {
             scenario: scenario.name.clone(),
             seed,
             finished: outcome.finished,
+            silent: series
+                .estimators
+                .iter()
+                .filter(|(_, samples)| !samples.iter().any(|x| x.mass_valid || x.slope_valid))
+                .map(|(name, _)| name.clone())
+                .collect(),
             simulated_s: outcome.simulated_s,
             steps: outcome.steps,
             after_s: AFTER_S,
@@ -95,7 +154,12 @@ impl Summary {
                 .collect(),
             run: RUN_METRICS
                 .iter()
-                .map(|m| (m.0, finite(metrics::measure_run(series, m.0, from, to))))
+                .map(|m| {
+                    (
+                        m.0.to_owned(),
+                        finite(metrics::measure_run(series, m.0, from, to)),
+                    )
+                })
                 .collect(),
             refusals: outcome.refusals.clone(),
             expectations: scenario
@@ -115,27 +179,23 @@ impl Summary {
 }
 
 fn judge(e: &Expectation, series: &Series, finished: bool) -> Verdict {
-    let from = e.after_s.map_or(0.0, f64::from);
-    let to = e.until_s.map_or(f64::INFINITY, f64::from);
+    let (after_s, until_s) = (e.after_s.map(f64::from), e.until_s.map(f64::from));
+    let (from, to) = (after_s.unwrap_or(0.0), until_s.unwrap_or(f64::INFINITY));
     let value = finite(match &e.estimator {
         Some(name) => metrics::measure(series, name, &e.metric, from, to),
         None => metrics::measure_run(series, &e.metric, from, to),
     });
-    let (most, least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
-    let within = |x: f64| most.is_none_or(|m| x <= m) && least.is_none_or(|l| x >= l);
-    let bound = [
-        most.map(|m| format!("≤ {m}")),
-        least.map(|l| format!("≥ {l}")),
-    ];
+    let (at_most, at_least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
+    let within = |x: f64| at_most.is_none_or(|m| x <= m) && at_least.is_none_or(|l| x >= l);
     Verdict {
         estimator: e.estimator.clone(),
         metric: e.metric.clone(),
+        after_s,
+        until_s,
+        at_most,
+        at_least,
+        quantile: e.quantile.map(f64::from),
         value,
-        bound: bound
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(" and "),
         held: finished && value.is_some_and(within),
     }
 }

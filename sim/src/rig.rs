@@ -273,6 +273,13 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
                     format!("a chainage below {} m", rail.end_m()),
                 ));
             }
+            if z.to_m > rail.length() {
+                return Err(scenario.error(
+                    format!("events[{i}].to_m"),
+                    format!("the zone ends at {} m, beyond the end of the track", z.to_m),
+                    format!("a chainage of at most {} m", rail.end_m()),
+                ));
+            }
             zones.push(z);
         }
     }

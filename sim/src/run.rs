@@ -53,8 +53,10 @@ pub struct Outcome {
     pub simulated_s: f64,
     /// Steps of the plant.
     pub steps: u64,
-    /// Whether the scenario's end was reached (not interrupted).
+    /// Whether the scenario's end was reached: its chainage if it names one, else its time.
     pub finished: bool,
+    /// Whether it was stopped from outside.
+    pub interrupted: bool,
     /// Steps each estimator refused, by name, with the first reason.
     pub refusals: Vec<(String, u64, String)>,
 }
@@ -103,18 +105,20 @@ fn drive(
         *feedforward,
     );
     let start_front = loop_state.front(plant.truth());
-    let mut finished = true;
+    let (mut finished, mut interrupted) = (false, false);
     loop {
         let truth = plant.truth();
         let (t, front) = (truth.t_s, loop_state.front(truth));
-        if t >= end.after_s - 0.5 * rig.dt_s || front >= end.at_m {
+        let arrived = front >= end.at_m;
+        if t >= end.after_s - 0.5 * rig.dt_s || arrived {
+            finished = arrived || end.at_m == f64::INFINITY;
             break;
         }
         if loop_state.steps.is_multiple_of(512) {
             let by_time = t / end.after_s;
             let by_way = (front - start_front) / (end.at_m - start_front);
             if !go_on(by_time.max(by_way).clamp(0.0, 1.0)) {
-                finished = false;
+                interrupted = true;
                 break;
             }
         }
@@ -151,6 +155,7 @@ fn drive(
         simulated_s: plant.truth().t_s,
         steps: loop_state.steps,
         finished,
+        interrupted,
         refusals: bank.iter().filter_map(Member::refusals).collect(),
     })
 }

@@ -12,6 +12,7 @@ use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::tape::{self, Tape};
 use monorig_sim::rig::Rig;
 use monorig_sim::run::{Observer, run};
+use monorig_sim::scenario::Scenario;
 use monorig_sim::sensors::Sensors;
 use monorig_sim::train::body_state::Wrench;
 use monorig_tests::*;
@@ -19,11 +20,17 @@ use std::time::Instant;
 
 const ROUNDS: usize = 5;
 
+/// A scenario with one estimator, whatever others it compares.
+fn one_estimator(name: &str, set: &[(&str, &str)]) -> Scenario {
+    let alone = [("expect", "[]"), ("estimators", "{dffrls_aekf: {}}")];
+    scenario(name, &[&alone, set].concat())
+}
+
 /// Best real-time factor of a scenario without recording.
 fn factor(name: &str, set: &[(&str, &str)]) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Rig::build(scenario(name, set), 1).expect("rig");
+        let mut rig = Rig::build(one_estimator(name, set), 1).expect("rig");
         let start = Instant::now();
         let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
@@ -37,7 +44,7 @@ fn recorded(name: &str) -> f64 {
     std::fs::create_dir_all(&folder).expect("folder");
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Rig::build(scenario(name, &[]), 1).expect("rig");
+        let mut rig = Rig::build(one_estimator(name, &[]), 1).expect("rig");
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();

@@ -103,6 +103,11 @@ impl Conditioner {
         self.speed.value().unwrap_or(0.0)
     }
 
+    /// Filtered acceleration of the wheels v̇, m/s².
+    pub fn acceleration_mps2(&self) -> Real {
+        self.speed.rate()
+    }
+
     /// Whether the train has been running long enough for samples to count.
     pub fn settled(&self) -> bool {
         self.running_s > 0.0 && self.running_s >= self.settle_s

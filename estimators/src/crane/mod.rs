@@ -23,6 +23,7 @@ pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
 pub mod multi_model_mass;
 pub mod params;
+pub mod resistance;
 pub mod rls_ekf;
 pub mod slope_filter;
 #[cfg(test)]
@@ -123,6 +124,8 @@ registry! {
     "imm_stf" => imm_stf::ImmStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
+    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
+    "resistance_dffrls" => resistance::Resistance,
 }
 
 /// The parameters of a named estimator; `None` if there is no such estimator.

@@ -64,7 +64,7 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
     let angle = joined(pieces);
     for p in &angle.pieces {
         let (_, steepest) = p.extremes();
-        if steepest > super::track::STEEPEST_DEG.to_radians() {
+        if steepest > super::elements::STEEPEST_DEG.to_radians() {
             return Err(input_error(
                 file,
                 "",
@@ -76,7 +76,7 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
                 ),
                 format!(
                     "at most {}°: check for outliers, or state a larger height_noise_m",
-                    super::track::STEEPEST_DEG
+                    super::elements::STEEPEST_DEG
                 ),
             ));
         }

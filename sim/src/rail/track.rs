@@ -16,19 +16,16 @@
 //! grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail: dψ/ds = 1/R.
 
 use super::alignment::{Angle, Builder};
-use super::elements;
+use super::elements::{self, Horizontal, Vertical};
 use super::joints::JointsFile;
 use super::survey::{self, Survey};
-use crate::checked::{Finite, NonNegative, Positive, Version1};
+use crate::checked::{Finite, Version1};
 use crate::error::Error;
 use crate::file::input_error;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// Steepest grade that can be described, degrees: beyond it a rail's "left" means little.
-pub const STEEPEST_DEG: f64 = 60.0;
 
 /// A track file.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -89,78 +86,6 @@ impl Start {
     pub(super) fn position(&self) -> Vector3<f64> {
         Vector3::new(self.x_m.get(), self.y_m.get(), self.z_m.get())
     }
-}
-
-/// Kinds of horizontal element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HorizontalKind {
-    /// Straight: `length_m`.
-    Line,
-    /// Circular arc: `angle_deg` (+ left) with `radius_m` or `length_m`; `easement_m` = length of a clothoid at each end.
-    Arc,
-    /// Curvature linear in s from where the last element left it: `length_m`, `to_radius_m` (+ left; left out = straight).
-    Clothoid,
-    /// The `elements`, `times` times.
-    Repeat,
-}
-
-/// One element of the horizontal alignment; which keys it takes depends on its kind.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Horizontal {
-    /// Kind of element.
-    pub kind: HorizontalKind,
-    /// Length along the rail, m.
-    pub length_m: Option<Positive>,
-    /// Radius of an arc, m.
-    pub radius_m: Option<Positive>,
-    /// Change of heading over an arc, degrees, + left.
-    pub angle_deg: Option<Finite>,
-    /// Length of the clothoid at each end of an arc, m.
-    pub easement_m: Option<NonNegative>,
-    /// Radius at the end of a clothoid, m, + left.
-    pub to_radius_m: Option<Finite>,
-    /// How often to repeat.
-    pub times: Option<u32>,
-    /// What to repeat.
-    pub elements: Option<Vec<Horizontal>>,
-}
-
-/// Kinds of vertical element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum VerticalKind {
-    /// Constant grade: `length_m`; `grade_deg` sets the grade if it is the first element, and must else be the grade reached.
-    Grade,
-    /// Circular vertical arc: `to_grade_deg` with `radius_m` or `length_m`; `easement_m` at each end as for horizontal arcs.
-    Arc,
-    /// Curvature linear in s, up to the middle and down again: `to_grade_deg` with `length_m` or `radius_m` (the least).
-    Transition,
-    /// The `elements`, `times` times.
-    Repeat,
-}
-
-/// One element of the vertical profile; which keys it takes depends on its kind.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Vertical {
-    /// Kind of element.
-    pub kind: VerticalKind,
-    /// Length along the rail, m.
-    pub length_m: Option<Positive>,
-    /// Radius of an arc, least radius of a transition, m.
-    pub radius_m: Option<Positive>,
-    /// Grade, degrees, + uphill.
-    pub grade_deg: Option<Finite>,
-    /// Grade at the end of the element, degrees, + uphill.
-    pub to_grade_deg: Option<Finite>,
-    /// Length over which an arc's curvature grows and falls, at each end, m.
-    pub easement_m: Option<NonNegative>,
-    /// How often to repeat.
-    pub times: Option<u32>,
-    /// What to repeat.
-    pub elements: Option<Vec<Vertical>>,
 }
 
 impl TrackFile {

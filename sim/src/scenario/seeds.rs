@@ -19,6 +19,11 @@ impl Seeds {
         &self.0
     }
 
+    /// From YAML: `7`, `1..10` or `[1, 5, 9]`.
+    pub fn parse(yaml: &str) -> Result<Self, String> {
+        serde_yaml::from_str(yaml).map_err(|e| e.to_string())
+    }
+
     fn new(seeds: Vec<u64>) -> Result<Self, String> {
         if seeds.is_empty() {
             return Err("there is no seed; write a number, a range `1..10` or a list".into());
@@ -116,9 +121,7 @@ mod tests {
     use super::*;
 
     fn read(yaml: &str) -> Result<Vec<u64>, String> {
-        serde_yaml::from_str::<Seeds>(yaml)
-            .map(|s| s.0)
-            .map_err(|e| e.to_string())
+        Seeds::parse(yaml).map(|s| s.0)
     }
 
     #[test]
