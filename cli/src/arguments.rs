@@ -1,7 +1,9 @@
 //! The command line, and the help that teaches it.
 
+mod reports;
 mod studies;
 
+pub use reports::Report;
 pub use studies::Test;
 
 use crate::kinds::Kind;
@@ -13,6 +15,7 @@ Examples:
   monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
   monorig test scenarios                                 every scenario over its seeds: does what it expects hold?
+  monorig report runs/minimal/1                          plots, errors and verdicts of a run as one HTML file
   monorig check scenarios/*.yaml                         find mistakes without running
   monorig schema scenario                                every key a scenario can have
 
@@ -34,6 +37,8 @@ pub enum Task {
     Run(Run),
     /// Run scenarios over their seeds and judge what they expect
     Test(Test),
+    /// Write a report as one HTML file
+    Report(Report),
     /// Check files without running anything
     Check(Check),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit

@@ -14,6 +14,7 @@ mod run;
 mod schema;
 mod simulate;
 mod test;
+mod write_report;
 
 use arguments::{Arguments, Task};
 use clap::Parser;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.task {
         Task::Run(task) => run::run(&task),
         Task::Test(task) => test::test(&task),
+        Task::Report(task) => write_report::report(&task),
         Task::Check(task) => check::check(&task),
         Task::Schema(task) => schema::schema(&task),
     };
