@@ -4,7 +4,7 @@ use crate::Outcome;
 use crate::arguments::Report;
 use crate::errors::CliError;
 use crate::output::{self, note};
-use monorig_lab::report::{run, tested};
+use monorig_lab::report::{run, study};
 use std::path::{Component, Path, PathBuf};
 
 /// Write a report. Its exit code says whether it could be written, not whether what it is about held.
@@ -16,7 +16,7 @@ pub fn report(task: &Report) -> Result<Outcome, CliError> {
         (run::page(path, &link(folder, path))?, out)
     } else {
         let out = task.out.clone().unwrap_or(path.with_extension("html"));
-        (tested::page(path)?, out)
+        (study::page(path)?, out)
     };
     output::write(&out, &page.to_html())?;
     note(&format!("report in {}", out.display()));

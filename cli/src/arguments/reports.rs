@@ -15,7 +15,7 @@ The report is one file that needs nothing else: open it in any browser, offline,
 #[derive(Debug, clap::Args)]
 #[command(after_help = REPORT_EXAMPLES)]
 pub struct Report {
-    /// Folder of a run, or results of `monorig test --json`
+    /// Folder of a run, results of `monorig test --json`, or results of a study
     pub path: PathBuf,
     /// Write the report here instead of into or beside what it is about
     #[arg(long, value_name = "FILE")]

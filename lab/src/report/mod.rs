@@ -19,5 +19,5 @@ pub mod html;
 pub mod page;
 pub mod plot;
 pub mod run;
+pub mod study;
 pub mod table;
-pub mod tested;

@@ -1,5 +1,6 @@
-//! One scenario over its seeds: checks, metrics, distributions.
+//! A scenario over many runs: checks, metrics, distributions.
 
+use super::paired;
 use super::values::{Values, estimators, with_unit};
 use crate::metrics::{METRICS, RUN_METRICS};
 use crate::report::page::Section;
@@ -10,21 +11,29 @@ use crate::report::plot::{Figure, Group};
 use crate::report::table::{Cell, Table};
 use crate::study::RunResult;
 use crate::summary::MAIN;
-use crate::verdict::{Check, Judged};
+use crate::verdict::Check;
 
-/// The section of a scenario.
-pub fn section(scenario: &Judged) -> Section {
-    let runs = &scenario.runs;
-    let mut section = Section::new(&scenario.scenario).table(checks(&scenario.checks));
-    if runs.len() > 1 {
-        let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
-        section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
+/// What was asked of the runs.
+pub fn verdicts(section: Section, all: &[Check]) -> Section {
+    section.table(checks(all))
+}
+
+/// Metrics over the runs: distributions, differences, and all numbers.
+pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
+    if runs.len() < 2 {
+        return section.table(numbers(runs));
     }
-    section.table(metrics(runs))
+    let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
+    let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
+    let section = match paired::differences(runs) {
+        Some(table) => section.table(table),
+        None => section,
+    };
+    section.table(numbers(runs))
 }
 
 fn checks(checks: &[Check]) -> Table {
-    let mut table = Table::new(&["", "check", "bound", "worst seed"], &["seeds that hold"]);
+    let mut table = Table::new(&["", "check", "bound", "worst run"], &["runs that hold"]);
     for check in checks {
         let all = check.holding + check.failing.len();
         let verdict = Cell::from(if check.held { "held" } else { "FAILED" });
@@ -55,7 +64,7 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
 }
 
 /// Every metric of every estimator and of the run over the seeds.
-fn metrics(runs: &[RunResult]) -> Table {
+fn numbers(runs: &[RunResult]) -> Table {
     let mut table = Table::new(
         &["", "metric"],
         &[
@@ -67,22 +76,13 @@ fn metrics(runs: &[RunResult]) -> Table {
             "measured",
         ],
     );
-    table.caption = "Metrics over the seeds".into();
+    table.caption = "Metrics over the runs".into();
     let mut add = |owner: &str, name: String, values: Values| {
-        let (low, high) = values.interval();
-        let interval = match low.is_finite() {
-            true => Cell::from(format!(
-                "{} … {}",
-                Cell::number(low).text,
-                Cell::number(high).text
-            )),
-            false => Cell::from("–"),
-        };
         table.row([
             owner.into(),
             name.into(),
             Cell::number(values.mean()),
-            interval,
+            values.interval_text().into(),
             Cell::number(values.quantile(0.5)),
             Cell::number(values.quantile(0.0)),
             Cell::number(values.quantile(1.0)),

@@ -1,5 +1,6 @@
 //! A metric over runs, and what can be said of it.
 
+use crate::report::html::number;
 use crate::report::plot::boxes::quantile;
 use crate::study::RunResult;
 use std::collections::BTreeSet;
@@ -15,20 +16,14 @@ pub struct Values {
 impl Values {
     /// A metric of an estimator, or of the run.
     pub fn of(runs: &[RunResult], estimator: Option<&str>, metric: &str) -> Self {
-        let values = runs.iter().filter_map(|run| {
-            let summary = run.summary.as_ref()?;
-            let all = match estimator {
-                Some(name) => summary.estimators.get(name)?,
-                None => &summary.run,
-            };
-            all.get(metric).copied().flatten()
-        });
-        let mut measured: Vec<f64> = values.filter(|x| x.is_finite()).collect();
+        let values = runs.iter().filter_map(|run| value(run, estimator, metric));
+        Self::new(runs.len(), values.collect())
+    }
+
+    /// Values in any order, of so many runs.
+    pub fn new(runs: usize, mut measured: Vec<f64>) -> Self {
         measured.sort_unstable_by(f64::total_cmp);
-        Self {
-            runs: runs.len(),
-            measured,
-        }
+        Self { runs, measured }
     }
 
     /// Mean; not a number without values.
@@ -53,6 +48,26 @@ impl Values {
         let half = student(n - 1) * (variance / n as f64).sqrt();
         (mean - half, mean + half)
     }
+
+    /// The same in words.
+    pub fn interval_text(&self) -> String {
+        let (low, high) = self.interval();
+        match low.is_finite() {
+            true => format!("{} … {}", number(low), number(high)),
+            false => number(f64::NAN),
+        }
+    }
+}
+
+/// A metric of an estimator, or of the run, in one run; none if it could not be measured.
+pub fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f64> {
+    let summary = run.summary.as_ref()?;
+    let all = match estimator {
+        Some(name) => summary.estimators.get(name)?,
+        None => &summary.run,
+    };
+    let value = all.get(metric).copied().flatten();
+    value.filter(|x| x.is_finite())
 }
 
 /// Estimators of these runs.
