@@ -93,7 +93,21 @@ pub struct RoadVehicle {
     pub rear_cornering_npr: Real,
 }
 
+/// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running resistance, and
+/// a road vehicle's wheel speed tells less.
+const STANDSTILL_MPS: [Real; 2] = [0.05, 0.3];
+
 impl Vehicle {
+    /// The speed below which the vehicle counts as standing, m/s: `told_mps`, or, if that is 0, what suits a rail or a road.
+    pub fn standstill_mps(&self, told_mps: Real) -> Real {
+        let [rail, road] = STANDSTILL_MPS;
+        match (told_mps > 0.0, self.road.is_some()) {
+            (true, _) => told_mps,
+            (false, false) => rail,
+            (false, true) => road,
+        }
+    }
+
     /// The mass to start from, kg: `told_kg`, or, if that is 0, the middle of the mass range; always inside the range.
     pub fn first_mass_kg(&self, told_kg: Real) -> Real {
         let [low, high] = self.mass_range_kg;

@@ -66,7 +66,7 @@ impl Conditioner {
             self.running_s = 0.0;
             return None;
         };
-        self.force.step(balance.traction(torque, speed), dt);
+        self.force.step(balance.net_traction(torque, speed), dt);
         self.speed.step(speed, dt);
         if let Some(f) = reading.specific_force_mps2 {
             self.specific_force.step(f, dt);

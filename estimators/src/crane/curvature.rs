@@ -18,6 +18,7 @@ use crate::{
     gaussian::Gaussian,
     real::{GRAVITY, cos, sqrt, within},
     rls::{Outcome, Rls},
+    signals::Vehicle,
     smoothing::AdaptiveSmoother,
 };
 
@@ -34,7 +35,7 @@ params! {
         jerk_sd_mps3 ["m/s³"] = 0.1, 1e-3 => 100.0, "Expected residual of the derivative of f − v̇.";
         curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature before any measurement.";
         curvature_max_per_m ["1/m"] = 0.25, 1e-3 => 1.0, "Largest curvature a rail has.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the curvature is not learnt.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the curvature is not learnt; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing before learning resumes.";
     }
 }
@@ -56,8 +57,12 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// From its parameters.
-    pub fn new(params: CurvatureParams) -> Self {
+    /// From the vehicle and its parameters.
+    pub fn new(vehicle: &Vehicle, params: CurvatureParams) -> Self {
+        let params = CurvatureParams {
+            standstill_mps: vehicle.standstill_mps(params.standstill_mps),
+            ..params
+        };
         let calm = params.smoothing_hz;
         let policy = Forgetting::Dynamic {
             floor: params.delta,
@@ -145,12 +150,13 @@ impl Curvature {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::crane::testing::vehicle;
 
     /// A train at constant speed through a circular arc, with an accelerometer bias.
     #[test]
     fn finds_the_curvature_of_an_arc_whatever_the_bias() {
         for (rho, bias) in [(0.05, 0.0), (0.05, 0.5), (-0.1, -0.2)] {
-            let mut curvature = Curvature::new(CurvatureParams::default());
+            let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default());
             let (v, dt): (Real, Real) = (0.5, 0.01);
             let mut theta: Real = 0.0;
             for _ in 0..1000 {
@@ -169,7 +175,7 @@ mod tests {
 
     #[test]
     fn knows_nothing_standing() {
-        let mut curvature = Curvature::new(CurvatureParams::default());
+        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default());
         for k in 0..1000 {
             let f = 0.01 * k as Real;
             curvature.step(

@@ -43,9 +43,6 @@ params! {
     }
 }
 
-/// Speed, m/s, above which the train counts as moving.
-const MOVING_MPS: Real = 0.05;
-
 /// The filter with its curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvatureUkf {
@@ -56,6 +53,7 @@ pub struct CurvatureUkf {
     R: Matrix1<Real>,
     adaptive: Option<SageHusa<1>>,
     mass: Value,
+    standstill_mps: Real,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 2>>,
@@ -80,7 +78,7 @@ impl CurvatureUkf {
                 beta: params.beta,
                 kappa: params.kappa_ukf,
             },
-            curvature: Curvature::new(curvature),
+            curvature: Curvature::new(vehicle, curvature),
             belief: Gaussian::independent(x, sd),
             R,
             adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
@@ -90,6 +88,7 @@ impl CurvatureUkf {
                 sd: (high - low) / sqrt(12.0),
                 valid: false,
             },
+            standstill_mps: vehicle.standstill_mps(curvature.standstill_mps),
             started: false,
             saturated: false,
             last: None,
@@ -193,7 +192,9 @@ impl Pipeline for CurvatureUkf {
             innovation: self.last.map_or(0.0, |c| c.y.x),
             nis: self.last.map_or(0.0, |c| c.nis),
             flags: Flags {
-                moving: reading.speed_mps.is_some_and(|v| v.abs() > MOVING_MPS),
+                moving: reading
+                    .speed_mps
+                    .is_some_and(|v| v.abs() > self.standstill_mps),
                 excited: false,
                 saturated: self.saturated,
             },

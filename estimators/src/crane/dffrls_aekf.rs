@@ -48,6 +48,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekf {
         balance,
         mass: MassRegression::new(vehicle, params.mass, policy),
         slope: SlopeFilter::new(balance, params.slope, Adaptation::sage_husa(own.kappa)),
-        standstill_mps: params.mass.standstill_mps,
+        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

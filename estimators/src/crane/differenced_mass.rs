@@ -1,6 +1,8 @@
 //! Mass from *changes* of traction and acceleration (Guo et al. 2024, eq. 2–7):
 //!
-//! Δ(F − J v̇) = M Δv̇, by recursive least squares with constant forgetting
+//! Δ(F − J v̇) = M Δ(v̇ + b), by recursive least squares with constant forgetting
+//!
+//! F is the traction less air drag and b, on a road, what a bend takes ([`Bends`]).
 //!
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
 //! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
@@ -15,6 +17,7 @@ use super::{
     force_balance::ForceBalance,
     front_end::Reading,
     params::params,
+    single_track::{Bend, Bends},
 };
 use crate::{
     Real,
@@ -36,7 +39,7 @@ params! {
         force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
         slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
         difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 0.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -46,7 +49,8 @@ params! {
 pub struct DifferencedMass {
     params: DifferencedParams,
     signals: Conditioner,
-    last: Option<Conditioned>,
+    bends: Bends,
+    last: Option<(Conditioned, Bend)>,
     /// M/M₀.
     rls: Rls<1>,
     mass0_kg: Real,
@@ -57,12 +61,18 @@ pub struct DifferencedMass {
 }
 
 impl DifferencedMass {
-    /// From the vehicle and the parameters.
-    pub fn new(vehicle: &Vehicle, params: DifferencedParams) -> Self {
+    /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for.
+    pub fn new(vehicle: &Vehicle, params: DifferencedParams, lateral: bool) -> Self {
+        let straight = Vehicle {
+            road: None,
+            ..*vehicle
+        };
+        let bending = if lateral { vehicle } else { &straight };
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
             params,
             signals: Conditioner::new(params.cutoff_hz, params.difference_hz, params.settle_s),
+            bends: Bends::new(bending, params.cutoff_hz),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -73,37 +83,36 @@ impl DifferencedMass {
         }
     }
 
-    /// One step; `lateral` is the share of the traction that acts along the train.
-    pub fn step(
-        &mut self,
-        reading: &Reading,
-        balance: &ForceBalance,
-        running: bool,
-        lateral: Real,
-        dt: Real,
-    ) {
+    /// One step.
+    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+        self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
         if !self.signals.settled() {
             (self.last, self.excited) = (None, false);
         }
-        let Some(now) = sample else { return };
+        let Some(sample) = sample else { return };
+        let now = (sample, self.bends.filtered());
         if let Some(before) = self.last.replace(now) {
-            self.difference(&before, &now, balance, lateral);
+            self.difference(&before, &now, balance);
         }
     }
 
     fn difference(
         &mut self,
-        before: &Conditioned,
-        now: &Conditioned,
+        (before, bend_before): &(Conditioned, Bend),
+        (now, bend): &(Conditioned, Bend),
         balance: &ForceBalance,
-        lateral: Real,
     ) {
-        let h = now.acceleration_mps2 - before.acceleration_mps2;
-        let force = (now.force_n - before.force_n) * lateral;
-        let y = (force - balance.rotating_mass_kg * h) / self.mass0_kg;
+        let faster = now.acceleration_mps2 - before.acceleration_mps2;
+        let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
+        let force = now.force_n - before.force_n + bend.gained_n - bend_before.gained_n;
+        let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
+        let drift = bend.drift_mps2 - bend_before.drift_mps2;
         let steady_slope = match (now.specific_force_mps2, before.specific_force_mps2) {
-            (Some(f), Some(f_before)) => (f - f_before - h).abs() < self.params.slope_gate_mps2,
+            (Some(f), Some(f_before)) => {
+                (f + drift - f_before - faster).abs() < self.params.slope_gate_mps2
+            }
             _ => false,
         };
         self.excited = steady_slope && force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
@@ -128,13 +137,17 @@ impl DifferencedMass {
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
-        let widened = self.rls.belief.P.x * self.rls.correlation_factor();
-        let sd = sqrt(widened) * self.rls.spread().max(1.0) * self.mass0_kg;
+        let sd = sqrt(self.rls.widened().x) * self.mass0_kg;
         Value {
             value,
             sd,
             valid: sd < 0.1 * value && !self.saturated,
         }
+    }
+
+    /// The bend now; none where bends are not corrected for.
+    pub fn bend(&self) -> Bend {
+        self.bends.now()
     }
 
     /// Whether the last difference was used.

@@ -1,6 +1,8 @@
-//! Longitudinal force balance of a monorail crane (Liu et al. 2023, eq. 1–7):
+//! Longitudinal force balance of a monorail crane or a road vehicle (Liu et al. 2023, eq. 1–7; Guo et al. 2024, eq. 1):
 //!
-//! (M + J) v̇ = F − M g sin θ − sgn(v) μ M g cos θ
+//! (M + J) v̇ = F − M g sin θ − sgn(v) μ M g cos θ − ½ ρ C_D A v |v|
+//!
+//! The last term, air drag, is there on a road only: at a crane's 2 m/s it is a few newtons.
 //!
 //! F traction at the rims, N; M total mass, kg; J rotating masses reflected to the rim, Σ J/r², kg; μ running resistance.
 //! The paper prints the inertia factor as 1 + 4 J g/(R² M); with J in kg·m², the unit its table 3 gives, that g is stray:
@@ -20,6 +22,8 @@ use crate::{
 pub struct ForceBalance {
     rim_per_motor: Real,
     efficiency: Real,
+    /// ½ ρ C_D A, N per (m/s)²; 0 on a rail.
+    drag_npm2s2: Real,
     /// Rotating masses reflected to the rim, kg.
     pub rotating_mass_kg: Real,
 }
@@ -30,6 +34,9 @@ impl ForceBalance {
         Self {
             rim_per_motor: vehicle.gear_ratio / vehicle.wheel_radius_m,
             efficiency: vehicle.efficiency,
+            drag_npm2s2: vehicle
+                .road
+                .map_or(0.0, |road| 0.5 * road.air_density_kgpm3 * road.drag_area_m2),
             rotating_mass_kg: vehicle.rotating_mass_kg,
         }
     }
@@ -45,7 +52,12 @@ impl ForceBalance {
         motor_torque_nm * self.rim_per_motor * efficiency
     }
 
-    /// Acceleration v̇, m/s². `resistance` is sgn(v) μ.
+    /// Traction at the rims less the drag of the air, N: what is left for weight, running resistance and acceleration.
+    pub fn net_traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
+        self.traction(motor_torque_nm, speed_mps) - self.drag_npm2s2 * speed_mps * speed_mps.abs()
+    }
+
+    /// Acceleration v̇, m/s², under a net traction. `resistance` is sgn(v) μ.
     pub fn acceleration(
         &self,
         traction_n: Real,
@@ -74,7 +86,7 @@ impl ForceBalance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crane::testing::vehicle;
+    use crate::crane::testing::{car, vehicle};
 
     #[test]
     fn the_balance_balances() {
@@ -104,6 +116,17 @@ mod tests {
             let difference = (at(theta + 1e-6) - at(theta - 1e-6)) / 2e-6;
             assert!((difference - balance.acceleration_by_theta(2e4, theta, -0.03)).abs() < 1e-7);
         }
+    }
+
+    #[test]
+    fn air_drags_on_a_road_vehicle_and_not_on_a_train() {
+        let train = ForceBalance::new(&vehicle());
+        assert_eq!(train.net_traction(300.0, 2.0), train.traction(300.0, 2.0));
+        // ½ · 1.2258 · 0.332 · 2.574 · 10² N, against the motion either way.
+        let car = ForceBalance::new(&car());
+        let drag = |v| car.traction(100.0, v) - car.net_traction(100.0, v);
+        assert!((drag(10.0) - 52.376).abs() < 1e-3);
+        assert_eq!(drag(-10.0), -drag(10.0));
     }
 
     #[test]

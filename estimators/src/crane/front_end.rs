@@ -14,6 +14,8 @@ pub struct Reading {
     pub speed_mps: Option<Real>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
+    /// Torque of drive 0, N·m: on a road vehicle that of the front, steered axle.
+    pub front_torque_nm: Option<Real>,
     /// Specific force along the train, m/s².
     pub specific_force_mps2: Option<Real>,
     /// Specific force to the left, m/s².
@@ -22,9 +24,20 @@ pub struct Reading {
     pub pitch_rate_radps: Option<Real>,
     /// Rate about the vertical axis, rad/s, + to the left.
     pub yaw_rate_radps: Option<Real>,
+    /// Steering angle of a road vehicle's front wheels, rad, + to the left.
+    pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
 }
+
+/// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
+const LONGEST_PAUSE_S: Real = 60.0;
+
+/// Latest instant, s: three hundred years, which leaves room for clocks that count from 1970.
+const LATEST_S: Real = 1e10;
+
+/// Silence after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
+const CLOCK_SET_BACK_S: Real = 1.0;
 
 /// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,15 +49,17 @@ struct Held {
 }
 
 impl Held {
-    /// Takes a new sample; a sample not younger than the last one is skipped. Tells whether it was taken.
+    /// Takes a new sample; a sample not younger than the last one is skipped, unless nothing younger has come for so long that its clock
+    /// must have been set back. Tells whether it was taken.
     fn take(&mut self, sample: Option<Sample<Real>>, now_s: Real) -> bool {
         let Some(sample) = sample else { return false };
         if self.value.is_some() {
-            if sample.t_s <= self.stamp_s {
+            let gap = now_s - self.arrived_s;
+            let set_back = sample.t_s < self.stamp_s && gap > CLOCK_SET_BACK_S;
+            if !(sample.t_s > self.stamp_s || set_back) {
                 return false;
             }
             // A gap after lost samples must not pass for a long sample period.
-            let gap = now_s - self.arrived_s;
             self.period_s = if self.period_s > 0.0 {
                 gap.min(1.1 * self.period_s)
             } else {
@@ -72,6 +87,7 @@ pub struct FrontEnd {
     left: Held,
     pitch_rate: Held,
     yaw_rate: Held,
+    steering: Held,
 }
 
 impl FrontEnd {
@@ -86,6 +102,7 @@ impl FrontEnd {
             left: Held::default(),
             pitch_rate: Held::default(),
             yaw_rate: Held::default(),
+            steering: Held::default(),
         }
     }
 
@@ -122,6 +139,7 @@ impl FrontEnd {
             }),
             now,
         );
+        self.steering.take(z.steering_angle_rad, now);
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
         }
@@ -145,10 +163,12 @@ impl FrontEnd {
             new_speed_mps: speed_mps.filter(|_| new_speed),
             speed_mps,
             motor_torque_nm: self.total_torque(now, dt),
+            front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
             lateral_force_mps2: self.left.fresh(now, dt),
             pitch_rate_radps: self.pitch_rate.fresh(now, dt),
             yaw_rate_radps: self.yaw_rate.fresh(now, dt),
+            steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
         })
     }
@@ -178,6 +198,14 @@ impl FrontEnd {
         {
             return Err(Error::OutOfOrder { t_s: z.t_s, last_s });
         }
+        if let Some(last_s) = self.last_s
+            && z.t_s - last_s > LONGEST_PAUSE_S
+        {
+            return Err(Error::TooFarAhead { t_s: z.t_s, last_s });
+        }
+        if z.t_s.abs() > LATEST_S {
+            return Err(Error::OutOfRange("time"));
+        }
         for s in z.specific_force_mps2.iter() {
             check_sample("specific force", s.t_s, &s.value, 1e3)?;
         }
@@ -189,6 +217,9 @@ impl FrontEnd {
         }
         for s in z.wheel_speed_mps.iter().flatten() {
             check_sample("wheel speed", s.t_s, &[s.value], 1e2)?;
+        }
+        for s in z.steering_angle_rad.iter() {
+            check_sample("steering angle", s.t_s, &[s.value], 1e1)?;
         }
         check_sample("brake command", 0.0, &[u.brake], 1e2)
     }
@@ -219,12 +250,13 @@ fn third([_, _, z]: [Real; 3]) -> Real {
 
 /// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.
 fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
-    let mut sorted = [Real::INFINITY; MAX_DRIVES];
+    let mut room = [0.0; MAX_DRIVES];
     let mut count = 0;
-    for (place, value) in sorted.iter_mut().zip(values) {
+    for (place, value) in room.iter_mut().zip(values) {
         *place = value;
         count += 1;
     }
+    let sorted = room.get_mut(..count)?;
     sorted.sort_unstable_by(Real::total_cmp);
     let upper = *sorted.get(count / 2)?;
     let lower = *sorted.get(count.checked_sub(1)? / 2)?;

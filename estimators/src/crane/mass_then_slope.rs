@@ -39,11 +39,19 @@ pub trait MassStage: Copy {
     /// with the traction (N) and the direction of travel, ±1.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real;
 
+    /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
+    fn bend_n(&self) -> Real {
+        0.0
+    }
+
     /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that: 0 for a stage that takes the
     /// train for a point.
     fn grade_lead(&self) -> (Real, Real) {
         (0.0, 0.0)
     }
+
+    /// The grade angle, rad, that the second stage has found with this mass; most first stages need none.
+    fn told_grade(&mut self, _theta: Real) {}
 
     /// Whether it is excited and learns.
     fn excited(&self) -> bool;
@@ -99,7 +107,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
             .zip(reading.speed_mps)
             .filter(|_| running);
         let drive = torque_and_speed.map(|(torque, speed)| Drive {
-            traction_n: self.balance.traction(torque, speed),
+            traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
             mass_kg: mass_kg.value,
             resistance: self.mass.running_resistance() * direction,
         });
@@ -112,6 +120,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
         }
 
         let belief = self.slope.belief();
+        self.mass.told_grade(belief.x.y);
         let parameters_sd = drive.map_or(0.0, |drive| {
             self.mass
                 .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)

@@ -45,6 +45,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
         balance,
         mass: MultiModelMass::new(vehicle, params.mass),
         slope: SlopeFilter::new(balance, params.slope, adaptation),
-        standstill_mps: params.mass.standstill_mps,
+        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

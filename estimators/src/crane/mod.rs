@@ -11,29 +11,42 @@ pub mod dffrls_aekf;
 pub mod dffrls_aukf;
 pub mod dffrls_ukf;
 pub mod differenced_mass;
+pub mod dynamic_stf;
 pub mod ffrls;
 pub mod force_balance;
 pub mod front_end;
 pub mod hosted;
+pub mod imm_ekf;
+pub mod imm_ekf_fixed;
 pub mod imm_stf;
+pub mod imm_stf_fixed;
+pub mod imm_stf_no_lateral;
 pub mod joint_ekf;
+pub mod kinematic_stf;
 pub mod load_watch;
 pub mod mass_regression;
 pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
 pub mod multi_model_mass;
 pub mod params;
+pub mod regression;
+pub mod regressors;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod running_deviation;
+pub mod single_track;
 pub mod slope_filter;
+pub mod slope_models;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod train_on_rail;
 pub mod waiting;
 
+#[cfg(feature = "printed")]
+use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{
     Error, Real,
-    signals::{Command, Estimate, MAX_DRIVES, Measurements, Vehicle},
+    signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle},
 };
 use hosted::Hosted;
 use params::{Key, ParamError};
@@ -55,14 +68,22 @@ pub trait Estimator {
 
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
-    ($($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)*) => {
+    (
+        { $($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)* }
+        as printed:
+        { $($(#[$print_about:meta])* $print_name:literal => $print_module:ident::$print:ident,)* }
+    ) => {
         /// Names [`build`] knows.
         pub const NAMES: &[&str] = &[$($name),*];
+
+        /// Names it also knows with the feature `printed`: methods as printed, slips and all. None without it.
+        pub const PRINTED_NAMES: &[&str] = &[$(#[cfg(feature = "printed")] $print_name),*];
 
         /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
         pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
             match name {
                 $($name => Some($module::Params::KEYS),)*
+                $(#[cfg(feature = "printed")] $print_name => Some($print_module::Params::KEYS),)*
                 _ => None,
             }
         }
@@ -80,6 +101,11 @@ macro_rules! registry {
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
                     Ok(AnyEstimator::$pipeline(Hosted::new(vehicle, $module::new(vehicle, &params))))
                 })*
+                $(#[cfg(feature = "printed")] $print_name => {
+                    let mut params = $print_module::Params::default();
+                    settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
+                    Ok(AnyEstimator::$print(Hosted::new(vehicle, $print_module::new(vehicle, &params))))
+                })*
                 _ => Err(ParamError::UnknownEstimator),
             }
         }
@@ -89,25 +115,28 @@ macro_rules! registry {
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
             $($(#[$about])* $pipeline(Hosted<$module::$pipeline>),)*
+            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Hosted<$print_module::$print>),)*
         }
 
         impl AnyEstimator {
             fn inner(&self) -> &dyn Estimator {
                 match self {
                     $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
 
             fn inner_mut(&mut self) -> &mut dyn Estimator {
                 match self {
                     $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
         }
     };
 }
 
-registry! {
+registry! {{
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf" => dffrls_aekf::DffrlsAekf,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
@@ -122,11 +151,36 @@ registry! {
     "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" => imm_stf::ImmStf,
+    /// The same with fixed transitions between the models.
+    "imm_stf_fixed" => imm_stf_fixed::ImmStfFixed,
+    /// The same without correction for bends.
+    "imm_stf_no_lateral" => imm_stf_no_lateral::ImmStfNoLateral,
+    /// The same with plain Kalman filters.
+    "imm_ekf" => imm_ekf::ImmEkf,
+    /// Plain Kalman filters, fixed transitions.
+    "imm_ekf_fixed" => imm_ekf_fixed::ImmEkfFixed,
+    /// The kinematic model of `imm_stf` alone.
+    "kinematic_stf" => kinematic_stf::KinematicStf,
+    /// The dynamic model of `imm_stf` alone.
+    "dynamic_stf" => dynamic_stf::DynamicStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
     "resistance_dffrls" => resistance::Resistance,
-}
+    /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
+    "regression" => regression::Regression,
+} as printed: {
+    /// Liu et al. 2023 as printed.
+    "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,
+    /// Liu et al. 2023, section 2.2, as printed.
+    "resistance_dffrls_printed" => liu_2023_resistance::ResistancePrinted,
+    /// The DFFRLS-AUKF paper as printed.
+    "dffrls_aukf_printed" => huainan::DffrlsAukfPrinted,
+    /// Guo et al. 2024 as printed.
+    "imm_stf_printed" => guo_2024::ImmStfPrinted,
+    /// Patent CN 111507019 B as printed.
+    "mmrls_sh_stf_printed" => patent::MmrlsShStfPrinted,
+}}
 
 /// The parameters of a named estimator; `None` if there is no such estimator.
 pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
@@ -164,6 +218,24 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
         ("tare_span_m", span(vehicle.tare_span_m)),
         ("load_span_m", span(vehicle.load_span_m)),
         ("imu_arm_m", vehicle.imu_arm_m.abs() < LONGEST_M),
+    ] {
+        if !good {
+            return Err(ParamError::Vehicle(field));
+        }
+    }
+    vehicle.road.as_ref().map_or(Ok(()), check_road)
+}
+
+fn check_road(road: &RoadVehicle) -> Result<(), ParamError> {
+    let positive = |value: Real| value > 0.0 && value.is_finite();
+    let not_negative = |value: Real| value >= 0.0 && value.is_finite();
+    for (field, good) in [
+        ("drag_area_m2", not_negative(road.drag_area_m2)),
+        ("air_density_kgpm3", not_negative(road.air_density_kgpm3)),
+        ("front_axle_m", positive(road.front_axle_m)),
+        ("rear_axle_m", positive(road.rear_axle_m)),
+        ("front_cornering_npr", positive(road.front_cornering_npr)),
+        ("rear_cornering_npr", positive(road.rear_cornering_npr)),
     ] {
         if !good {
             return Err(ParamError::Vehicle(field));

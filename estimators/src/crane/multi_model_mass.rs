@@ -1,16 +1,17 @@
 //! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
 //!
-//! - straight: F − J v̇ = m a, a = f + s μ g cos θ
-//! - turning: F cos δ − ½ m̂ a_y sin δ − J v̇ = m a: part of the traction turns the vehicle (single-track model, centre of mass in the
-//!   middle; δ from the yaw rate, δ = L ψ̇/v)
+//! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag)
+//! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model): the side force
+//!   of the steered tyres takes part of the traction, and a straight model takes that for mass ([`Bends`])
 //!
 //! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
 //!
 //! Against the print: a uses the specific force f of the accelerometer, where the patent puts in the slope of a filter that inverts
 //! the same balance (mass and slope then chase each other); the residual is taken by size (in print a large negative one is the best)
 //! and in its own standard deviations; its variance is the innovation variance (the printed one falls to 0); the law that settles at
-//! λ = 1 starts again when the load changes. Below a degree of steering or 0.3 m/s² across, the straight model stands alone: on a
-//! crane at walking pace, that is always.
+//! λ = 1 starts again when the load changes. The side force comes from the lateral acceleration and not from a slip angle that is
+//! nearly 0 by construction ([`super::single_track`]). Below a degree of steering or 0.3 m/s² across, and on a rail, the straight
+//! model stands alone.
 //!
 //! μ and the accelerometer's bias are taken as known: on level track a μ of 0.02 that is off by a quarter is a mass off by a quarter
 //! until a start or a slope dilutes it.
@@ -24,13 +25,13 @@ use super::{
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
+    single_track::Bends,
 };
 use crate::{
     Real,
-    conditioning::MatchedFilter,
     forgetting::Forgetting,
     gaussian::Gaussian,
-    real::{GRAVITY, PI, cos, exp, ln, sin, sqrt, tanh, within},
+    real::{GRAVITY, PI, exp, ln, sqrt, tanh, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
 };
@@ -42,20 +43,17 @@ params! {
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
         accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias; only widens what is reported.";
-        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regressions; λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load; 0 = off.";
     }
 }
 
-/// Steering angle, rad, and lateral acceleration, m/s², below which the straight model stands alone.
-const TURNING: (Real, Real) = (PI / 180.0, 0.3);
 /// Least and most weight of a model while turning.
 const WEIGHTS: (Real, Real) = (0.02, 0.98);
 
@@ -64,8 +62,7 @@ const WEIGHTS: (Real, Real) = (0.02, 0.98);
 pub struct MultiModelMass {
     params: MultiModelParams,
     signals: Conditioner,
-    yaw_rate: MatchedFilter,
-    lateral: MatchedFilter,
+    bends: Bends,
     start: Rls<1>,
     straight: Rls<1>,
     turning: Rls<1>,
@@ -91,12 +88,10 @@ impl MultiModelMass {
                 decay: params.decay,
             },
         );
-        let filter = MatchedFilter::new(params.cutoff_hz);
         Self {
             params,
             signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
-            yaw_rate: filter,
-            lateral: filter,
+            bends: Bends::new(vehicle, params.cutoff_hz),
             start: rls,
             straight: rls,
             turning: rls,
@@ -133,19 +128,19 @@ impl MultiModelMass {
         ];
 
         self.straight_weight = 1.0;
-        if let Some((steer, across)) = self.steering(now.speed_mps) {
-            let turning_force =
-                now.force_n * cos(steer) - 0.5 * self.fused() * self.mass0_kg * across * sin(steer);
-            let y = (turning_force - inertia) / self.mass0_kg;
-            if let Some(turning) = self.turning.update(y, &vector![a], r, false) {
-                let logs = [
-                    log_likelihood(&self.straight, &straight, a, r),
-                    log_likelihood(&self.turning, &turning, a, r),
-                ];
-                let [s, t] = logs;
-                let (least, most) = WEIGHTS;
-                self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
-            }
+        let bend = self.bends.filtered();
+        // f reads v_y r too little, which the bend has taken: what is left of the two is the side force.
+        let a_turning = a + bend.taken_mps2 + bend.drift_mps2;
+        let y = (now.force_n + bend.gained_n - inertia) / self.mass0_kg;
+        if bend.turning()
+            && let Some(turning) = self.turning.update(y, &vector![a_turning], r, false)
+        {
+            let (s, t) = (
+                log_likelihood(&self.straight, &straight, a, r),
+                log_likelihood(&self.turning, &turning, a_turning, r),
+            );
+            let (least, most) = WEIGHTS;
+            self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
         }
         self.clamp();
         if self
@@ -154,14 +149,6 @@ impl MultiModelMass {
         {
             self.restart();
         }
-    }
-
-    /// Steering angle and lateral acceleration, if the train turns enough for the turning model.
-    fn steering(&self, speed: Real) -> Option<(Real, Real)> {
-        let (yaw_rate, across) = self.yaw_rate.value().zip(self.lateral.value())?;
-        let steer = (self.params.wheelbase_m * yaw_rate / speed).clamp(-0.5, 0.5);
-        let (angle, acceleration) = TURNING;
-        (steer.abs() >= angle && across.abs() >= acceleration).then_some((steer, across))
     }
 
     /// M/M₀ of both models.
@@ -221,16 +208,8 @@ impl MassStage for MultiModelMass {
     ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        match reading.yaw_rate_radps.zip(reading.lateral_force_mps2) {
-            Some((yaw_rate, across)) => {
-                self.yaw_rate.step(yaw_rate, dt);
-                self.lateral.step(across, dt);
-            }
-            None => {
-                self.yaw_rate.empty();
-                self.lateral.empty();
-            }
-        }
+        let mass_kg = self.fused() * self.mass0_kg;
+        self.bends.step(reading, balance, mass_kg, dt);
         if let Some(sample) = self.signals.step(reading, balance, running, dt) {
             self.sample(sample, balance);
         }
@@ -241,12 +220,8 @@ impl MassStage for MultiModelMass {
         let (s, t) = (self.straight.belief, self.turning.belief);
         let (w, mean) = (self.straight_weight, self.fused());
         let away = |x: Real| (x - mean) * (x - mean);
-        let widened = |rls: &Rls<1>| {
-            let spread = rls.spread().max(1.0);
-            rls.belief.P.x * spread * spread * rls.correlation_factor()
-        };
-        let variance = w * (widened(&self.straight) + away(s.x.x))
-            + (1.0 - w) * (widened(&self.turning) + away(t.x.x));
+        let variance = w * (self.straight.widened().x + away(s.x.x))
+            + (1.0 - w) * (self.turning.widened().x + away(t.x.x));
         let level = mean * self.level_error();
         let (value, sd) = (
             mean * self.mass0_kg,
@@ -269,6 +244,10 @@ impl MassStage for MultiModelMass {
         let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
         let by_resistance = self.params.mu_sd * self.mu;
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
+    }
+
+    fn bend_n(&self) -> Real {
+        self.bends.now().force_n(self.fused() * self.mass0_kg)
     }
 
     fn excited(&self) -> bool {
@@ -295,28 +274,18 @@ impl MassStage for MultiModelMass {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crane::testing::vehicle;
+    use crate::crane::testing::{Turn, car};
 
-    /// A vehicle that turns on the level: the traction needed grows by what the turning model says.
-    fn turning(weigh: bool) -> MultiModelMass {
-        let (mass, v, steer, across): (Real, Real, Real, Real) = (12_000.0, 3.0, 0.3, 2.0);
+    /// The car of 2 170 kg in a steady turn up a tenth, told to weigh 2 500 kg.
+    fn turning(vehicle: &Vehicle) -> MultiModelMass {
         let params = MultiModelParams {
-            mass0_kg: 15_000.0,
+            mass0_kg: 2_500.0,
             ..Default::default()
         };
-        let mut stage = MultiModelMass::new(&vehicle(), params);
-        let balance = ForceBalance::new(&vehicle());
-        let needed = (mass * 0.02 * GRAVITY + 0.5 * mass * across * steer.sin()) / steer.cos();
-        let torque = needed / balance.traction(1.0, v);
-        let reading = Reading {
-            speed_mps: Some(v),
-            motor_torque_nm: Some(torque),
-            specific_force_mps2: Some(0.0),
-            lateral_force_mps2: weigh.then_some(across),
-            yaw_rate_radps: weigh.then_some(steer * v / params.wheelbase_m),
-            ..Default::default()
-        };
-        for _ in 0..3000 {
+        let mut stage = MultiModelMass::new(vehicle, params);
+        let balance = ForceBalance::new(vehicle);
+        let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
+        for _ in 0..6000 {
             stage.step(&reading, &balance, true, 0.01);
         }
         stage
@@ -325,20 +294,19 @@ mod tests {
     #[test]
     fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
         let kg = |rls: &Rls<1>, stage: &MultiModelMass| rls.belief.x.x * stage.mass0_kg;
-        let stage = turning(true);
-        assert!(
-            kg(&stage.straight, &stage) > 20_000.0,
-            "{}",
-            kg(&stage.straight, &stage)
-        );
-        // Its correction uses the fused mass, which the clamped weight keeps from being the turning model's alone.
-        assert!(kg(&stage.turning, &stage) < kg(&stage.straight, &stage) - 4_000.0);
+        let stage = turning(&car());
+        let (straight, right) = (kg(&stage.straight, &stage), kg(&stage.turning, &stage));
+        assert!(straight > 2_900.0, "{straight}");
+        assert!((right / 2_170.0 - 1.0).abs() < 0.03, "{right}");
         let value = stage.mass_kg().value;
-        assert!(value < kg(&stage.straight, &stage) && value > kg(&stage.turning, &stage));
-        // Without a yaw rate there is only the straight model.
-        let blind = turning(false);
-        assert_eq!(blind.straight_weight, 1.0);
-        assert_eq!(blind.mass_kg().value, kg(&blind.straight, &blind));
+        assert!(value < straight && value > right, "{value}");
+        // On a rail there is only the straight model.
+        let rail = turning(&Vehicle {
+            road: None,
+            ..car()
+        });
+        assert_eq!(rail.straight_weight, 1.0);
+        assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
     }
 
     #[test]

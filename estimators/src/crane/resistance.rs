@@ -48,7 +48,7 @@ params! {
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression; λ is per such sample.";
-        standstill_mps ["m/s"] = 0.05, 0.001 => 1.0, "Speed below which the train counts as standing: no learning.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -79,7 +79,10 @@ pub struct Resistance {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
-    let own = params.resistance;
+    let own = ResistanceParams {
+        standstill_mps: vehicle.standstill_mps(params.resistance.standstill_mps),
+        ..params.resistance
+    };
     let prior = Gaussian::independent(vector![own.resistance0], vector![own.resistance0_sd]);
     let policy = Forgetting::Dynamic {
         floor: own.delta,
@@ -102,12 +105,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
 impl Resistance {
     /// μ and its standard deviation, with what is taken as known in it.
     pub fn coefficient(&self) -> (Real, Real) {
-        let Gaussian { x, P } = self.rls.belief;
-        let spread = self.rls.spread().max(1.0);
+        let x = self.rls.belief.x;
         let bias = self.params.accel_bias_sd_mps2 / GRAVITY;
         let by_mass = self.params.known_mass_sd * self.load;
-        let variance =
-            P.x * spread * spread * self.rls.correlation_factor() + bias * bias + by_mass * by_mass;
+        let variance = self.rls.widened().x + bias * bias + by_mass * by_mass;
         (x.x, sqrt(variance))
     }
 
@@ -293,7 +294,7 @@ impl SpeedPrediction {
     /// never drives.
     pub fn step(&mut self, motor_torque_nm: Real, grade_rad: Real, dt: Real) -> Real {
         let v = self.speed_mps;
-        let traction = self.balance.traction(motor_torque_nm, v);
+        let traction = self.balance.net_traction(motor_torque_nm, v);
         let free = self
             .balance
             .acceleration(traction, self.mass_kg, grade_rad, 0.0);

@@ -26,6 +26,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RlsEkf {
         balance,
         mass: MassRegression::new(vehicle, params.mass, Forgetting::None),
         slope: SlopeFilter::new(balance, params.slope, Adaptation::None),
-        standstill_mps: params.mass.standstill_mps,
+        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

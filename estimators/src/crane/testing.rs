@@ -2,8 +2,8 @@
 
 use crate::{
     Real,
-    crane::Estimator,
-    signals::{Command, Estimate, Measurements, Sample, Vehicle},
+    crane::{Estimator, front_end::Reading},
+    signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle},
     testing::Random,
 };
 use std::vec::Vec;
@@ -23,6 +23,109 @@ pub fn vehicle() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
+    }
+}
+
+/// The road vehicle of Guo et al. 2024; what they do not tell is invented.
+pub fn car() -> Vehicle {
+    Vehicle {
+        tare_kg: 1_900.0,
+        drives: 2,
+        wheel_radius_m: 0.335,
+        gear_ratio: 7.235,
+        efficiency: 0.95,
+        rotating_mass_kg: 65.0,
+        running_resistance: 0.0092,
+        mass_range_kg: [1_500.0, 3_000.0],
+        tare_span_m: [0.0; 2],
+        load_span_m: [0.0; 2],
+        imu_arm_m: 0.0,
+        road: Some(RoadVehicle {
+            drag_area_m2: 0.332 * 2.574,
+            air_density_kgpm3: 1.2258,
+            front_axle_m: 1.4,
+            rear_axle_m: 1.4,
+            front_cornering_npr: 120e3,
+            rear_cornering_npr: 130e3,
+        }),
+    }
+}
+
+/// The road vehicle in a steady turn up a grade, solved from the forces of its axles and not from the estimators' formulas.
+pub struct Turn {
+    pub speed: Real,
+    pub yaw_rate: Real,
+    pub steer: Real,
+    pub lateral_speed: Real,
+    /// g sin θ of the grade, m/s².
+    pub uphill: Real,
+    /// Traction at the rims, half of it at each axle, N.
+    pub traction: Real,
+}
+
+impl Turn {
+    /// Newton's method on steering angle, lateral speed and traction, until the forces along and across and the moments balance.
+    pub fn solve(mass: Real, speed: Real, yaw_rate: Real, uphill: Real) -> Self {
+        let (vehicle, road) = (car(), car().road.unwrap());
+        let drag = 0.5 * road.air_density_kgpm3 * road.drag_area_m2 * speed * speed;
+        let resistance = mass * (9.81 * vehicle.running_resistance + uphill);
+        let lack = |x: nalgebra::Vector3<Real>| {
+            let (steer, lateral_speed, traction) = (x.x, x.y, x.z);
+            let front_slip =
+                steer - ((lateral_speed + road.front_axle_m * yaw_rate) / speed).atan();
+            let rear_slip = -((lateral_speed - road.rear_axle_m * yaw_rate) / speed).atan();
+            let (front, rear) = (
+                road.front_cornering_npr * front_slip,
+                road.rear_cornering_npr * rear_slip,
+            );
+            let half = 0.5 * traction;
+            let across = front * steer.cos() + half * steer.sin();
+            nalgebra::vector![
+                half * steer.cos() - front * steer.sin() + half - drag - resistance
+                    + mass * lateral_speed * yaw_rate,
+                across + rear - mass * speed * yaw_rate,
+                road.front_axle_m * across - road.rear_axle_m * rear
+            ]
+        };
+        let mut x = nalgebra::vector![2.8 * yaw_rate / speed, 0.0, drag + resistance];
+        for _ in 0..50 {
+            let steps = [1e-7, 1e-7, 1e-2];
+            let mut J = nalgebra::Matrix3::zeros();
+            for (i, h) in steps.into_iter().enumerate() {
+                let mut moved = x;
+                moved[i] += h;
+                J.set_column(i, &((lack(moved) - lack(x)) / h));
+            }
+            x -= J.lu().solve(&lack(x)).unwrap();
+        }
+        assert!(lack(x).norm() < 1e-6);
+        Turn {
+            speed,
+            yaw_rate,
+            steer: x.x,
+            lateral_speed: x.y,
+            uphill,
+            traction: x.z,
+        }
+    }
+
+    /// What instruments without error read.
+    pub fn reading(&self) -> Reading {
+        let vehicle = car();
+        let torque =
+            self.traction * vehicle.wheel_radius_m / vehicle.gear_ratio / vehicle.efficiency;
+        Reading {
+            new_speed_mps: Some(self.speed),
+            speed_mps: Some(self.speed),
+            motor_torque_nm: Some(torque),
+            front_torque_nm: Some(0.5 * torque),
+            specific_force_mps2: Some(self.uphill - self.lateral_speed * self.yaw_rate),
+            lateral_force_mps2: Some(self.speed * self.yaw_rate),
+            pitch_rate_radps: Some(0.0),
+            yaw_rate_radps: Some(self.yaw_rate),
+            steering_angle_rad: Some(self.steer),
+            brake: 0.0,
+        }
     }
 }
 

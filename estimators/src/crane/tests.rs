@@ -4,10 +4,12 @@ use super::{testing::*, *};
 use crate::{signals::Sample, testing::Random};
 use std::vec::Vec;
 
-fn all() -> impl Iterator<Item = (&'static str, AnyEstimator)> {
-    NAMES
-        .iter()
-        .map(|name| (*name, build(name, &vehicle(), []).unwrap()))
+/// Every named estimator on a train and on a road vehicle.
+fn all() -> impl Iterator<Item = (&'static str, Vehicle, AnyEstimator)> {
+    let vehicles = || [vehicle(), car()].into_iter();
+    NAMES.iter().flat_map(move |name| {
+        vehicles().map(|vehicle| (*name, vehicle, build(name, &vehicle, []).unwrap()))
+    })
 }
 
 #[test]
@@ -73,6 +75,20 @@ fn an_impossible_vehicle_is_refused() {
             gear_ratio: Real::NAN,
             ..vehicle()
         },
+        Vehicle {
+            road: car().road.map(|road| RoadVehicle {
+                rear_axle_m: 0.0,
+                ..road
+            }),
+            ..car()
+        },
+        Vehicle {
+            road: car().road.map(|road| RoadVehicle {
+                drag_area_m2: Real::NAN,
+                ..road
+            }),
+            ..car()
+        },
     ];
     for vehicle in bad {
         assert!(matches!(
@@ -84,7 +100,7 @@ fn an_impossible_vehicle_is_refused() {
 
 #[test]
 fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
-    for (name, mut estimator) in all() {
+    for (name, vehicle, mut estimator) in all() {
         let world = World {
             seconds: 20.0,
             ..world(1)
@@ -95,7 +111,7 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
             .map(|row| row.estimate)
             .collect();
         estimator.reset();
-        assert_eq!(estimator, build(name, &vehicle(), []).unwrap());
+        assert_eq!(estimator, build(name, &vehicle, []).unwrap());
         let again: Vec<Estimate> = world
             .run(&mut estimator)
             .iter()
@@ -112,11 +128,12 @@ const BY_TRACTION: &[&str] = &[
     "ffrls",
     "joint_ekf",
     "mmrls_sh_stf",
+    "regression",
 ];
 
 #[test]
 fn standing_never_changes_mass_or_slope() {
-    for (name, mut estimator) in all() {
+    for (name, _, mut estimator) in all() {
         let mut random = Random::new(21);
         let mut first = None;
         for k in 1..=20_000 {
@@ -195,6 +212,7 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
         t_s: s.t_s,
         value: [0.0, s.value, 0.0],
     });
+    z.steering_angle_rad = sample(random);
     let u = Command {
         brake: if random.uniform() < 0.02 {
             Real::NAN
@@ -209,7 +227,7 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
 
 #[test]
 fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves_it_as_it_was() {
-    for (name, mut estimator) in all() {
+    for (name, vehicle, mut estimator) in all() {
         let mut random = Random::new(22);
         let (mut refused, mut taken) = (0, 0);
         for k in 1..=100_000 {
@@ -223,7 +241,7 @@ fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves
                 Ok(estimate) => {
                     taken += 1;
                     assert!(estimate.is_finite(), "{name}: {estimate:?}");
-                    let [low, high] = vehicle().mass_range_kg;
+                    let [low, high] = vehicle.mass_range_kg;
                     assert!(
                         (low..=high).contains(&estimate.total_mass_kg.value),
                         "{name}: {estimate:?}"
