@@ -9,7 +9,7 @@ use monorig_sim::scenario::Scenario;
 /// the controller.
 pub fn check(scenario: &Scenario) -> Result<(), Error> {
     let of_estimators: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
-    let of_run: Vec<&str> = RUN_METRICS.iter().map(|m| m.0).collect();
+    let of_run: Vec<&str> = RUN_METRICS.iter().map(|m| m.name).collect();
     for (i, e) in scenario.file.expect.iter().enumerate() {
         let (known, others) = match e.estimator {
             Some(_) => (&of_estimators, &of_run),

@@ -18,6 +18,8 @@ pub struct Sample {
     pub mass_valid: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
+    /// The same as roads state slopes, 100 tan θ, %.
+    pub slope_percent: f64,
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
     /// Its normalised square, against the grade at the IMU.
@@ -35,6 +37,10 @@ pub struct Tracking {
     pub t_s: f64,
     /// Speed minus reference, m/s.
     pub speed: f64,
+    /// Speed along the rail, m/s.
+    pub way_speed: f64,
+    /// Power of the driven wheels on the train, W.
+    pub traction_w: f64,
     /// Acceleration along the rail, m/s².
     pub accel: f64,
     /// Off the rail's line, m.
@@ -78,6 +84,7 @@ impl Observer for Series {
                 mass_nees: square(mass / e.total_mass_kg.sd),
                 mass_valid: e.total_mass_kg.valid,
                 slope,
+                slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
                 slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
                 slope_nees: square(slope / e.grade_rad.sd),
                 slope_valid: e.grade_rad.valid,
@@ -87,6 +94,8 @@ impl Observer for Series {
         self.tracking.push(Tracking {
             t_s: t.t_s,
             speed: t.speed_mps - f.reference.speed_mps,
+            way_speed: t.speed_mps,
+            traction_w: t.traction_n * t.speed_mps,
             accel: t.accel_mps2,
             off_rail: t.off_rail_m,
         });

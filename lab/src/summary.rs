@@ -156,8 +156,8 @@ impl Summary {
                 .iter()
                 .map(|m| {
                     (
-                        m.0.to_owned(),
-                        finite(metrics::measure_run(series, m.0, from, to)),
+                        m.name.to_owned(),
+                        finite(metrics::measure_run(series, m.name, from, to)),
                     )
                 })
                 .collect(),
