@@ -1,8 +1,10 @@
 //! The command line, and the help that teaches it.
 
+mod reports;
 mod studies;
 mod tune;
 
+pub use reports::Report;
 pub use studies::Test;
 pub use tune::Tune;
 
@@ -16,6 +18,7 @@ Examples:
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
   monorig test scenarios                                 every scenario over its seeds: does what it expects hold?
   monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
+  monorig report runs/minimal/1                          plots, errors and verdicts of a run as one HTML file
   monorig check scenarios/*.yaml                         find mistakes without running
   monorig schema scenario                                every key a scenario can have
 
@@ -39,6 +42,8 @@ pub enum Task {
     Test(Test),
     /// Search for the parameters of an estimator that are best over many runs
     Tune(Tune),
+    /// Write a report as one HTML file
+    Report(Report),
     /// Check files without running anything
     Check(Check),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit

@@ -15,6 +15,7 @@ mod schema;
 mod simulate;
 mod test;
 mod tune;
+mod write_report;
 
 use arguments::{Arguments, Task};
 use clap::Parser;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Task::Run(task) => run::run(&task),
         Task::Test(task) => test::test(&task),
         Task::Tune(task) => tune::tune(&task),
+        Task::Report(task) => write_report::report(&task),
         Task::Check(task) => check::check(&task),
         Task::Schema(task) => schema::schema(&task),
     };

@@ -2,10 +2,10 @@
 
 use crate::study::RunResult;
 use crate::summary::{Summary, Verdict};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A scenario and what became of its runs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Judged {
     /// Scenario name.
     pub scenario: String,
@@ -18,7 +18,7 @@ pub struct Judged {
 }
 
 /// One thing asked of all runs of a scenario.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// What, such as `dffrls_aekf mass_error_rel_max from 10 s`.
     pub what: String,

@@ -18,4 +18,6 @@
 pub mod html;
 pub mod page;
 pub mod plot;
+pub mod run;
+pub mod study;
 pub mod table;

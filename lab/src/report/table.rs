@@ -74,7 +74,9 @@ impl Table {
         }
         out += "<thead><tr>";
         for (i, (title, _)) in self.columns.iter().enumerate() {
-            out += &format!("<th{}>{}</th>", class(i), escape(title));
+            // long names of metrics may be broken
+            let title = escape(title).replace('_', "_<wbr/>");
+            out += &format!("<th{}>{title}</th>", class(i));
         }
         out += "</tr></thead>\n<tbody>\n";
         for row in &self.rows {

@@ -1,8 +1,11 @@
-//! Reading `channels.parquet` back: what is in it, and whether all of it can be read.
+//! Reading `channels.parquet` back: what is in it, whether all of it can be read, and its columns.
 
 use super::parquet::EVENTS;
 use crate::error::{Error, InputError};
+use arrow::array::{Array, Float64Array};
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
@@ -21,29 +24,53 @@ pub struct Contents {
     pub events: Vec<(i64, String)>,
 }
 
+/// Columns by name, as long as the file; NaN = no value in this row.
+pub type Columns = BTreeMap<String, Vec<f64>>;
+
 /// Read every value of a file of channels. One that breaks off, or is not ours, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
-    let broken = |what: String| -> Error {
-        InputError {
-            file: path.into(),
-            line: None,
-            column: None,
-            key: String::new(),
-            message: format!("this file of channels cannot be read: {what}"),
-            help: "make it again with `monorig run`".into(),
+    let (mut contents, reader) = open(path)?;
+    for batch in reader.build().map_err(|e| broken(path, e))? {
+        contents.rows += batch.map_err(|e| broken(path, e))?.num_rows();
+    }
+    Ok(contents)
+}
+
+/// Read the columns for whose name `wanted` says so, `time` always among them.
+pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {
+    let (mut contents, reader) = open(path)?;
+    let names = contents.columns.iter().enumerate();
+    let chosen = names.filter(|(i, name)| *i == 0 || wanted(name));
+    let mask = ProjectionMask::roots(reader.parquet_schema(), chosen.map(|(i, _)| i));
+    let batches = reader.with_projection(mask).build();
+    let mut columns = Columns::new();
+    for batch in batches.map_err(|e| broken(path, e))? {
+        let batch = batch.map_err(|e| broken(path, e))?;
+        contents.rows += batch.num_rows();
+        let schema = batch.schema();
+        for (field, values) in schema.fields().iter().zip(batch.columns()) {
+            let name = field.name();
+            let Some(values) = values.as_any().downcast_ref::<Float64Array>() else {
+                return Err(broken(path, format!("{name} does not hold numbers")));
+            };
+            let values = values.iter().map(|x| x.unwrap_or(f64::NAN));
+            columns.entry(name.clone()).or_default().extend(values);
         }
-        .into()
-    };
+    }
+    Ok((contents, columns))
+}
+
+/// Everything but the values.
+fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>), Error> {
     let file = File::open(path).map_err(|source| Error::Io {
         path: path.into(),
         source,
     })?;
-    let reader =
-        ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(e.to_string()))?;
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, e))?;
     let schema = reader.schema().clone();
     let about = |key: &str| match schema.metadata().get(key) {
         Some(value) => Ok(value.clone()),
-        None => Err(broken(format!("it does not name its {key}"))),
+        None => Err(broken(path, format!("it does not name its {key}"))),
     };
     let pairs = reader.metadata().file_metadata().key_value_metadata();
     let events = pairs
@@ -51,18 +78,27 @@ pub fn read(path: &Path) -> Result<Contents, Error> {
         .flatten()
         .find(|kv| kv.key == EVENTS)
         .and_then(|kv| kv.value.as_deref())
-        .ok_or_else(|| broken("it does not tell its events".into()))?;
-    let mut contents = Contents {
+        .ok_or_else(|| broken(path, "it does not tell its events"))?;
+    let contents = Contents {
         scenario: about("scenario")?,
         seed: about("seed")?,
         columns: schema.fields().iter().map(|f| f.name().clone()).collect(),
         rows: 0,
-        events: serde_json::from_str(events).map_err(|e| broken(e.to_string()))?,
+        events: serde_json::from_str(events).map_err(|e| broken(path, e))?,
     };
-    for batch in reader.build().map_err(|e| broken(e.to_string()))? {
-        contents.rows += batch.map_err(|e| broken(e.to_string()))?.num_rows();
+    Ok((contents, reader))
+}
+
+fn broken(path: &Path, what: impl ToString) -> Error {
+    InputError {
+        file: path.into(),
+        line: None,
+        column: None,
+        key: String::new(),
+        message: format!("this file of channels cannot be read: {}", what.to_string()),
+        help: "make it again with `monorig run`".into(),
     }
-    Ok(contents)
+    .into()
 }
 
 #[cfg(test)]
@@ -94,10 +130,25 @@ mod tests {
         assert_eq!((contents.rows, contents.seed.as_str()), (40, "7"));
         assert_eq!(contents.events, chunk.events);
 
+        let (same, columns) = super::columns(&path, |name| name == "b").unwrap();
+        assert_eq!(same, contents);
+        assert_eq!(columns.keys().collect::<Vec<_>>(), ["b", "time"]);
+        assert_eq!(columns["time"][39], 39.0 * 0.02);
+        let sent = &chunk.values[1];
+        assert!(
+            columns["b"]
+                .iter()
+                .zip(sent)
+                .all(|(a, b)| a == b || a.is_nan() && b.is_nan())
+        );
+        assert!(columns["b"].iter().any(|x| x.is_nan()), "no gap was sent");
+
         let whole = std::fs::read(&path).unwrap();
         for keep in [0, 4, whole.len() / 2, whole.len() - 1] {
             std::fs::write(&path, &whole[..keep]).unwrap();
             assert!(matches!(read(&path), Err(Error::Input(_))), "{keep} bytes");
+            let torn = super::columns(&path, |_| true);
+            assert!(matches!(torn, Err(Error::Input(_))), "{keep} bytes");
         }
     }
 }

@@ -216,9 +216,10 @@ pub fn without_outliers(
     } else {
         least
     };
+    let edge = room.min((high - low).max(least) * 0.06);
     Some((
-        (low - room).max(all[0] - room),
-        (high + room).min(all[last] + room),
+        (low - room).max(all[0] - edge),
+        (high + room).min(all[last] + edge),
     ))
 }
 

@@ -129,7 +129,12 @@ impl LineChart {
                 c.vertical(*at, *ink, 3);
             }
             for line in &self.lines {
-                let opacity = if line.faint { 0.4 } else { 1.0 };
+                let opacity = match (line.faint, self.lines.len()) {
+                    (true, _) => 0.4,
+                    // where many lines lie over each other, all of them are seen
+                    (false, n) if n > 3 && line.ink != Ink::Text => 0.8,
+                    _ => 1.0,
+                };
                 if line.dots {
                     c.dots(&line.points, line.ink, 4, 0.6 * opacity);
                 } else {

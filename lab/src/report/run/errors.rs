@@ -1,0 +1,159 @@
+//! Errors over time and their distributions; whether the stated uncertainty fits them.
+
+use super::recorded::{DEGREES, Recorded};
+use crate::report::page::Section;
+use crate::report::plot::axis::Axis;
+use crate::report::plot::bars::Histogram;
+use crate::report::plot::boxes::Boxes;
+use crate::report::plot::cdf::Cdf;
+use crate::report::plot::consistency::Consistency;
+use crate::report::plot::line::{Line, LineChart};
+use crate::report::plot::{Figure, Group};
+
+/// Errors of one quantity of all estimators that vouch for it, each with its times.
+type Errors = Vec<Group<(f64, f64)>>;
+
+/// Plots of the errors.
+pub fn section(run: &Recorded) -> Section {
+    let slope = slope(run);
+    let mass = mass(run);
+    let after_s = run.summary.after_s;
+    Section::new("Errors")
+        .text(format!(
+            "Estimate minus truth where the estimator vouches for its value; distributions from {after_s} s on. The slope's \
+             truth is the grade of the rail at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
+        ))
+        .figure(over_time("Slope error", "slope error, °", &slope))
+        .figure(over_time("Mass error", "mass error, %", &mass))
+        .figures(distributions("slope error, °", &slope, after_s))
+        .figures(distributions("mass error, %", &mass, after_s))
+}
+
+fn slope(run: &Recorded) -> Errors {
+    let truth = run.column("truth/grade_at_imu");
+    errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
+}
+
+fn mass(run: &Recorded) -> Errors {
+    let truth = run.column("truth/total_mass");
+    let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
+    errors(run, "total_mass", error, truth.len())
+}
+
+/// `error` of each row, counted from 0, of which there are `rows`; not a number where the estimator does not vouch.
+fn errors(run: &Recorded, what: &str, error: impl Fn(usize, f64) -> f64, rows: usize) -> Errors {
+    let groups = run.estimators().map(|(name, ink)| {
+        let channel = format!("estimates/{name}/{what}");
+        let estimate = run.column(&channel);
+        let valid = run.column(&format!("{channel}_valid"));
+        let times = run.times().iter().take(rows);
+        let values = times.zip(estimate).zip(valid).enumerate();
+        let values = values.map(|(i, ((t, x), v))| match v {
+            1.0 => (*t, error(i, *x)),
+            _ => (*t, f64::NAN),
+        });
+        Group::new(name, ink, values.collect())
+    });
+    groups
+        .filter(|g| g.values.iter().any(|v| v.1.is_finite()))
+        .collect()
+}
+
+fn over_time(title: &str, axis: &str, errors: &Errors) -> Figure {
+    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    let lines = errors.iter().cloned();
+    chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
+    chart.levels.push((String::new(), 0.0));
+    chart.figure()
+}
+
+fn distributions(what: &str, errors: &Errors, after_s: f64) -> Vec<Figure> {
+    let from = |g: &Group<(f64, f64)>| {
+        let later = g.values.iter().filter(|v| v.0 >= after_s);
+        let values = later.map(|v| v.1).filter(|x| x.is_finite());
+        Group::new(&g.name, g.ink, values.collect::<Vec<f64>>())
+    };
+    let groups: Vec<Group<f64>> = errors.iter().map(from).collect();
+    let mut absolute = groups.clone();
+    for group in &mut absolute {
+        group.values.iter_mut().for_each(|x| *x = x.abs());
+    }
+    let title = |kind: &str| {
+        let mut name = what.split(',').next().unwrap_or(what).to_owned();
+        name[..1].make_ascii_uppercase();
+        format!("{name}: {kind}")
+    };
+    let mut figures = vec![
+        Histogram {
+            title: title("distribution"),
+            x: what.into(),
+            groups: groups.clone(),
+        }
+        .figure(),
+        Cdf {
+            title: title("share of time within a bound"),
+            x: Axis::linear(format!("|{}", what.replacen(',', "|,", 1))),
+            groups: absolute,
+        }
+        .figure(),
+    ];
+    if groups.len() > 1 {
+        figures.push(
+            Boxes {
+                title: title("side by side"),
+                y: Axis::linear(what),
+                groups,
+                references: vec![],
+            }
+            .figure(),
+        );
+    }
+    figures
+}
+
+/// Means of the NIS are taken over as many rows: a second, as a rule.
+const MEAN_OF: usize = 50;
+
+/// Plots of the consistency.
+pub fn consistency(run: &Recorded) -> Section {
+    let nees = |title: &str, what: &str, truth: &str| {
+        let truth = run.column(truth);
+        let square = |name: &str| {
+            let sd = run.column(&format!("estimates/{name}/{what}_sd"));
+            move |i: usize, x: f64| {
+                ((x - truth[i]) / sd.get(i).copied().unwrap_or(f64::NAN)).powi(2)
+            }
+        };
+        let all = run.estimators().flat_map(|(name, _)| {
+            let of = errors(run, what, square(name), truth.len());
+            of.into_iter().filter(move |g| g.name == name)
+        });
+        Consistency {
+            title: title.into(),
+            y: "(error / σ)²".into(),
+            groups: all.collect(),
+            mean_of: 1,
+        }
+        .figure()
+    };
+    let nis = run.estimators().map(|(name, ink)| {
+        let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0);
+        let valid = run.column(&format!("estimates/{name}/grade_valid"));
+        let rows = rows.into_iter().zip(valid).filter(|(_, v)| **v == 1.0);
+        Group::new(name, ink, rows.map(|(r, _)| r).collect())
+    });
+    let nis = Consistency {
+        title: "Innovations (NIS)".into(),
+        y: format!("NIS, mean of {MEAN_OF} rows"),
+        groups: nis.collect(),
+        mean_of: MEAN_OF,
+    };
+    Section::new("Consistency")
+        .text(
+            "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
+             filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
+        )
+        .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu"))
+        .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass"))
+        .figure(nis.figure())
+}

@@ -1,0 +1,118 @@
+//! What a run has left in its folder, read back.
+
+use crate::report::plot::theme::Ink;
+use crate::summary::Summary;
+use monorig_sim::error::Error;
+use monorig_sim::file::{input_error, read_text};
+use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::readback::{self, Columns};
+use std::path::{Path, PathBuf};
+
+/// A run.
+pub struct Recorded {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// What it was made from.
+    pub manifest: Manifest,
+    /// How good it was.
+    pub summary: Summary,
+    /// What happened: time in s and text.
+    pub events: Vec<(f64, String)>,
+    columns: Columns,
+}
+
+/// Radians as degrees.
+pub const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+impl Recorded {
+    /// Read it. A folder without one of its files, or with one that breaks off or is of another run, is an error.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let path = |name: &str| -> Result<PathBuf, Error> {
+            let path = folder.join(name);
+            match path.is_file() {
+                true => Ok(path),
+                false => Err(input_error(
+                    folder,
+                    "",
+                    format!("this is not the folder of a run: there is no {name} in it"),
+                    "name a folder that `monorig run` has filled, such as runs/minimal/1",
+                )),
+            }
+        };
+        let manifest = Manifest::read(&path("manifest.json")?)?;
+        let summary = summary(&path("metrics.json")?)?;
+        let channels = path("channels.parquet")?;
+        let shown = |name: &str| !name.starts_with("internals/") && !name.starts_with("sensors/");
+        let (contents, columns) = readback::columns(&channels, shown)?;
+        let seed = manifest.seed.to_string();
+        if (contents.scenario.as_str(), contents.seed.as_str()) != (&manifest.scenario, &seed)
+            || (&summary.scenario, summary.seed) != (&manifest.scenario, manifest.seed)
+        {
+            return Err(input_error(
+                folder,
+                "",
+                format!(
+                    "the files in this folder are of different runs: manifest.json of {} seed {seed}, channels.parquet of {} \
+                     seed {}, metrics.json of {} seed {}",
+                    manifest.scenario,
+                    contents.scenario,
+                    contents.seed,
+                    summary.scenario,
+                    summary.seed
+                ),
+                "make the run again with `monorig run`",
+            ));
+        }
+        let events = contents.events.into_iter();
+        Ok(Self {
+            folder: folder.into(),
+            manifest,
+            summary,
+            events: events.map(|(ns, text)| (ns as f64 * 1e-9, text)).collect(),
+            columns,
+        })
+    }
+
+    /// Why the scenario exists.
+    pub fn why(&self) -> &str {
+        self.manifest.resolved["why"].as_str().unwrap_or_default()
+    }
+
+    /// Estimators in the order of their colours.
+    pub fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
+        let names = self.summary.estimators.keys().enumerate();
+        names.map(|(i, name)| (name.as_str(), Ink::series(i)))
+    }
+
+    /// A column; empty if there is none of this name.
+    pub fn column(&self, name: &str) -> &[f64] {
+        self.columns.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// Times of the rows, s.
+    pub fn times(&self) -> &[f64] {
+        self.column("time")
+    }
+
+    /// A column over time, times a factor.
+    pub fn over_time(&self, name: &str, factor: f64) -> Vec<(f64, f64)> {
+        let rows = self.times().iter().zip(self.column(name));
+        rows.map(|(t, x)| (*t, x * factor)).collect()
+    }
+
+    /// Whether a column has a value beyond ± `limit`.
+    pub fn exceeds(&self, name: &str, limit: f64) -> bool {
+        self.column(name).iter().any(|x| x.abs() > limit)
+    }
+}
+
+fn summary(path: &Path) -> Result<Summary, Error> {
+    serde_json::from_str(&read_text(path)?).map_err(|e| {
+        input_error(
+            path,
+            "",
+            format!("these are not the metrics of a run: {e}"),
+            "make them again with `monorig run`",
+        )
+    })
+}

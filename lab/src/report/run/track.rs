@@ -1,0 +1,70 @@
+//! Where the train went: slope, height and curvature along the chainage.
+
+use super::recorded::{DEGREES, Recorded};
+use crate::report::page::Section;
+use crate::report::plot::Figure;
+use crate::report::plot::axis::Axis;
+use crate::report::plot::line::{Line, LineChart};
+use crate::report::plot::theme::Ink;
+
+/// Plots of the track, as far as the train went.
+pub fn section(run: &Recorded) -> Section {
+    let at = |name: &str, factor: f64| {
+        let rows = run.column("truth/chainage").iter().zip(run.column(name));
+        rows.map(|(s, x)| (*s, x * factor)).collect::<Vec<_>>()
+    };
+    let effective = at("truth/grade_effective", DEGREES);
+    let slope = vec![
+        Line::new("whole train", Ink::Muted, effective),
+        Line::new(
+            "at the IMU",
+            Ink::Series(0),
+            at("truth/grade_at_imu", DEGREES),
+        ),
+    ];
+    let curvature = vec![
+        Line::new(
+            "horizontal, + left",
+            Ink::Series(0),
+            at("truth/curvature_horizontal", 1.0),
+        ),
+        Line::new(
+            "vertical, + sag",
+            Ink::Series(1),
+            at("truth/curvature_vertical", 1.0),
+        ),
+    ];
+    let height = vec![Line::new("", Ink::Series(0), heights(run))];
+    Section::new("Track")
+        .figure(chart("Slope of the rail", "slope, °", slope))
+        .figure(chart("Height", "height above the start, m", height))
+        .figure(chart("Curvature of the rail", "curvature, 1/m", curvature))
+}
+
+fn chart(title: &str, y: &str, lines: Vec<Line>) -> Figure {
+    let mut chart = LineChart::new(
+        title,
+        Axis::linear("chainage of the IMU, m"),
+        Axis::linear(y),
+    );
+    chart.lines = lines;
+    chart.figure()
+}
+
+/// Height of the IMU's place on the rail above its first one: the integral of sin θ ds (trapezoids).
+fn heights(run: &Recorded) -> Vec<(f64, f64)> {
+    let rows = run
+        .column("truth/chainage")
+        .iter()
+        .zip(run.column("truth/grade_at_imu"));
+    let mut height = 0.0;
+    let mut before: Option<(f64, f64)> = None;
+    rows.map(|(&s, &grade)| {
+        if let Some((s0, grade0)) = before {
+            height += 0.5 * (grade.sin() + grade0.sin()) * (s - s0);
+        }
+        before = Some((s, grade));
+        (s, height)
+    })
+    .collect()
+}

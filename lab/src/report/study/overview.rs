@@ -1,0 +1,24 @@
+//! Verdicts over scenarios and seeds.
+
+use crate::report::page::Section;
+use crate::report::table::{Cell, Table};
+use crate::verdict::Judged;
+
+/// A row for each scenario, then what failed.
+pub fn section(all: &[Judged]) -> Section {
+    let mut table = Table::new(&["", "scenario", "what failed"], &["seeds", "checks held"]);
+    for scenario in all {
+        let held = scenario.checks.iter().filter(|c| c.held).count();
+        let failed = scenario.checks.iter().filter(|c| !c.held);
+        let reasons: Vec<String> = failed.map(|c| c.reason()).collect();
+        let verdict = Cell::from(if scenario.held { "held" } else { "FAILED" });
+        table.row([
+            verdict.judged(scenario.held),
+            scenario.scenario.clone().into(),
+            reasons.join("; ").into(),
+            scenario.runs.len().to_string().into(),
+            format!("{held} of {}", scenario.checks.len()).into(),
+        ]);
+    }
+    Section::new("Verdicts").table(table)
+}

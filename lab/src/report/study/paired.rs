@@ -1,0 +1,59 @@
+//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
+
+use super::values::{Values, estimators, value, with_unit};
+use crate::metrics::METRICS;
+use crate::report::table::{Cell, Table};
+use crate::study::RunResult;
+use crate::summary::MAIN;
+
+/// Every other estimator minus the first one; none if there is only one.
+pub fn differences(runs: &[RunResult]) -> Option<Table> {
+    let names = estimators(runs);
+    let (reference, others) = names.split_first()?;
+    if others.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(
+        &["", "metric"],
+        &[
+            "mean difference",
+            "95 % interval",
+            "of the runs, larger in",
+            "runs",
+        ],
+    );
+    table.caption = format!(
+        "Differences to {reference} over the runs in which both were measured; coloured where zero is not in the interval"
+    );
+    for name in others {
+        for metric in METRICS.iter().filter(|m| MAIN.contains(&m.name)) {
+            let of = |run, name| value(run, Some(name), metric.name);
+            let both = runs.iter();
+            let both = both.filter_map(|run| Some(of(run, name)? - of(run, reference)?));
+            let all = Values::new(runs.len(), both.collect());
+            let n = all.measured.len();
+            if n == 0 {
+                continue;
+            }
+            let (low, high) = all.interval();
+            let mean = Cell::number(all.mean());
+            // shares are better when larger, everything else when smaller
+            let larger_is_better = metric.name.ends_with("_share");
+            let mean = match (low > 0.0, high < 0.0) {
+                (true, _) => mean.judged(larger_is_better),
+                (_, true) => mean.judged(!larger_is_better),
+                _ => mean,
+            };
+            let larger = all.measured.iter().filter(|d| **d > 0.0).count();
+            table.row([
+                name.clone().into(),
+                with_unit(metric.name, metric.unit).into(),
+                mean,
+                all.interval_text().into(),
+                format!("{:.0} %", 100.0 * larger as f64 / n as f64).into(),
+                n.to_string().into(),
+            ]);
+        }
+    }
+    Some(table)
+}
