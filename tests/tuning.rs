@@ -3,14 +3,20 @@
 #![allow(clippy::unwrap_used)]
 
 use monorig_estimators::crane;
+use monorig_estimators::forgetting::Forgetting;
+use monorig_estimators::gaussian::Gaussian;
+use monorig_estimators::rls::Rls;
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
+use monorig_lab::tune::optimise::{Search, minimise, random_point};
+use monorig_lab::tune::study::Optimiser;
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
 use monorig_tests::scenario;
+use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
@@ -116,4 +122,68 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert!(cache::load(&place).is_some());
     let names = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 1, "something was left behind");
+}
+
+/// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least squares with
+/// forgetting is a filter of gain 1 − λ, and the best gain is Kalman's: K = (√(q² + 4 q) − q)/2. So the best λ is known.
+#[test]
+fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
+    let q: f64 = 1e-3;
+    let best = 1.0 - ((q * q + 4.0 * q).sqrt() - q) / 2.0;
+    let normal = |k: usize, i: u64| random_point(5 + i, k, 12).iter().sum::<f64>() - 6.0;
+    let mut x = 0.0;
+    let walk: Vec<(f64, f64)> = (0..40_000)
+        .map(|k| {
+            x += q.sqrt() * normal(k, 0);
+            (x, x + normal(k, 1))
+        })
+        .collect();
+    let mean_square = |lambda: f64| {
+        let prior = Gaussian::independent(vector![0.0], vector![10.0]);
+        let mut rls = Rls::new(prior, Forgetting::Constant(lambda));
+        let mut sum = 0.0;
+        for (x, y) in &walk {
+            rls.update(*y, &Vector1::new(1.0), 1.0, false).unwrap();
+            sum += (rls.belief.x.x - x).powi(2);
+        }
+        sum / walk.len() as f64
+    };
+    // one axis, evenly in the logarithm of the memory from 3 to 3000
+    let lambda = |u: f64| 1.0 - 1.0 / (3.0 * 1000_f64.powf(u.clamp(0.0, 1.0)));
+    for (optimiser, budget) in [
+        (Optimiser::CmaEs, 60),
+        (Optimiser::NelderMead, 40),
+        (Optimiser::Bayesian, 30),
+        (Optimiser::DifferentialEvolution, 80),
+        (Optimiser::Tpe, 60),
+        (Optimiser::Grid, 40),
+        (Optimiser::Random, 60),
+    ] {
+        let search = Search {
+            optimiser,
+            start: &[0.9],
+            counts: &[None],
+            objectives: 1,
+            budget,
+            seed: 2,
+        };
+        let mut asked = Vec::new();
+        minimise(&search, &mut |u| {
+            let loss = if asked.len() < budget {
+                mean_square(lambda(u[0]))
+            } else {
+                3.0
+            };
+            asked.push((loss, lambda(u[0])));
+            vec![loss]
+        });
+        let least = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0);
+        let (loss, found) = *asked.iter().min_by(least).unwrap();
+        let memories = (1.0 - best) / (1.0 - found);
+        assert!(
+            (0.8..1.25).contains(&memories),
+            "{optimiser:?}: {found} against {best}"
+        );
+        assert!(loss <= 1.01 * mean_square(best), "{optimiser:?}: {loss}");
+    }
 }

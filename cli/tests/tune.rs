@@ -187,6 +187,20 @@ fn parameters_are_included() {
     assert_ne!(included, run("{from: tuned.yaml}"));
 }
 
+/// Lists of all names there are end after their title: they grow.
+fn without_lists(told: &str) -> String {
+    let cut = |line: &str| {
+        let mut line = line.to_owned();
+        for title in ["known estimators: ", "known metrics: ", "its parameters: "] {
+            if let Some(at) = line.find(title) {
+                line.replace_range(at + title.len().., "…");
+            }
+        }
+        line
+    };
+    told.lines().map(cut).collect::<Vec<_>>().join("\n")
+}
+
 /// Case, file, text to replace, replacement.
 #[rustfmt::skip] // a table
 const BAD: &[(&str, &str, &str, &str)] = &[
@@ -234,7 +248,7 @@ fn bad_studies() {
         assert!(told.contains("help:"), "{case}: {told}");
         let checked = rig.refused(&["check", "--kind", "tuning", "study.yaml"]);
         assert!(checked.starts_with(told.trim_end()), "{case}: {checked}");
-        insta::assert_snapshot!(format!("study_{case}"), told);
+        insta::assert_snapshot!(format!("study_{case}"), without_lists(&told));
     }
 }
 
@@ -260,6 +274,6 @@ fn bad_parameter_files() {
         rig.write("scenario.yaml", scenario.as_bytes());
         let told = rig.refused(&["run", "scenario.yaml"]);
         assert!(told.contains("help:"), "{case}: {told}");
-        insta::assert_snapshot!(format!("parameters_{case}"), told);
+        insta::assert_snapshot!(format!("parameters_{case}"), without_lists(&told));
     }
 }
