@@ -7,6 +7,7 @@ use monorig_estimators::forgetting::Forgetting;
 use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
 use monorig_lab::replay::cache::{self, Cache};
+use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
@@ -185,5 +186,42 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
             "{optimiser:?}: {found} against {best}"
         );
         assert!(loss <= 1.01 * mean_square(best), "{optimiser:?}: {loss}");
+    }
+}
+
+fn candidates<const N: usize>() -> [Candidate; N] {
+    std::array::from_fn(|i| Candidate {
+        lambda: 1.0 - 0.02 / (1.0 + i as f64),
+        q_speed: 1e-7 * (1.0 + i as f64),
+        q_slope: 1e-7 * (1.0 + (i % 5) as f64),
+        r_speed: 2.5e-5,
+    })
+}
+
+#[test]
+fn a_lane_does_not_know_its_neighbours() {
+    let (model, samples) = made_up(3000);
+    let eight = lanes::run(&model, &candidates::<8>(), &samples);
+    for (candidate, score) in candidates::<8>().iter().zip(eight) {
+        let [alone] = lanes::run(&model, &[*candidate], &samples);
+        assert_eq!(alone.mass_mse.to_bits(), score.mass_mse.to_bits());
+        assert_eq!(alone.slope_mse.to_bits(), score.slope_mse.to_bits());
+    }
+}
+
+/// Against the estimators crate, whose recursions are arranged otherwise (Joseph's form, guards): the same to rounding.
+#[test]
+fn lanes_agree_with_the_estimators() {
+    let (model, samples) = made_up(30_000);
+    let scores = lanes::run(&model, &candidates::<4>(), &samples);
+    for (candidate, score) in candidates::<4>().iter().zip(scores) {
+        let one = one_at_a_time(&model, candidate, &samples);
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+        assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");
+        assert!(near(score.slope_mse, one.slope_mse), "{score:?} {one:?}");
+        assert!(
+            score.slope_mse.sqrt() < 0.02,
+            "the filter does not follow: {score:?}"
+        );
     }
 }
