@@ -40,7 +40,8 @@ fn rig() -> Rig {
     rig
 }
 
-const RESULTS: [&str; 4] = [
+const RESULTS: [&str; 5] = [
+    "report.html",
     "trials.jsonl",
     "winner.yaml",
     "validation.json",
@@ -68,7 +69,16 @@ fn threads_kills_and_torn_lines_change_nothing() {
         "{told}"
     );
     let whole = results(&rig, "one");
-    assert_eq!(whole[0].lines().count(), 15);
+    assert_eq!(whole[1].lines().count(), 15);
+    for part in [
+        "Validation",
+        "Sensitivity",
+        "Before and after",
+        "delta",
+        "winner",
+    ] {
+        assert!(whole[0].contains(part), "no {part} in the report");
+    }
 
     assert_eq!(tune("two", &["--jobs", "2"]), told);
     assert_eq!(results(&rig, "two"), whole);
@@ -102,7 +112,7 @@ fn threads_kills_and_torn_lines_change_nothing() {
     assert_eq!(results(&rig, "killed"), whole);
 
     // torn anywhere
-    let bytes = whole[0].as_bytes();
+    let bytes = whole[1].as_bytes();
     for share in [0.02, 0.3, 0.55, 0.9] {
         let cut = (bytes.len() as f64 * share) as usize;
         rig.write("two/tune/study/trials.jsonl", &bytes[..cut]);
@@ -128,7 +138,7 @@ fn threads_kills_and_torn_lines_change_nothing() {
         told.contains("changed") && told.contains("--resume"),
         "{told}"
     );
-    assert_eq!(rig.read("two/tune/study/trials.jsonl"), whole[0]);
+    assert_eq!(rig.read("two/tune/study/trials.jsonl"), whole[1]);
 }
 
 /// Ranges in which the estimator fails everywhere, and bounds nobody can hold: no winner, code 1, no crash.

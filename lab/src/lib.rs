@@ -3,6 +3,7 @@
 pub mod expected;
 pub mod metrics;
 pub mod replay;
+pub mod report;
 pub mod series;
 pub mod summary;
 pub mod tune;
