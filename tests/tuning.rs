@@ -3,14 +3,21 @@
 #![allow(clippy::unwrap_used)]
 
 use monorig_estimators::crane;
+use monorig_estimators::forgetting::Forgetting;
+use monorig_estimators::gaussian::Gaussian;
+use monorig_estimators::rls::Rls;
 use monorig_lab::replay::cache::{self, Cache};
+use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
+use monorig_lab::tune::optimise::{Search, minimise, random_point};
+use monorig_lab::tune::study::Optimiser;
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
 use monorig_tests::scenario;
+use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
@@ -116,4 +123,105 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert!(cache::load(&place).is_some());
     let names = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 1, "something was left behind");
+}
+
+/// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least squares with
+/// forgetting is a filter of gain 1 − λ, and the best gain is Kalman's: K = (√(q² + 4 q) − q)/2. So the best λ is known.
+#[test]
+fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
+    let q: f64 = 1e-3;
+    let best = 1.0 - ((q * q + 4.0 * q).sqrt() - q) / 2.0;
+    let normal = |k: usize, i: u64| random_point(5 + i, k, 12).iter().sum::<f64>() - 6.0;
+    let mut x = 0.0;
+    let walk: Vec<(f64, f64)> = (0..40_000)
+        .map(|k| {
+            x += q.sqrt() * normal(k, 0);
+            (x, x + normal(k, 1))
+        })
+        .collect();
+    let mean_square = |lambda: f64| {
+        let prior = Gaussian::independent(vector![0.0], vector![10.0]);
+        let mut rls = Rls::new(prior, Forgetting::Constant(lambda));
+        let mut sum = 0.0;
+        for (x, y) in &walk {
+            rls.update(*y, &Vector1::new(1.0), 1.0, false).unwrap();
+            sum += (rls.belief.x.x - x).powi(2);
+        }
+        sum / walk.len() as f64
+    };
+    // one axis, evenly in the logarithm of the memory from 3 to 3000
+    let lambda = |u: f64| 1.0 - 1.0 / (3.0 * 1000_f64.powf(u.clamp(0.0, 1.0)));
+    for (optimiser, budget) in [
+        (Optimiser::CmaEs, 60),
+        (Optimiser::NelderMead, 40),
+        (Optimiser::Bayesian, 30),
+        (Optimiser::DifferentialEvolution, 80),
+        (Optimiser::Tpe, 60),
+        (Optimiser::Grid, 40),
+        (Optimiser::Random, 60),
+    ] {
+        let search = Search {
+            optimiser,
+            start: &[0.9],
+            counts: &[None],
+            objectives: 1,
+            budget,
+            seed: 2,
+        };
+        let mut asked = Vec::new();
+        minimise(&search, &mut |u| {
+            let loss = if asked.len() < budget {
+                mean_square(lambda(u[0]))
+            } else {
+                3.0
+            };
+            asked.push((loss, lambda(u[0])));
+            vec![loss]
+        });
+        let least = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0);
+        let (loss, found) = *asked.iter().min_by(least).unwrap();
+        let memories = (1.0 - best) / (1.0 - found);
+        assert!(
+            (0.8..1.25).contains(&memories),
+            "{optimiser:?}: {found} against {best}"
+        );
+        assert!(loss <= 1.01 * mean_square(best), "{optimiser:?}: {loss}");
+    }
+}
+
+fn candidates<const N: usize>() -> [Candidate; N] {
+    std::array::from_fn(|i| Candidate {
+        lambda: 1.0 - 0.02 / (1.0 + i as f64),
+        q_speed: 1e-7 * (1.0 + i as f64),
+        q_slope: 1e-7 * (1.0 + (i % 5) as f64),
+        r_speed: 2.5e-5,
+    })
+}
+
+#[test]
+fn a_lane_does_not_know_its_neighbours() {
+    let (model, samples) = made_up(3000);
+    let eight = lanes::run(&model, &candidates::<8>(), &samples);
+    for (candidate, score) in candidates::<8>().iter().zip(eight) {
+        let [alone] = lanes::run(&model, &[*candidate], &samples);
+        assert_eq!(alone.mass_mse.to_bits(), score.mass_mse.to_bits());
+        assert_eq!(alone.slope_mse.to_bits(), score.slope_mse.to_bits());
+    }
+}
+
+/// Against the estimators crate, whose recursions are arranged otherwise (Joseph's form, guards): the same to rounding.
+#[test]
+fn lanes_agree_with_the_estimators() {
+    let (model, samples) = made_up(30_000);
+    let scores = lanes::run(&model, &candidates::<4>(), &samples);
+    for (candidate, score) in candidates::<4>().iter().zip(scores) {
+        let one = one_at_a_time(&model, candidate, &samples);
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+        assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");
+        assert!(near(score.slope_mse, one.slope_mse), "{score:?} {one:?}");
+        assert!(
+            score.slope_mse.sqrt() < 0.02,
+            "the filter does not follow: {score:?}"
+        );
+    }
 }

@@ -9,8 +9,7 @@ Examples:
   monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
   monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
 
-Results: OUT/tune/<study>/ with trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`),
-validation.json and sensitivity.json.";
+Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json.";
 
 /// `monorig tune`
 #[derive(Debug, clap::Args)]

@@ -34,7 +34,14 @@ impl Cache {
     pub fn place(&self, scenario: &Scenario, seed: u64) -> Result<PathBuf, Error> {
         let bare = record::bare(scenario);
         let resolved = serde_json::to_value(&bare).unwrap_or_default();
-        let manifest = Manifest::new(&bare.name, seed, &inputs(bare.path())?, resolved);
+        let mut files = inputs(bare.path())?;
+        // what `set` names instead is in no file of the scenario's
+        for named in [&bare.track, &bare.vehicle, &bare.sensors] {
+            for (name, bytes) in inputs(named)? {
+                files.insert(format!("{}: {name}", named.display()), bytes);
+            }
+        }
+        let manifest = Manifest::new(&bare.name, seed, &files, resolved);
         let mut all = Sha256::new();
         all.update(format!("{} seed {seed} {}", manifest.hash, self.build));
         let hash: String = all

@@ -1,6 +1,7 @@
 //! A whole study: recordings, search, validation, sensitivity, files.
 
 use super::evaluate::Bench;
+use super::report::{self, Trace};
 use super::search::{self, Found, Watcher};
 use super::sensitivity::{self, Sensitivity};
 use super::store::Trial;
@@ -32,6 +33,8 @@ pub struct Done {
     pub validation: Option<Validation>,
     /// Its neighbourhood.
     pub sensitivity: Sensitivity,
+    /// A validation run of each scenario, with the defaults and with the winner.
+    pub traces: Vec<Trace>,
     /// The parameter file.
     pub winner: Option<PathBuf>,
 }
@@ -76,6 +79,7 @@ pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<D
             found,
             validation: None,
             sensitivity: Sensitivity::default(),
+            traces: Vec::new(),
             winner: None,
         }));
     };
@@ -94,12 +98,28 @@ pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<D
     let place = file
         .map(|file| write::whole(&job.folder.join("winner.yaml"), &file.to_yaml()))
         .transpose()?;
-    Ok(Some(Done {
+    let done = Done {
         found,
         validation: Some(validation),
         sensitivity,
+        traces: traces(study, &held_out, &winner),
         winner: place,
-    }))
+    };
+    write::whole(&job.folder.join("report.html"), &report::page(study, &done))?;
+    Ok(Some(done))
+}
+
+/// A run of each validation scenario, for eyes. One that fails is left out.
+fn traces(study: &Study, bench: &Bench, winner: &Trial) -> Vec<Trace> {
+    let defaults = study.defaults();
+    let of = |(i, group): (usize, &Group)| {
+        Some(Trace {
+            scenario: group.scenario.name.clone(),
+            before: bench.trace(i, &defaults).ok()?,
+            after: bench.trace(i, &winner.parameters).ok()?,
+        })
+    };
+    study.validation.iter().enumerate().filter_map(of).collect()
 }
 
 /// The file of trials in a study's folder.

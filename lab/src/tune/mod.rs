@@ -3,7 +3,7 @@
 //! A study ([`study`]) says what may vary ([`space`]), over which runs, and what counts as good ([`loss`]). [`search`] lets an
 //! optimiser ([`optimise`]) propose trials, scores each over all tuning runs ([`evaluate`]) and appends it to the store
 //! ([`store`]). The winner is then held against the defaults and the published constants on runs it has never seen
-//! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); [`job`] does all of it.
+//! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); as a page ([`report`]) too; [`job`] does all of it.
 
 pub mod check;
 pub mod evaluate;
@@ -11,6 +11,7 @@ pub mod job;
 pub mod known;
 pub mod loss;
 pub mod optimise;
+pub mod report;
 pub mod search;
 pub mod sensitivity;
 pub mod space;

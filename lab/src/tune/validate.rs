@@ -68,7 +68,8 @@ impl Verdict {
         }
     }
 
-    fn of(interval: Option<&Interval>) -> Self {
+    /// Of an interval of differences of something that is better when less.
+    pub fn of(interval: Option<&Interval>) -> Self {
         match interval {
             Some(i) if i.high < 0.0 => Verdict::Better,
             Some(i) if i.low > 0.0 => Verdict::Worse,
