@@ -11,6 +11,7 @@ use crate::{
     Real,
     real::{GRAVITY, PI, asin, sin},
     signals::Vehicle,
+    snapshot::{Blank, state},
 };
 
 /// The train with its waiting samples.
@@ -145,3 +146,33 @@ pub fn steeper(theta: Real, by: Real) -> Real {
         asin(sin(theta) + by).clamp(-0.5 * PI, 0.5 * PI)
     }
 }
+
+impl Blank for Now {
+    fn blank() -> Self {
+        Self {
+            felt: Felt::default(),
+            imu: 0.0,
+            unit: 0.0,
+        }
+    }
+}
+
+impl Blank for Ready {
+    fn blank() -> Self {
+        Self {
+            sample: Conditioned::default(),
+            felt: None,
+        }
+    }
+}
+
+impl Blank for Felt {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Felt { tare, load; });
+state!(Now { felt, imu, unit; });
+state!(Ready { sample, felt; });
+state!(LongTrain { train, waiting, now; point, standstill_mps });

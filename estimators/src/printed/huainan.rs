@@ -18,7 +18,7 @@ use crate::{
     Real,
     conditioning::MatchedFilter,
     crane::{
-        curvature::{Curvature, CurvatureParams},
+        curvature::{Curvature, CurvatureParams, DynamicForgetting},
         front_end::Reading,
         hosted::{Pipeline, copy_into},
         mass_then_slope::motion,
@@ -54,7 +54,7 @@ params! {
 
 param_groups! {
     /// Parameters of `dffrls_aukf_printed`.
-    Params { own: Own, curvature: CurvatureParams }
+    Params { own: Own, curvature: CurvatureParams, forgetting: DynamicForgetting }
 }
 
 /// Speed below which the train stands, m/s.
@@ -135,7 +135,7 @@ pub struct DffrlsAukfPrinted {
     own: Own,
     mass_kg: Real,
     smoother: Smoother,
-    curvature: Curvature,
+    curvature: Curvature<1>,
     force: MatchedFilter,
     speed: MatchedFilter,
     now: State,
@@ -171,7 +171,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
             own.m_step,
             own.rest_amplitude_mps2,
         ),
-        curvature: Curvature::new(vehicle, params.curvature),
+        curvature: Curvature::new(vehicle, params.curvature, 0.0, params.forgetting.policy()),
         force: filter,
         speed: filter,
         now: start,

@@ -87,10 +87,10 @@ fn key_figures(summary: &Summary) -> Table {
 
 fn of_the_run(summary: &Summary) -> Table {
     let mut table = Table::new(&["train and controller"], &["value"]);
-    for (name, unit, doc) in RUN_METRICS {
-        let value = summary.run.get(*name).copied().flatten();
+    for m in RUN_METRICS {
+        let value = summary.run.get(m.name).copied().flatten();
         table.row([
-            titled(doc, unit).into(),
+            titled(m.doc, m.unit).into(),
             Cell::number(value.unwrap_or(f64::NAN)),
         ]);
     }

@@ -95,11 +95,11 @@ fn numbers(runs: &[RunResult]) -> Table {
             add(&name, with_unit(metric.name, metric.unit), values);
         }
     }
-    for (metric, unit, _) in RUN_METRICS {
+    for metric in RUN_METRICS {
         add(
             "train",
-            with_unit(metric, unit),
-            Values::of(runs, None, metric),
+            with_unit(metric.name, metric.unit),
+            Values::of(runs, None, metric.name),
         );
     }
     table
