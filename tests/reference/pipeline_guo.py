@@ -53,8 +53,7 @@ class Mass:
             self.rls.x[0] = min(max(self.rls.x[0], Road.low / M0), Road.high / M0)
 
     def value(self):
-        sd = math.sqrt(self.rls.P[0, 0] * self.rls.correlation()) * max(1.0, self.rls.spread())
-        return M0 * self.rls.x[0], M0 * sd
+        return M0 * self.rls.x[0], M0 * math.sqrt(self.rls.widened()[0])
 
 
 def mixture(weights, beliefs):

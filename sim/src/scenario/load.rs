@@ -18,9 +18,9 @@ pub struct Scenario {
     /// The track file, found from the scenario's folder.
     #[serde(skip)]
     pub track: PathBuf,
-    /// The train file, found from the scenario's folder.
+    /// The train or car file, found from the scenario's folder.
     #[serde(skip)]
-    pub train: PathBuf,
+    pub vehicle: PathBuf,
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
@@ -36,10 +36,11 @@ impl Scenario {
         for (key, value) in overrides {
             document.set(key, value)?;
         }
-        let file: ScenarioFile = document.parse()?;
+        let mut file: ScenarioFile = document.parse()?;
         if let Err(wrong) = check::check(&file) {
             return Err(document.error(wrong.key, wrong.message, wrong.help));
         }
+        file.physics.plant = Some(file.plant());
         let folder = path.parent().unwrap_or(Path::new(""));
         let find = |key: &str, name: &str| -> Result<PathBuf, Error> {
             let found = folder.join(name);
@@ -48,13 +49,19 @@ impl Scenario {
                 Err((message, help)) => Err(document.error(key, message, help)),
             }
         };
+        let track = find("track", &file.track)?;
+        // one of the two is there, as checked
+        let vehicle = match &file.car {
+            Some(car) => find("car", car)?,
+            None => find("train", file.train.as_deref().unwrap_or_default())?,
+        };
         Ok(Self {
             name: path
                 .file_stem()
                 .map(|s| s.to_string_lossy().into_owned())
                 .unwrap_or_default(),
-            track: find("track", &file.track)?,
-            train: find("train", &file.train)?,
+            track,
+            vehicle,
             sensors: find("sensors", &file.sensors)?,
             file,
             document,
