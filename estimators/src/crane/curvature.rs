@@ -21,6 +21,7 @@ use crate::{
     rls::{Outcome, Rls},
     signals::Vehicle,
     smoothing::AdaptiveSmoother,
+    snapshot::state,
 };
 
 params! {
@@ -195,6 +196,8 @@ impl<const N: usize> Curvature<N> {
 fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
     SVector::from_fn(|i, _| if i == 0 { first } else { then })
 }
+
+state!(@[const N: usize] Curvature<N> { smoother, force, speed, excess, speed_again, rls, fresh, running_s, since_sample_s, outcome; params });
 
 #[cfg(test)]
 mod tests {

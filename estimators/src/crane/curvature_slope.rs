@@ -24,6 +24,7 @@ use crate::{
     real::{GRAVITY, PI, cos, sin, sqrt},
     sage_husa::SageHusa,
     signals::{Estimate, Flags, Value, Vehicle},
+    snapshot::{Archive, State, visit_built},
     ukf::{self, Spread},
 };
 
@@ -245,5 +246,36 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
                 sqrt(self.belief.P.m22),
             ],
         );
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+impl<const N: usize> State for CurvatureSlope<N> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            standstill_mps: _,
+            spread: _,
+            R: _,
+            mass_range_kg: _,
+            train,
+            curvature,
+            belief,
+            adaptive,
+            mass,
+            started,
+            saturated,
+            last,
+        } = self;
+        curvature.visit(archive);
+        train.visit(archive);
+        belief.visit(archive);
+        visit_built(adaptive, archive);
+        mass.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        last.visit(archive);
     }
 }

@@ -27,6 +27,7 @@ use crate::{
     real::{sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -178,3 +179,4 @@ impl DifferencedMass {
         self.outcome.residual * self.mass0_kg
     }
 }
+state!(DifferencedMass { signals, bends, train, last, rls, excited, saturated, outcome; params, mass0_kg, range_kg });

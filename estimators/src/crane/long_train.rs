@@ -11,6 +11,7 @@ use crate::{
     Real,
     real::{GRAVITY, PI, asin, sin},
     signals::Vehicle,
+    snapshot::{Blank, state},
 };
 
 /// The train with its waiting samples.
@@ -26,7 +27,7 @@ pub struct LongTrain {
 }
 
 /// What was felt when the train last moved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Now {
     felt: Felt,
     /// g sin θ + b at the IMU and under the middle of the unit that carries it, m/s².
@@ -35,7 +36,7 @@ struct Now {
 }
 
 /// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ready {
     /// The sample.
     pub sample: Conditioned,
@@ -145,3 +146,25 @@ pub fn steeper(theta: Real, by: Real) -> Real {
         asin(sin(theta) + by).clamp(-0.5 * PI, 0.5 * PI)
     }
 }
+
+impl Blank for Felt {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Blank for Now {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Blank for Ready {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Now { felt, imu, unit; });
+state!(Ready { sample, felt; });
+state!(LongTrain { train, waiting, now; point, standstill_mps });

@@ -37,6 +37,7 @@ use crate::{
     real::{GRAVITY, lag, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 /// What stands for the acceleration beside the mass.
@@ -301,3 +302,5 @@ impl MassStage for MassRegression {
         ]
     }
 }
+state!(MassRegression { rls, signals, regressor, load, excited, saturated, outcome, train, jolts;
+    params, mass0_kg, mu0, range_kg });

@@ -11,6 +11,7 @@ use crate::{
     Real,
     real::sqrt,
     signals::{Estimate, Flags, Value},
+    snapshot::{Archive, State, state},
 };
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -77,7 +78,7 @@ pub struct MassThenSlope<M> {
     pub standstill_mps: Real,
 }
 
-impl<M: MassStage> Pipeline for MassThenSlope<M> {
+impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
     const INTERNALS: &'static [&'static str] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
@@ -175,4 +176,10 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
         ];
         copy_into(values, &now);
     }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
 }
+
+state!(@[M: State] MassThenSlope<M> { mass, slope; balance, standstill_mps });

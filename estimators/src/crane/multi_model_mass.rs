@@ -36,6 +36,7 @@ use crate::{
     real::{GRAVITY, PI, exp, ln, sqrt, tanh, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -288,6 +289,9 @@ impl MassStage for MultiModelMass {
         ]
     }
 }
+
+state!(MultiModelMass { signals, train, bends, straight, turning, straight_weight, sums, load, saturated, outcome;
+    params, start, mass0_kg, mu, range_kg });
 
 #[cfg(test)]
 mod tests {
