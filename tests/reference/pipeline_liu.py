@@ -63,8 +63,7 @@ class Mass:
             self.rls.reopen_first()
 
     def value(self):
-        sd = math.sqrt(self.rls.P[0, 0] * self.rls.correlation()) * max(1.0, self.rls.spread())
-        return M0 * self.rls.x[0], M0 * sd
+        return M0 * self.rls.x[0], M0 * math.sqrt(self.rls.widened()[0])
 
     def mu(self):
         x = self.rls.x
@@ -128,8 +127,9 @@ def coupled(zs):
             rls.update(a, [(samples.force.value - Rail.J * a) / M0, -GRAVITY * root], 0.02**2)
             rls.x = np.array([min(max(rls.x[0], M0 / Rail.high), M0 / Rail.low), min(max(rls.x[1], -0.85), 0.85)])
         theta = math.asin(rls.x[1]) - sign * math.atan(mu)
-        sd = M0 / rls.x[0] ** 2 * max(1.0, rls.spread()) * math.sqrt(rls.P[0, 0])
-        theta_sd = max(1.0, rls.spread()) * math.sqrt(rls.P[1, 1]) / max(math.cos(theta), 0.1)
+        chi_sd = np.minimum(max(1.0, rls.spread()) * np.sqrt(np.diag(rls.P)), [0.5, 0.1])
+        sd = M0 / rls.x[0] ** 2 * chi_sd[0]
+        theta_sd = chi_sd[1] / max(math.cos(theta), 0.1)
         yield [M0 / rls.x[0], sd, theta, z.v, rls.residual, rls.normalised**2, theta_sd, rls.x[0], rls.x[1]]
 
 
@@ -137,7 +137,10 @@ def joint(zs):
     w0 = 1e4 / M0
     x, P = np.array([0.0, 0.0, w0]), np.diag([SD**2, math.radians(5.0) ** 2, (0.4 * w0) ** 2])
     started, y, nis = False, 0.0, 0.0
+    # What the mass is known by is earned while the speed changes, and nothing else counts.
+    changing, earned = Deviation(), P[2, 2]
     for z in zs:
+        changing.add(z.v, lag(DT, 5.0))
         if z.running:
             f = lambda x: np.array([x[0] + DT * speed_rate(z.net, 1e4 / x[2], x[1], z.sign * Rail.mu), x[1], x[2]])
             F = jacobian(f, x)
@@ -152,11 +155,14 @@ def joint(zs):
             S = P[0, 0] + SD**2
             y = z.v - x[0]
             nis, K = y**2 / S, P[:, 0] / S
+            before = P[2, 2]
             x, P = x + K * y, P - np.outer(K, K) * S
+            if z.running and math.sqrt(changing.variance) > 0.05:
+                earned *= P[2, 2] / before
             x = np.array([x[0], min(max(x[1], -STEEPEST), STEEPEST), min(max(x[2], 1e4 / Rail.high), 1e4 / Rail.low)])
         mass = 1e4 / x[2]
         correlation = P[1, 2] / math.sqrt(P[1, 1] * P[2, 2])
-        yield [mass, mass * math.sqrt(P[2, 2]) / x[2], x[1], x[0], y, nis, math.sqrt(P[1, 1]), math.sqrt(P[2, 2]), correlation]
+        yield [mass, mass * math.sqrt(max(P[2, 2], earned)) / x[2], x[1], x[0], y, nis, math.sqrt(P[1, 1]), math.sqrt(P[2, 2]), correlation]
 
 
 def oracle(table):

@@ -204,6 +204,10 @@ class LeastSquares:
         rho = 0.0 if self.k < 10 else min(max(self.tie / self.variance, 0.0), 0.9)
         return (1.0 + rho) / (1.0 - rho)
 
+    def widened(self):
+        """Variances, widened where residuals are too large or hang together, but not beyond the prior's."""
+        return np.minimum(np.diag(self.P) * max(1.0, self.variance) * self.correlation(), self.prior)
+
     def reopen_first(self):
         self.P[0, :] = self.P[:, 0] = 0.0
         self.P[0, 0] = self.prior[0]

@@ -69,8 +69,7 @@ class Mass:
         mean, w = self.fused(), self.weight
         variance = 0.0
         for share, rls in ((w, self.straight), (1.0 - w, self.turning)):
-            wide = rls.P[0, 0] * max(1.0, rls.spread()) ** 2 * rls.correlation()
-            variance += share * (wide + (rls.x[0] - mean) ** 2)
+            variance += share * (rls.widened()[0] + (rls.x[0] - mean) ** 2)
         level = math.hypot(0.3 * Road.mu * GRAVITY, 0.02) * abs(self.sums[0]) / (self.sums[1] + (0.02 / 0.4) ** 2)
         return M0 * mean, M0 * math.hypot(math.sqrt(variance), mean * level)
 

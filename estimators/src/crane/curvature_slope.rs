@@ -252,16 +252,15 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         State::visit(self, archive);
     }
 }
-
 impl<const N: usize> State for CurvatureSlope<N> {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             params: _,
             standstill_mps: _,
             spread: _,
+            R: _,
             mass_range_kg: _,
             train,
-            R: _,
             curvature,
             belief,
             adaptive,

@@ -45,12 +45,12 @@ param_groups! {
     Params { own: Own, slope: SlopeParams }
 }
 
+/// Corner of the low-pass before the grades along the rail, Hz.
+const CUTOFF_HZ: Real = 1.0;
 /// Running deviation of the speed above which it counts as changing, m/s, and the memory of that deviation, s.
 const EXCITATION_MPS: Real = 0.05;
 const EXCITATION_MEMORY_S: Real = 5.0;
 
-/// Corner of the low-pass before the grades along the rail, Hz.
-const CUTOFF_HZ: Real = 1.0;
 /// M w, kg.
 const SCALE: Real = 1e4;
 
@@ -62,13 +62,13 @@ pub struct JointEkf {
     mu: Real,
     range_kg: [Real; 2],
     belief: Gaussian<3>,
+    /// For the grade at the IMU of a long train alone.
+    signals: Conditioner,
+    train: LongTrain,
     /// Variance of w that was earned while the speed changed.
     earned: Real,
     speed: RunningDeviation,
     excited: bool,
-    /// For the grade at the IMU of a long train alone.
-    signals: Conditioner,
-    train: LongTrain,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 3>>,
@@ -97,11 +97,11 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
         belief: Gaussian::independent(x, sd),
+        signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
+        train: LongTrain::new(vehicle, params.own.standstill_mps),
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
         speed: RunningDeviation::default(),
         excited: false,
-        signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
-        train: LongTrain::new(vehicle, params.own.standstill_mps),
         started: false,
         saturated: false,
         last: None,
@@ -204,12 +204,12 @@ impl Pipeline for JointEkf {
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.own.standstill_mps);
+        self.signals.step(reading, &self.balance, running, dt);
+        self.train.step(&self.signals, None, reading, dt);
         if let Some(speed) = reading.speed_mps {
             self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
         }
         self.excited = running && self.speed.sd() > EXCITATION_MPS;
-        self.signals.step(reading, &self.balance, running, dt);
-        self.train.step(&self.signals, None, reading, dt);
         self.predict(reading, running, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
@@ -264,7 +264,7 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { belief, earned, speed, excited, signals, train, started, saturated, last; params, balance, mu, range_kg });
+state!(JointEkf { belief, signals, train, earned, speed, excited, started, saturated, last; params, balance, mu, range_kg });
 
 #[cfg(test)]
 mod tests {

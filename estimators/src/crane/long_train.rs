@@ -27,7 +27,7 @@ pub struct LongTrain {
 }
 
 /// What was felt when the train last moved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Now {
     felt: Felt,
     /// g sin θ + b at the IMU and under the middle of the unit that carries it, m/s².
@@ -36,7 +36,7 @@ struct Now {
 }
 
 /// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ready {
     /// The sample.
     pub sample: Conditioned,
@@ -147,32 +147,24 @@ pub fn steeper(theta: Real, by: Real) -> Real {
     }
 }
 
-impl Blank for Now {
-    fn blank() -> Self {
-        Self {
-            felt: Felt::default(),
-            imu: 0.0,
-            unit: 0.0,
-        }
-    }
-}
-
-impl Blank for Ready {
-    fn blank() -> Self {
-        Self {
-            sample: Conditioned::default(),
-            felt: None,
-        }
-    }
-}
-
 impl Blank for Felt {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-state!(Felt { tare, load; });
+impl Blank for Now {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Blank for Ready {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
 state!(Now { felt, imu, unit; });
 state!(Ready { sample, felt; });
 state!(LongTrain { train, waiting, now; point, standstill_mps });

@@ -181,4 +181,5 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
         State::visit(self, archive);
     }
 }
+
 state!(@[M: State] MassThenSlope<M> { mass, slope; balance, standstill_mps });

@@ -294,7 +294,8 @@ impl TrainOnRail {
 state!(RailMemory { cells, known; cell_m } where |this| this.known.is_none_or(|[low, high]| {
     low <= high && high.saturating_sub(low) < CELLS as i64
 }));
-state!(Mean { value, doubt_mps2; });
+state!(Mean { value, doubt_mps2; } where |this| this.doubt_mps2 >= 0.0);
+state!(Felt { tare, load; });
 state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
 
 #[cfg(test)]
