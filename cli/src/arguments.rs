@@ -2,7 +2,7 @@
 
 mod studies;
 
-pub use studies::Test;
+pub use studies::{Compare, Merge, Study, Test};
 
 use crate::kinds::Kind;
 use clap::{Parser, Subcommand, ValueEnum};
@@ -34,6 +34,12 @@ pub enum Task {
     Run(Run),
     /// Run scenarios over their seeds and judge what they expect
     Test(Test),
+    /// Run estimators side by side over the seeds of a scenario and compare their metrics
+    Compare(Compare),
+    /// Run a scenario many times with drawn values (Monte Carlo); a study that was stopped goes on
+    Study(Study),
+    /// Put the shards of a study together
+    Merge(Merge),
     /// Check files without running anything
     Check(Check),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit

@@ -2,6 +2,7 @@
 
 use crate::prepare;
 use clap::ValueEnum;
+use monorig_lab::study::{Plan, StudyFile};
 use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
@@ -31,6 +32,8 @@ pub enum Kind {
     Sensors,
     /// The section of a rail
     RailProfile,
+    /// A scenario run many times with drawn values
+    Study,
 }
 
 /// What is known of a kind.
@@ -129,6 +132,14 @@ pub const KINDS: &[Row] = &[
         ],
         schema: || schema_for!(ProfileFile),
         check: |path| Profile::load(path).map(drop),
+    },
+    Row {
+        kind: Kind::Study,
+        name: "study",
+        about: "a scenario run many times with drawn values",
+        telling: &["scenario", "runs", "first_seed", "set", "vary"],
+        schema: || schema_for!(StudyFile),
+        check: |path| Plan::load(path).map(drop),
     },
 ];
 

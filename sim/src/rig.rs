@@ -73,8 +73,8 @@ impl Rig {
     /// Read every file a scenario names, check them against each other, and build.
     pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
         let s = &scenario.file;
-        let rail = Arc::new(Rail::load(&scenario.track)?);
-        let mut train = Train::load(&scenario.train)?;
+        let rail = Arc::new(Rail::load_with(&scenario.track, &scenario.sets("track"))?);
+        let mut train = Train::load_with(&scenario.train, &scenario.sets("train"))?;
         rail.check(&train.limits)?;
         if let Some(kg) = s.load.mass_kg {
             let limit = train.limits.max_load_kg;
@@ -93,7 +93,7 @@ impl Rig {
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
         let mut sensors = Suite::new(
-            &Sheet::load(&scenario.sensors)?,
+            &Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?,
             &train,
             s.physics.gravity_mps2.get(),
             seed,

@@ -18,6 +18,7 @@ pub mod survey;
 pub mod track;
 
 use crate::error::Error;
+use crate::file::{Sets, named, read_yaml_with, with_sets};
 use alignment::Angle;
 use joints::Joints;
 use nalgebra::Vector3;
@@ -87,9 +88,14 @@ pub struct Rail {
 impl Rail {
     /// Read a track file, and the profile and survey it names.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        let track: TrackFile = crate::file::read_yaml(path)?;
-        let profile = Profile::load(&crate::file::named(path, "profile", &track.profile)?)?;
-        Self::build(&track, profile, path)
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the track file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        let track: TrackFile = read_yaml_with(path, sets)?;
+        let profile = Profile::load(&named(path, "profile", &track.profile)?)?;
+        Self::build(&track, profile, path).map_err(|e| with_sets(e, sets))
     }
 
     /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
