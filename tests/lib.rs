@@ -30,6 +30,14 @@ pub fn track(yaml: &str) -> Arc<Rail> {
     Arc::new(Rail::build(&file, profile, Path::new("test.yaml")).expect("rail"))
 }
 
+/// A road from the YAML lines that follow its name.
+pub fn road(yaml: &str) -> Arc<Rail> {
+    let file: TrackFile =
+        serde_yaml::from_str(&format!("version: 1\nname: test\nroad_width_m: 4\n{yaml}"))
+            .expect("track");
+    Arc::new(Rail::read(&file, Path::new("test.yaml")).expect("road"))
+}
+
 /// A scenario of the repository, with values set as by `--set`.
 pub fn scenario(name: &str, set: &[(&str, &str)]) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -7,6 +7,8 @@ use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
 use monorig_sim::rail::track::TrackFile;
+use monorig_sim::road::Car;
+use monorig_sim::road::car_file::CarFile;
 use monorig_sim::scenario::ScenarioFile;
 use monorig_sim::sensors::Sheet;
 use monorig_sim::sensors::sheet::SheetFile;
@@ -28,6 +30,8 @@ pub enum Kind {
     Train,
     /// A unit of a train
     Unit,
+    /// A car
+    Car,
     /// A sensor data sheet
     Sensors,
     /// The section of a rail
@@ -62,6 +66,7 @@ pub const KINDS: &[Row] = &[
             "why",
             "track",
             "train",
+            "car",
             "sensors",
             "start",
             "stop",
@@ -77,8 +82,15 @@ pub const KINDS: &[Row] = &[
     Row {
         kind: Kind::Track,
         name: "track",
-        about: "a rail: horizontal alignment, vertical profile or survey, joints",
-        telling: &["profile", "horizontal", "vertical", "survey", "joints"],
+        about: "a rail or a road: horizontal alignment, vertical profile or survey, joints",
+        telling: &[
+            "profile",
+            "road_width_m",
+            "horizontal",
+            "vertical",
+            "survey",
+            "joints",
+        ],
         schema: || schema_for!(TrackFile),
         check: |path| Rail::load(path).map(drop),
     },
@@ -105,6 +117,22 @@ pub const KINDS: &[Row] = &[
         check: |path| Unit::load(path).map(drop),
     },
     Row {
+        kind: Kind::Car,
+        name: "car",
+        about: "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver",
+        telling: &[
+            "body",
+            "wheels",
+            "tyres",
+            "motors",
+            "brakes",
+            "air",
+            "suspension",
+        ],
+        schema: || schema_for!(CarFile),
+        check: |path| Car::load(path).map(drop),
+    },
+    Row {
         kind: Kind::Sensors,
         name: "sensors",
         about: "a sensor data sheet: rates, errors, mounts",
@@ -115,6 +143,7 @@ pub const KINDS: &[Row] = &[
             "motor_torque",
             "wheel_speed",
             "clamp_pressure",
+            "steering_angle",
         ],
         schema: || schema_for!(SheetFile),
         check: |path| Sheet::load(path).map(drop),

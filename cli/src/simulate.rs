@@ -85,7 +85,11 @@ fn start_tape<'a>(
     sinks: Vec<&'a mut dyn Sink>,
     live: bool,
 ) -> Result<Tape<'a>, Error> {
-    let channels = tape::channels(rig.train.drives.len(), &rig.bank);
+    let channels = tape::channels(
+        rig.train.drives.len(),
+        rig.plant.truth().road.is_some(),
+        &rig.bank,
+    );
     let samples = rig.rail_samples();
     let blocks: Vec<_> = rig.blocks.iter().map(|b| (b.pose, b.size)).collect();
     let layout = Layout {
@@ -95,7 +99,7 @@ fn start_tape<'a>(
         channels: &channels,
         train: &rig.train,
         rail: &samples,
-        profile: &rig.rail.profile().outline,
+        profile: rig.rail.outline(),
         obstacles: &blocks,
     };
     let chunk_s = if live {

@@ -19,6 +19,7 @@ fn kinds_are_told_apart() {
         ("units/cab.yaml", "unit"),
         ("sensors.yaml", "sensors"),
         ("rails/i140e.yaml", "rail-profile"),
+        ("road/hongqi_ehs3.yaml", "car"),
     ] {
         let (code, out, err) = rig.monorig(&["check", file]);
         assert_eq!(
@@ -33,6 +34,7 @@ fn kinds_are_told_apart() {
             "unit",
             "sensors",
             "rail-profile",
+            "car",
         ] {
             if other != kind {
                 let told = rig.refused(&["check", "--kind", other, file]);

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod expected;
 pub mod metrics;
+pub mod report;
 pub mod series;
 pub mod study;
 pub mod summary;

@@ -28,7 +28,12 @@ pub struct Sample {
     pub slope_valid: bool,
     /// Normalised innovation squared.
     pub nis: f64,
+    /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
+    pub running_resistance: f64,
 }
+
+/// The internal that counts as an estimate of the running-resistance coefficient.
+const RESISTANCE: &str = "running_resistance";
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,6 +59,8 @@ pub struct Series {
     pub estimators: Vec<(String, Vec<Sample>)>,
     /// The closed loop.
     pub tracking: Vec<Tracking>,
+    /// Internals of one estimator, reused.
+    internals: Vec<f64>,
 }
 
 fn square(x: f64) -> f64 {
@@ -75,6 +82,7 @@ impl Observer for Series {
         }
         for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
             let e = &m.estimate;
+            let place = m.internal_names().iter().position(|n| *n == RESISTANCE);
             let mass = e.total_mass_kg.value - t.total_mass_kg;
             let slope = e.grade_rad.value - t.grade_at_imu_rad;
             samples.push(Sample {
@@ -89,6 +97,14 @@ impl Observer for Series {
                 slope_nees: square(slope / e.grade_rad.sd),
                 slope_valid: e.grade_rad.valid,
                 nis: e.nis,
+                running_resistance: match place {
+                    None => f64::NAN,
+                    Some(place) => {
+                        self.internals.clear();
+                        m.internals(&mut self.internals);
+                        self.internals[place] - t.running_resistance
+                    }
+                },
             });
         }
         self.tracking.push(Tracking {

@@ -11,6 +11,7 @@ pub mod point_mass;
 pub mod rail;
 pub mod record;
 pub mod rig;
+pub mod road;
 pub mod run;
 pub mod scenario;
 pub mod sensors;

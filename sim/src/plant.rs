@@ -4,7 +4,7 @@ use crate::error::Error;
 use monorig_estimators::signals::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A train on a rail, whatever computes its motion.
+/// A train on a rail or a car on a road, whatever computes its motion.
 pub trait Plant {
     /// Advance by `dt_s` under a command held constant over the step.
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error>;
@@ -50,6 +50,25 @@ pub struct DriveState {
     pub adhesion: f64,
 }
 
+/// What only a car has. Wheels: front left, front right, rear left, rear right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RoadState {
+    /// Angle of the front wheels, rad, + left.
+    pub steering_rad: f64,
+    /// Way to the left of the lane's middle, m.
+    pub offset_m: f64,
+    /// Heading against the lane, rad, + left.
+    pub heading_rad: f64,
+    /// Angle from the car's axis to its velocity, rad, + left.
+    pub sideslip_rad: f64,
+    /// Rate about the road's normal, rad/s, + left.
+    pub yaw_rate_radps: f64,
+    /// Force of the tyres to the left over the mass, m/s².
+    pub lateral_mps2: f64,
+    /// Loads of the wheels, N.
+    pub wheel_load_n: [f64; 4],
+}
+
 /// Everything true at one instant. Sensors see this and nothing else; controllers and estimators never do.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
@@ -93,6 +112,8 @@ pub struct Truth {
     pub mounts: Vec<MountState>,
     /// Drive units, front to rear.
     pub drives: Vec<DriveState>,
+    /// What only a car has; none for a train.
+    pub road: Option<RoadState>,
     /// Pose of each body's origin in the world, in the order of `Train::bodies`.
     pub poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
 }

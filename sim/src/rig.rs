@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::plant::Plant;
 use crate::point_mass::{PointMass, PointMassOptions};
 use crate::rail::{Frame, Rail};
+use crate::road::{Car, RoadOptions, RoadPlant};
 use crate::scenario::{Event, FeedForward, PlantKind, Scenario};
 use crate::sensors::{Sheet, Suite};
 use crate::surroundings::{self, Block};
@@ -25,7 +26,7 @@ pub struct Rig {
     pub seed: u64,
     /// The rail.
     pub rail: Arc<Rail>,
-    /// The train as it starts.
+    /// The train as it starts; a car as [`Car::consist`] describes it.
     pub train: Train,
     /// What moves.
     pub plant: Box<dyn Plant>,
@@ -74,7 +75,15 @@ impl Rig {
     pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
         let s = &scenario.file;
         let rail = Arc::new(Rail::load_with(&scenario.track, &scenario.sets("track"))?);
-        let mut train = Train::load_with(&scenario.train, &scenario.sets("train"))?;
+        let car = match &s.car {
+            Some(_) => Some(Car::load_with(&scenario.vehicle, &scenario.sets("car"))?),
+            None => None,
+        };
+        check_track(&scenario, &rail, car.is_some())?;
+        let mut train = match &car {
+            Some(car) => car.consist(),
+            None => Train::load_with(&scenario.vehicle, &scenario.sets("train"))?,
+        };
         rail.check(&train.limits)?;
         if let Some(kg) = s.load.mass_kg {
             let limit = train.limits.max_load_kg;
@@ -87,17 +96,14 @@ impl Rig {
             })?;
         }
         let dt_s = s.physics.dt_ms.get() * 1e-3;
-        if s.physics.plant == PlantKind::Rapier {
+        if s.plant() == PlantKind::Rapier {
             check_step(&scenario, &train, dt_s)?;
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let mut sensors = Suite::new(
-            &Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?,
-            &train,
-            s.physics.gravity_mps2.get(),
-            seed,
-        )?;
+        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
+        sheet.check_vehicle(car.is_some())?;
+        let mut sensors = Suite::new(&sheet, &train, s.physics.gravity_mps2.get(), seed)?;
         sensors.check_step(dt_s)?;
         sensors.add_faults(scenario.path(), &s.events)?;
         let imu = sensors
@@ -109,7 +115,10 @@ impl Rig {
         let blocks = surroundings::blocks(&scenario, &rail)?;
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
-        let vehicle = believed_vehicle(&scenario, &train, imu);
+        let vehicle = match &car {
+            Some(car) => car.believed(&s.vehicle, gravity),
+            None => believed_vehicle(&scenario, &train, imu),
+        };
         let guess = s
             .vehicle
             .total_mass_guess_kg
@@ -119,8 +128,28 @@ impl Rig {
             None => None,
             Some(name) => bank.iter().position(|m| m.name == *name),
         };
-        let plant: Box<dyn Plant> = match s.physics.plant {
-            PlantKind::Rapier => {
+        let plant: Box<dyn Plant> = match (&car, s.plant()) {
+            (Some(car), _) => {
+                let o = RoadOptions {
+                    front_m: front,
+                    speed_mps: speed,
+                    gravity_mps2: gravity,
+                    zones,
+                };
+                Box::new(RoadPlant::new(car, rail.clone(), &o))
+            }
+            (None, PlantKind::PointMass) => {
+                let o = PointMassOptions {
+                    front_m: front,
+                    speed_mps: speed,
+                    gravity_mps2: gravity,
+                    imu,
+                    mounts,
+                    zones,
+                };
+                Box::new(PointMass::new(train.clone(), rail.clone(), &o))
+            }
+            (None, _) => {
                 let o = WorldOptions {
                     front_m: front,
                     speed_mps: speed,
@@ -131,17 +160,6 @@ impl Rig {
                     blocks: blocks.clone(),
                 };
                 Box::new(World::new(train.clone(), rail.clone(), &o)?)
-            }
-            PlantKind::PointMass => {
-                let o = PointMassOptions {
-                    front_m: front,
-                    speed_mps: speed,
-                    gravity_mps2: gravity,
-                    imu,
-                    mounts,
-                    zones,
-                };
-                Box::new(PointMass::new(train.clone(), rail.clone(), &o))
             }
         };
         let torque_max = train.drives.first().map_or(0.0, |d| d.torque_max_nm);
@@ -185,12 +203,29 @@ impl Rig {
     }
 }
 
+/// A car runs on a road, a train on a rail.
+fn check_track(scenario: &Scenario, rail: &Rail, car: bool) -> Result<(), Error> {
+    match (car, rail.profile()) {
+        (true, Some(_)) => Err(scenario.error(
+            "track",
+            "this track is a rail, and a car needs a road",
+            "a track with `road_width_m` in place of `profile`",
+        )),
+        (false, None) => Err(scenario.error(
+            "track",
+            "this track is a road, and a train needs a rail",
+            "a track with `profile` in place of `road_width_m`",
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// The physics step suits the train's springs. The scenario is blamed: it chose the step.
 fn check_step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
     train.check_step(dt_s).map_err(|e| match e {
         Error::Input(e) => scenario.error(
             "physics.dt_ms",
-            format!("{} (train {})", e.message, scenario.train.display()),
+            format!("{} (train {})", e.message, scenario.vehicle.display()),
             e.help,
         ),
         other => other,
@@ -310,7 +345,7 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
         };
         (x, middle, b.start_s)
     });
-    let point = scenario.file.physics.plant == PlantKind::PointMass;
+    let point = scenario.file.plant() == PlantKind::PointMass;
     let (tare_span_m, load_span_m, imu_arm_m) = match point {
         true => Default::default(),
         false => {
@@ -345,8 +380,9 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let find =
         |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let names = [crane::NAMES, crane::PRINTED_NAMES].concat();
     scenario.check_estimators(
-        crane::NAMES,
+        &names,
         &|name| {
             crane::keys(name)
                 .into_iter()

@@ -320,4 +320,5 @@ fn any_new(z: &Measurements) -> bool {
         || z.motor_torque_nm.iter().any(Option::is_some)
         || z.wheel_speed_mps.iter().any(Option::is_some)
         || z.clamp_pressure_mpa.iter().any(Option::is_some)
+        || z.steering_angle_rad.is_some()
 }

@@ -28,8 +28,12 @@ pub struct ScenarioFile {
     pub why: String,
     /// Track file, relative to this file.
     pub track: String,
-    /// Train file, relative to this file.
-    pub train: String,
+    /// Train file, relative to this file; or `car`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<String>,
+    /// Car file, relative to this file, instead of `train`; the track is then a road.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub car: Option<String>,
     /// Load on the hook.
     #[serde(default)]
     pub load: Load,
@@ -108,6 +112,16 @@ pub struct Stop {
     pub at_m: Option<Positive>,
 }
 
+impl ScenarioFile {
+    /// What moves: the plant asked for, else that of a car, or rapier.
+    pub fn plant(&self) -> PlantKind {
+        self.physics.plant.unwrap_or(match self.car {
+            Some(_) => PlantKind::Road,
+            None => PlantKind::Rapier,
+        })
+    }
+}
+
 impl Stop {
     /// How long a run without `after_s` may take, s of simulated time.
     pub const PATIENCE_S: f64 = 3600.0;
@@ -128,13 +142,13 @@ fn zero() -> Finite {
 pub struct Physics {
     /// Step, ms.
     pub dt_ms: Positive,
-    /// Which plant moves the train.
-    pub plant: PlantKind,
+    /// Which plant moves the train; a car has its own. Filled in when the scenario is loaded.
+    pub plant: Option<PlantKind>,
     /// m/s².
     pub gravity_mps2: Positive,
 }
 
-/// Which plant moves the train.
+/// Which plant moves train or car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
@@ -142,6 +156,8 @@ pub enum PlantKind {
     Rapier,
     /// A point on the rail.
     PointMass,
+    /// A car on a road.
+    Road,
 }
 
 /// Drive cycle and controller.
@@ -262,7 +278,7 @@ impl Default for Physics {
     fn default() -> Self {
         Self {
             dt_ms: Positive::new(2.0),
-            plant: PlantKind::Rapier,
+            plant: None,
             gravity_mps2: Positive::new(9.81),
         }
     }

@@ -48,7 +48,7 @@ fn recorded(name: &str) -> f64 {
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
-        let channels = tape::channels(rig.train.drives.len(), &rig.bank);
+        let channels = tape::channels(rig.train.drives.len(), false, &rig.bank);
         let samples = rig.rail_samples();
         let (rail, train) = (rig.rail.clone(), rig.train.clone());
         let layout = Layout {
@@ -58,7 +58,7 @@ fn recorded(name: &str) -> f64 {
             channels: &channels,
             train: &train,
             rail: &samples,
-            profile: &rail.profile().outline,
+            profile: rail.outline(),
             obstacles: &[],
         };
         let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];

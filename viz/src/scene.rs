@@ -36,7 +36,7 @@ pub fn body_entity(name: &str) -> EntityPath {
 /// Everything that is drawn and does not change. Returns the wheels, which turn.
 pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error> {
     let about = format!(
-        "# {} · seed {}\n\n{}\n\nTrain: {}\n",
+        "# {} · seed {}\n\n{}\n\nVehicle: {}\n",
         layout.scenario, layout.seed, layout.why, layout.train.name
     );
     stream.fixed(

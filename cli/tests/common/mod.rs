@@ -100,6 +100,7 @@ motor_torque: {sampling: {rate_hz: 250}}
 /// Files of the project itself that go into the folder.
 const OWN: &[(&str, &[&str])] = &[
     ("rails", &["i140e.yaml"]),
+    ("road", &["hongqi_ehs3.yaml"]),
     (
         "units",
         &[
@@ -141,6 +142,7 @@ impl Rig {
         }
         std::fs::create_dir_all(rig.path("units/meshes")).unwrap();
         std::fs::create_dir_all(rig.path("rails")).unwrap();
+        std::fs::create_dir_all(rig.path("road")).unwrap();
         for (folder, names) in OWN {
             for name in *names {
                 let from = project().join("assets").join(folder).join(name);

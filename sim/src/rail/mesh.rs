@@ -17,9 +17,12 @@ pub struct Mesh {
 }
 
 impl Rail {
-    /// The swept I-beam in chunks of at most `chunk_m`, each closed. Cross-sections lie at most `step_m` apart where the
+    /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most `step_m` apart where the
     /// rail is curved (the chord is then step²/8R off), and only at the ends where it is straight.
     pub fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<Mesh> {
+        let Some(profile) = self.profile() else {
+            return Vec::new();
+        };
         let chunks = super::pieces(self.length(), chunk_m);
         let border = |i: usize| {
             if i == chunks {
@@ -29,12 +32,11 @@ impl Rail {
             }
         };
         (0..chunks)
-            .map(|i| self.chunk(border(i), border(i + 1), step_m))
+            .map(|i| self.chunk(&profile.outline, border(i), border(i + 1), step_m))
             .collect()
     }
 
-    fn chunk(&self, from_m: f64, to_m: f64, step_m: f64) -> Mesh {
-        let outline = &self.profile().outline;
+    fn chunk(&self, outline: &[[f64; 2]], from_m: f64, to_m: f64, step_m: f64) -> Mesh {
         let n = outline.len() as u32;
         let mut mesh = Mesh {
             from_m,

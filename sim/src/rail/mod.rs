@@ -71,7 +71,16 @@ impl Cursor {
     }
 }
 
-/// A rail ready to be run on. Outside 0…length it goes on straight along its end tangents.
+/// What runs along the line.
+#[derive(Clone, Debug)]
+enum Section {
+    /// An I-beam; the line is the middle of its web.
+    Rail(Profile),
+    /// A lane: its outline in (l, u), m; the line is the middle of its surface.
+    Road([[f64; 2]; 4]),
+}
+
+/// A rail, or a road, ready to be run on. Outside 0…length it goes on straight along its end tangents.
 #[derive(Clone, Debug)]
 pub struct Rail {
     /// Name from the track file.
@@ -80,7 +89,7 @@ pub struct Rail {
     horizontal: Angle,
     vertical: Angle,
     joints: Option<Joints>,
-    profile: Profile,
+    section: Section,
     nodes: Nodes,
     length: f64,
 }
@@ -93,13 +102,47 @@ impl Rail {
 
     /// The same with changes made to the track file.
     pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
-        let track: TrackFile = read_yaml_with(path, sets)?;
-        let profile = Profile::load(&named(path, "profile", &track.profile)?)?;
-        Self::build(&track, profile, path).map_err(|e| with_sets(e, sets))
+        let rail = Self::read(&read_yaml_with(path, sets)?, path);
+        rail.map_err(|e| with_sets(e, sets))
+    }
+
+    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
+    pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
+        let section = match (&track.profile, track.road_width_m) {
+            (Some(profile), None) => {
+                Section::Rail(Profile::load(&named(path, "profile", profile)?)?)
+            }
+            (None, Some(width)) => {
+                let half = 0.5 * width.get();
+                let below = -ROAD_THICKNESS;
+                Section::Road([[-half, below], [half, below], [half, 0.0], [-half, 0.0]])
+            }
+            (Some(_), Some(_)) => {
+                return Err(crate::file::input_error(
+                    path,
+                    "road_width_m",
+                    "this track has a rail profile and the width of a road",
+                    "keep `profile` for a rail, or `road_width_m` for a road",
+                ));
+            }
+            (None, None) => {
+                return Err(crate::file::input_error(
+                    path,
+                    "profile",
+                    "this track is neither a rail nor a road",
+                    "`profile: ../rails/i140e.yaml` makes it a rail, `road_width_m: 3.75` a road",
+                ));
+            }
+        };
+        Self::with_section(track, section, path)
     }
 
     /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
     pub fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
+        Self::with_section(track, Section::Rail(profile), file)
+    }
+
+    fn with_section(track: &TrackFile, section: Section, file: &Path) -> Result<Self, Error> {
         let (horizontal, vertical) = track.angles(file)?;
         let length = horizontal.length().max(vertical.length());
         let joints = track
@@ -120,7 +163,7 @@ impl Rail {
             horizontal,
             vertical,
             joints,
-            profile,
+            section,
             nodes,
             length,
         })
@@ -136,9 +179,20 @@ impl Rail {
         self.length
     }
 
-    /// The I-beam.
-    pub fn profile(&self) -> &Profile {
-        &self.profile
+    /// The I-beam; none on a road.
+    pub fn profile(&self) -> Option<&Profile> {
+        match &self.section {
+            Section::Rail(profile) => Some(profile),
+            Section::Road(_) => None,
+        }
+    }
+
+    /// Closed outline of what is seen of it in (l, u), m, around the line.
+    pub fn outline(&self) -> &[[f64; 2]] {
+        match &self.section {
+            Section::Rail(profile) => &profile.outline,
+            Section::Road(outline) => outline,
+        }
     }
 
     /// The rail joints, if the track has any.
@@ -208,6 +262,9 @@ impl Rail {
         frames
     }
 }
+
+/// How thick a road is drawn, m.
+const ROAD_THICKNESS: f64 = 0.1;
 
 /// How many pieces of at most `step` make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {

@@ -397,7 +397,7 @@ fn the_mesh_is_closed_and_has_the_volume_of_the_sweep() {
                     .all(|((a, b), n)| *n == 1 && edges.contains_key(&(*b, *a)))
             );
         }
-        let expected = r.profile().area() * r.length();
+        let expected = r.profile().unwrap().area() * r.length();
         assert!(
             (volume / expected - 1.0).abs() < 2e-4,
             "{name}: {volume} for {expected}"

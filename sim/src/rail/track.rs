@@ -19,7 +19,7 @@ use super::alignment::{Angle, Builder};
 use super::elements::{self, Horizontal, Vertical};
 use super::joints::JointsFile;
 use super::survey::{self, Survey};
-use crate::checked::{Finite, Version1};
+use crate::checked::{Finite, Positive, Version1};
 use crate::error::Error;
 use crate::file::input_error;
 use nalgebra::Vector3;
@@ -38,8 +38,12 @@ pub struct TrackFile {
     /// What the track is for, and where its figures come from.
     #[serde(default)]
     pub about: String,
-    /// Rail profile file, relative to this file.
-    pub profile: String,
+    /// Rail profile file, relative to this file; not for a road.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// Width of the lane, m: makes the track a road for a car.
+    #[serde(default)]
+    pub road_width_m: Option<Positive>,
     /// Where the rail begins.
     #[serde(default)]
     pub start: Start,

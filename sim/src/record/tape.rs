@@ -22,8 +22,8 @@ pub struct Tape<'a> {
     rows: usize,
 }
 
-/// Channels of a run, in the order in which [`Tape`] fills them.
-pub fn channels(drives: usize, bank: &[Member]) -> Vec<Channel> {
+/// Channels of a run, in the order in which [`Tape`] fills them: those of a train with so many drive units, or of a car (`road`).
+pub fn channels(drives: usize, road: bool, bank: &[Member]) -> Vec<Channel> {
     let mut c = Vec::new();
     let mut add = |path: String, unit: &'static str| c.push(Channel { path, unit });
     for (name, unit) in TRUTH {
@@ -34,6 +34,11 @@ pub fn channels(drives: usize, bank: &[Member]) -> Vec<Channel> {
             add(format!("truth/drive_{d}/{name}"), unit);
         }
     }
+    if road {
+        for (name, unit) in TRUTH_ROAD {
+            add(format!("truth/road/{name}"), unit);
+        }
+    }
     for (name, unit) in IMU {
         add(format!("sensors/imu/{name}"), unit);
     }
@@ -41,6 +46,9 @@ pub fn channels(drives: usize, bank: &[Member]) -> Vec<Channel> {
         for (name, unit) in SENSOR_DRIVE {
             add(format!("sensors/drive_{d}/{name}"), unit);
         }
+    }
+    if road {
+        add("sensors/steering_angle".into(), "rad");
     }
     for (name, unit) in CONTROL {
         add(format!("control/{name}"), unit);
@@ -83,6 +91,18 @@ const TRUTH_DRIVE: [(&str, &str); 4] = [
     ("traction", "N"),
     ("slip", "m/s"),
     ("adhesion", "1"),
+];
+const TRUTH_ROAD: [(&str, &str); 10] = [
+    ("steering_angle", "rad"),
+    ("offset", "m"),
+    ("heading", "rad"),
+    ("sideslip", "rad"),
+    ("yaw_rate", "rad/s"),
+    ("lateral_acceleration", "m/s²"),
+    ("load_front_left", "N"),
+    ("load_front_right", "N"),
+    ("load_rear_left", "N"),
+    ("load_rear_right", "N"),
 ];
 const IMU: [(&str, &str); 6] = [
     ("specific_force_x", "m/s²"),
@@ -210,6 +230,17 @@ impl<'a> Tape<'a> {
         for d in &t.drives {
             row.extend([d.motor_torque_nm, d.traction_n, d.slip_mps, d.adhesion]);
         }
+        if let Some(r) = &t.road {
+            row.extend([
+                r.steering_rad,
+                r.offset_m,
+                r.heading_rad,
+                r.sideslip_rad,
+                r.yaw_rate_radps,
+                r.lateral_mps2,
+            ]);
+            row.extend(r.wheel_load_n);
+        }
         row.extend(z.specific_force_mps2.map_or([f64::NAN; 3], |s| s.value));
         row.extend(z.angular_rate_radps.map_or([f64::NAN; 3], |s| s.value));
         for d in 0..t.drives.len().min(MAX_DRIVES) {
@@ -221,6 +252,9 @@ impl<'a> Tape<'a> {
                 ]
                 .map(|s| s.map_or(f64::NAN, |s| s.value)),
             );
+        }
+        if t.road.is_some() {
+            row.push(z.steering_angle_rad.map_or(f64::NAN, |s| s.value));
         }
         let drives = t.drives.len().max(1) as f64;
         row.extend([
@@ -295,6 +329,7 @@ fn merge(latest: &mut Measurements, z: &Measurements) {
     }
     keep(&mut latest.specific_force_mps2, &z.specific_force_mps2);
     keep(&mut latest.angular_rate_radps, &z.angular_rate_radps);
+    keep(&mut latest.steering_angle_rad, &z.steering_angle_rad);
     for i in 0..MAX_DRIVES {
         keep(&mut latest.motor_torque_nm[i], &z.motor_torque_nm[i]);
         keep(&mut latest.wheel_speed_mps[i], &z.wheel_speed_mps[i]);

@@ -1,6 +1,6 @@
 //! What a scenario must keep to beyond the type of each value.
 
-use super::{Event, FeedForward, ScenarioFile, SpeedPoint};
+use super::{Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::checked::{NonNegative, Positive};
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
@@ -35,6 +35,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
             "write a sentence: what it shows, and whose experiment it is",
         );
     }
+    vehicle(file)?;
     stop(file)?;
     rates(file)?;
     speed(&file.drive.speed)?;
@@ -46,6 +47,89 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
         })?;
     }
     expectations(file)
+}
+
+/// A train or a car, and nothing asked of a car that only a train has.
+fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
+    let car = match (&file.train, &file.car) {
+        (Some(_), Some(_)) => {
+            return wrong(
+                "car",
+                "this scenario has a train and a car",
+                "keep one of them",
+            );
+        }
+        (None, None) => {
+            return wrong(
+                "train",
+                "nothing runs in this scenario",
+                "`train: ../assets/trains/….yaml`, or `car: ../assets/road/….yaml` on a road",
+            );
+        }
+        (_, car) => car.is_some(),
+    };
+    match (car, file.plant()) {
+        (true, PlantKind::Road) => {}
+        (false, PlantKind::Road) => {
+            return wrong(
+                "physics.plant",
+                "this plant moves cars, not trains",
+                "`rapier` or `point-mass`",
+            );
+        }
+        (true, _) => {
+            return wrong(
+                "physics.plant",
+                "this plant moves trains, not cars",
+                "leave it out: a car has its own",
+            );
+        }
+        (false, _) => {}
+    }
+    if !car {
+        return Ok(());
+    }
+    let backwards = |v: f64| v < 0.0;
+    if backwards(file.start.speed_mps.get()) {
+        return wrong(
+            "start.speed_mps",
+            "the driver of a car does not steer backwards",
+            "0 or above",
+        );
+    }
+    if let Some(i) = file.drive.speed.iter().position(|p| backwards(p.mps.get())) {
+        return wrong(
+            format!("drive.speed[{i}].mps"),
+            "the driver of a car does not steer backwards",
+            "0 or above",
+        );
+    }
+    for (key, given) in [
+        ("load.mass_kg", file.load.mass_kg.is_some()),
+        ("surroundings", !file.surroundings.is_empty()),
+        ("roadway", file.roadway.is_some()),
+    ] {
+        if given {
+            return wrong(
+                key,
+                "this is for trains; a car has no such thing",
+                "leave it out",
+            );
+        }
+    }
+    for (i, event) in file.events.iter().enumerate() {
+        let key = match event {
+            Event::LoadMass { .. } => "load_mass_kg",
+            Event::ClampPressure { .. } => "clamp_mpa",
+            _ => continue,
+        };
+        return wrong(
+            format!("events[{i}].{key}"),
+            "this happens to trains; a car has no such thing",
+            "leave the event out",
+        );
+    }
+    Ok(())
 }
 
 fn stop(file: &ScenarioFile) -> Result<(), Wrong> {

@@ -18,9 +18,9 @@ pub struct Scenario {
     /// The track file, found from the scenario's folder.
     #[serde(skip)]
     pub track: PathBuf,
-    /// The train file, found from the scenario's folder.
+    /// The train or car file, found from the scenario's folder.
     #[serde(skip)]
-    pub train: PathBuf,
+    pub vehicle: PathBuf,
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
@@ -34,7 +34,7 @@ pub struct Scenario {
 }
 
 /// The keys under which a scenario names files that `--set` reaches into.
-const FILES: &[&str] = &["track", "train", "sensors"];
+const FILES: &[&str] = &["track", "train", "car", "sensors"];
 
 impl Scenario {
     /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
@@ -43,10 +43,11 @@ impl Scenario {
         let mut document = Document::read(path)?;
         let sets = Sets::new(overrides);
         document.apply(&sets.own(FILES))?;
-        let file: ScenarioFile = document.parse()?;
+        let mut file: ScenarioFile = document.parse()?;
         if let Err(wrong) = check::check(&file) {
             return Err(document.error(wrong.key, wrong.message, wrong.help));
         }
+        file.physics.plant = Some(file.plant());
         let folder = path.parent().unwrap_or(Path::new(""));
         let find = |key: &str, name: &str| -> Result<PathBuf, Error> {
             let found = folder.join(name);
@@ -55,13 +56,19 @@ impl Scenario {
                 Err((message, help)) => Err(document.error(key, message, help)),
             }
         };
+        let track = find("track", &file.track)?;
+        // one of the two is there, as checked
+        let vehicle = match &file.car {
+            Some(car) => find("car", car)?,
+            None => find("train", file.train.as_deref().unwrap_or_default())?,
+        };
         Ok(Self {
             name: path
                 .file_stem()
                 .map(|s| s.to_string_lossy().into_owned())
                 .unwrap_or_default(),
-            track: find("track", &file.track)?,
-            train: find("train", &file.train)?,
+            track,
+            vehicle,
             sensors: find("sensors", &file.sensors)?,
             file,
             changed: FILES

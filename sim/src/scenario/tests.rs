@@ -52,7 +52,7 @@ fn files_are_found_from_the_scenarios_folder_and_defaults_are_filled_in() {
     assert_eq!(scenario.name, "sample");
     assert_eq!(scenario.track, rig.folder.path().join("tracks/level.yaml"));
     assert_eq!(scenario.seeds(), [3, 4, 5]);
-    assert_eq!(scenario.file.physics.plant, PlantKind::Rapier);
+    assert_eq!(scenario.file.plant(), PlantKind::Rapier);
     assert_eq!(scenario.file.start.speed_mps.get(), 0.0);
 }
 
@@ -83,7 +83,7 @@ fn sets_apply_in_order_and_are_checked_like_the_file() {
         .unwrap();
     assert_eq!(scenario.file.load.mass_kg.unwrap().get(), 2500.0);
     assert_eq!(scenario.file.drive.speed[1].mps.get(), 0.5);
-    assert_eq!(scenario.file.physics.plant, PlantKind::PointMass);
+    assert_eq!(scenario.file.plant(), PlantKind::PointMass);
     assert_eq!(scenario.seeds(), [9]);
     for (path, value) in [
         ("load.mass_kg", "-1"),

@@ -2,7 +2,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `accelerometer` `gyro` `motor_torque` `wheel_speed` `clamp_pressure` | ideal physics, one instrument a file |
+//! | `accelerometer` `gyro` `motor_torque` `wheel_speed` `clamp_pressure` `steering_angle` | ideal physics, one instrument a file |
 //! | `instrument` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
@@ -23,6 +23,7 @@ pub mod noise;
 mod per_drive;
 pub mod sampling;
 pub mod sheet;
+pub mod steering_angle;
 pub mod stream;
 mod suite;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::fault::Window;
 use super::instrument::{Instrument, Span, Takes};
-use super::sheet::DriveSensor;
+use super::sheet::PlainSensor;
 use crate::error::Error;
 use crate::plant::DriveState;
 use crate::train::Drive;
@@ -27,7 +27,7 @@ struct Unit {
 
 impl PerDrive {
     /// Instruments `name[0]`, `name[1]`, … from the front.
-    pub fn new(name: &str, sheet: &DriveSensor, ideal: Ideal, drives: &[Drive], seed: u64) -> Self {
+    pub fn new(name: &str, sheet: &PlainSensor, ideal: Ideal, drives: &[Drive], seed: u64) -> Self {
         let unit = |(i, drive): (usize, &Drive)| Unit {
             drive: *drive,
             instrument: Instrument::new(

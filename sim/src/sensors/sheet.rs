@@ -3,7 +3,7 @@
 //! Every instrument has three blocks: where it sits (`mount`, inertial instruments only), `sampling` (when values are
 //! taken and arrive) and `errors` (how they differ from the truth). A block left out means "none of it"; an instrument
 //! left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro), N·m (motor
-//! torque), m/s (wheel speed), MPa (clamp pressure).
+//! torque), m/s (wheel speed), MPa (clamp pressure), rad (steering angle).
 
 use crate::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use crate::error::Error;
@@ -42,13 +42,16 @@ pub struct SheetFile {
     pub gyro: Option<InertialSensor>,
     /// Torque at the motor shaft, one per drive unit, N·m.
     #[serde(default)]
-    pub motor_torque: Option<DriveSensor>,
+    pub motor_torque: Option<PlainSensor>,
     /// Circumferential speed of the friction wheels, one per drive unit, m/s.
     #[serde(default)]
-    pub wheel_speed: Option<DriveSensor>,
+    pub wheel_speed: Option<PlainSensor>,
     /// Pressure in the clamp cylinder, one per drive unit, MPa.
     #[serde(default)]
-    pub clamp_pressure: Option<DriveSensor>,
+    pub clamp_pressure: Option<PlainSensor>,
+    /// Angle of the front wheels of a car, rad.
+    #[serde(default)]
+    pub steering_angle: Option<PlainSensor>,
 }
 
 /// An instrument with three axes, bolted to a link.
@@ -73,10 +76,10 @@ pub struct InertialSensor {
     pub misalignment_sd_deg: Option<NonNegative>,
 }
 
-/// An instrument that every drive unit has.
+/// An instrument with one reading, which sits where the vehicle has it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DriveSensor {
+pub struct PlainSensor {
     /// When values are taken and arrive.
     pub sampling: Sampling,
     /// How values differ from the truth.
@@ -197,16 +200,17 @@ impl Sheet {
     fn check(&self) -> Result<(), Error> {
         let d = &self.data;
         let inertial = [("accelerometer", &d.accelerometer), ("gyro", &d.gyro)];
-        let drive = [
+        let plain = [
             ("motor_torque", &d.motor_torque),
             ("wheel_speed", &d.wheel_speed),
             ("clamp_pressure", &d.clamp_pressure),
+            ("steering_angle", &d.steering_angle),
         ];
-        if inertial.iter().all(|(_, s)| s.is_none()) && drive.iter().all(|(_, s)| s.is_none()) {
+        if inertial.iter().all(|(_, s)| s.is_none()) && plain.iter().all(|(_, s)| s.is_none()) {
             return Err(self.wrong(
                 "",
                 "no instrument is fitted",
-                "give at least one of accelerometer, gyro, motor_torque, wheel_speed, clamp_pressure",
+                "give at least one of accelerometer, gyro, motor_torque, wheel_speed, clamp_pressure, steering_angle",
             ));
         }
         for (name, sensor) in inertial {
@@ -226,7 +230,7 @@ impl Sheet {
                 }
             }
         }
-        for (name, sensor) in drive {
+        for (name, sensor) in plain {
             if let Some(sensor) = sensor {
                 self.check_blocks(name, &sensor.sampling, &sensor.errors)?;
             }
@@ -266,6 +270,24 @@ impl Sheet {
                 format!("{name}.errors.linearity"),
                 "linearity is a share of full scale, but no range is given",
                 "add `range: [least, greatest]`",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The instruments can be fitted to this vehicle: only a car is steered, only a train has clamps.
+    pub fn check_vehicle(&self, car: bool) -> Result<(), Error> {
+        let (train_only, car_only) = (&self.data.clamp_pressure, &self.data.steering_angle);
+        match (car, train_only, car_only) {
+            (true, Some(_), _) => Err(self.wrong(
+                "clamp_pressure",
+                "a car has no clamps",
+                "leave it out of the sheet",
+            )),
+            (false, _, Some(_)) => Err(self.wrong(
+                "steering_angle",
+                "a train is not steered",
+                "leave it out of the sheet",
             )),
             _ => Ok(()),
         }

@@ -6,7 +6,8 @@ use super::gyro::{self, Gyro};
 use super::instrument::Span;
 use super::per_drive::{Ideal, PerDrive};
 use super::sampling::to_ns;
-use super::sheet::{DriveSensor, Sampling, Sheet};
+use super::sheet::{PlainSensor, Sampling, Sheet};
+use super::steering_angle::{self, SteeringAngle};
 use super::{Sensors, clamp_pressure, motor_torque, wheel_speed};
 use crate::error::Error;
 use crate::file::input_error;
@@ -29,6 +30,7 @@ pub struct Suite {
     motor_torque: Option<PerDrive>,
     wheel_speed: Option<PerDrive>,
     clamp_pressure: Option<PerDrive>,
+    steering_angle: Option<SteeringAngle>,
     mounts: usize,
     drives: usize,
     rates: Vec<(&'static str, f64)>,
@@ -64,7 +66,7 @@ impl Suite {
             )),
             None => None,
         };
-        let per_drive = |name: &str, sensor: &Option<DriveSensor>, ideal: Ideal| {
+        let per_drive = |name: &str, sensor: &Option<PlainSensor>, ideal: Ideal| {
             sensor
                 .as_ref()
                 .map(|s| PerDrive::new(name, s, ideal, &train.drives, seed))
@@ -88,6 +90,10 @@ impl Suite {
                 clamp_pressure::NAME,
                 d.clamp_pressure.as_ref().map(|s| &s.sampling),
             ),
+            rate(
+                steering_angle::NAME,
+                d.steering_angle.as_ref().map(|s| &s.sampling),
+            ),
         ];
         Ok(Self {
             last_ns: None,
@@ -100,6 +106,10 @@ impl Suite {
                 &d.clamp_pressure,
                 clamp_pressure::ideal,
             ),
+            steering_angle: d
+                .steering_angle
+                .as_ref()
+                .map(|s| SteeringAngle::new(s, seed)),
             mounts: train.mounts.len(),
             drives: train.drives.len(),
             rates: rates.into_iter().flatten().collect(),
@@ -159,6 +169,7 @@ impl Suite {
                 .as_ref()
                 .and_then(|(a, _)| a.instrument.ideal()),
             angular_rate_radps: self.gyro.as_ref().and_then(|(g, _)| g.instrument.ideal()),
+            steering_angle_rad: self.steering_angle.as_ref().and_then(SteeringAngle::ideal),
             ..Measurements::default()
         };
         let per_drive = [
@@ -197,6 +208,9 @@ impl Suite {
                 names.extend((0..sensors.count()).map(|i| format!("{name}[{i}]")));
             }
         }
+        if self.steering_angle.is_some() {
+            names.push(steering_angle::NAME.to_string());
+        }
         names
     }
 
@@ -214,6 +228,9 @@ impl Suite {
         }
         if let (Some((g, _)), IMU | gyro::NAME) = (&mut self.gyro, name) {
             g.instrument.add_fault(window);
+        }
+        if let (Some(s), steering_angle::NAME) = (&mut self.steering_angle, name) {
+            s.add_fault(window);
         }
         for (own, sensors) in [
             (motor_torque::NAME, &mut self.motor_torque),
@@ -281,6 +298,9 @@ impl Sensors for Suite {
         }
         if let Some(sensors) = &mut self.clamp_pressure {
             sensors.measure(span, &truth.drives, &mut z.clamp_pressure_mpa)?;
+        }
+        if let Some(sensor) = &mut self.steering_angle {
+            z.steering_angle_rad = sensor.measure(span, truth)?;
         }
         Ok(())
     }

@@ -116,7 +116,7 @@ impl Dynamics {
                 v_t: 0.0,
             })
             .collect();
-        let web_half = rail.profile().web_m / 2.0;
+        let web_half = rail.profile().map_or(0.0, |p| p.web_m) / 2.0;
         let mut this = Self {
             train,
             drives,

@@ -5,7 +5,7 @@
 
 use super::convert::{pose_to_rapier, shared_shape};
 use crate::nearness::Fixed;
-use crate::rail::Rail;
+use crate::rail::{Rail, profile::Profile};
 use crate::surroundings::Block;
 use crate::train::Body;
 use rapier3d::math::{Pose, Vector};
@@ -197,7 +197,7 @@ fn insert_surroundings(
         boxes.push((pose, shape));
     }
     // Distances to the rail are asked of boxes around it: cheap, and some millimetres too near in the tightest curves.
-    let size = rail.profile().bounding_box();
+    let size = rail.profile().map_or([0.0; 2], Profile::bounding_box);
     let frames = rail.samples(RAIL_STEP);
     let hull = frames.windows(2).map(|w| {
         let middle = Block::between(&w[0], &w[1], size);
