@@ -5,7 +5,7 @@ mod studies;
 mod tune;
 
 pub use reports::Report;
-pub use studies::Test;
+pub use studies::{Compare, Merge, Study, Test};
 pub use tune::Tune;
 
 use crate::kinds::Kind;
@@ -40,6 +40,12 @@ pub enum Task {
     Run(Run),
     /// Run scenarios over their seeds and judge what they expect
     Test(Test),
+    /// Run estimators side by side over the seeds of a scenario and compare their metrics
+    Compare(Compare),
+    /// Run a scenario many times with drawn values (Monte Carlo); a study that was stopped goes on
+    Study(Study),
+    /// Put the shards of a study together
+    Merge(Merge),
     /// Search for the parameters of an estimator that are best over many runs
     Tune(Tune),
     /// Write a report as one HTML file

@@ -3,7 +3,8 @@
 use crate::prepare;
 use crate::tune;
 use clap::ValueEnum;
-use monorig_lab::tune::{StudyFile, known};
+use monorig_lab::study::{Plan, StudyFile};
+use monorig_lab::tune::{StudyFile as TuningFile, known};
 use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
@@ -41,6 +42,8 @@ pub enum Kind {
     Parameters,
     /// What to tune
     Tuning,
+    /// A scenario run many times with drawn values
+    Study,
 }
 
 /// What is known of a kind.
@@ -166,6 +169,14 @@ pub const KINDS: &[Row] = &[
         check: |path| Profile::load(path).map(drop),
     },
     Row {
+        kind: Kind::Study,
+        name: "study",
+        about: "a scenario run many times with drawn values",
+        telling: &["scenario", "runs", "first_seed", "set", "vary"],
+        schema: || schema_for!(StudyFile),
+        check: |path| Plan::load(path).map(drop),
+    },
+    Row {
         kind: Kind::Tuning,
         name: "tuning",
         about: "a tuning study: what varies, over which runs, what is good, how to search",
@@ -178,7 +189,7 @@ pub const KINDS: &[Row] = &[
             "budget",
             "optimiser",
         ],
-        schema: || schema_for!(StudyFile),
+        schema: || schema_for!(TuningFile),
         check: |path| tune::check(path).map(drop),
     },
     Row {

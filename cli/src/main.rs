@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod compare;
 mod errors;
 mod interrupt;
 mod kinds;
@@ -13,6 +14,7 @@ mod results;
 mod run;
 mod schema;
 mod simulate;
+mod study;
 mod test;
 mod tune;
 mod write_report;
@@ -39,6 +41,9 @@ fn main() -> ExitCode {
     let outcome = match arguments.task {
         Task::Run(task) => run::run(&task),
         Task::Test(task) => test::test(&task),
+        Task::Compare(task) => compare::compare(&task),
+        Task::Study(task) => study::study(&task),
+        Task::Merge(task) => study::merge(&task),
         Task::Tune(task) => tune::tune(&task),
         Task::Report(task) => write_report::report(&task),
         Task::Check(task) => check::check(&task),

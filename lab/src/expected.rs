@@ -41,5 +41,18 @@ pub fn check(scenario: &Scenario) -> Result<(), Error> {
             }
         });
     }
+    for (i, p) in scenario.file.published.iter().enumerate() {
+        if !of_estimators.contains(&p.metric.as_str()) {
+            let near = nearest(&p.metric, of_estimators.iter().copied());
+            return Err(scenario.error(
+                format!("published[{i}].metric"),
+                format!("there is no metric `{}` of estimators", p.metric),
+                match near {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("known metrics: {}", of_estimators.join(", ")),
+                },
+            ));
+        }
+    }
     Ok(())
 }

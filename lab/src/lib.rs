@@ -1,5 +1,6 @@
 //! monorig-lab: what is done with runs.
 
+pub mod compare;
 pub mod expected;
 pub mod metrics;
 pub mod replay;

@@ -1,6 +1,6 @@
 //! Errors of every estimator, sample by sample, gathered while a run goes on.
 
-use monorig_estimators::signals::Estimate;
+use monorig_sim::bank::Member;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
 use monorig_sim::run::{Frame, Observer};
@@ -16,6 +16,8 @@ pub struct Target {
     pub grade_at_imu_rad: f64,
     /// Effective grade of the train, rad.
     pub grade_effective_rad: f64,
+    /// Running-resistance coefficient.
+    pub running_resistance: f64,
 }
 
 impl Target {
@@ -26,6 +28,7 @@ impl Target {
             total_mass_kg: truth.total_mass_kg,
             grade_at_imu_rad: truth.grade_at_imu_rad,
             grade_effective_rad: truth.grade_effective_rad,
+            running_resistance: truth.running_resistance,
         }
     }
 }
@@ -55,11 +58,14 @@ pub struct Sample {
     pub slope_valid: bool,
     /// Normalised innovation squared.
     pub nis: f64,
+    /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
+    pub running_resistance: f64,
 }
 
 impl Sample {
-    /// An estimate against the truth.
-    pub fn new(e: &Estimate, t: &Target) -> Self {
+    /// What an estimator last said against the truth.
+    pub fn new(member: &Member, t: &Target) -> Self {
+        let e = &member.estimate;
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
         Self {
@@ -74,9 +80,14 @@ impl Sample {
             slope_nees: square(slope / e.grade_rad.sd),
             slope_valid: e.grade_rad.valid,
             nis: e.nis,
+            running_resistance: member
+                .internal(RESISTANCE)
+                .map_or(f64::NAN, |mu| mu - t.running_resistance),
         }
     }
 }
+/// The internal that counts as an estimate of the running-resistance coefficient.
+const RESISTANCE: &str = "running_resistance";
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -123,7 +134,7 @@ impl Observer for Series {
         }
         let target = Target::of(t);
         for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
-            samples.push(Sample::new(&m.estimate, &target));
+            samples.push(Sample::new(m, &target));
         }
         self.tracking.push(Tracking {
             t_s: t.t_s,

@@ -3,6 +3,7 @@
 use crate::study::RunResult;
 use crate::summary::{Summary, Verdict};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A scenario and what became of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -39,9 +40,11 @@ pub struct Check {
 impl Judged {
     /// Judge the runs of one scenario.
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
-        let mut checks = vec![finishes(&runs)];
-        checks.extend(voices(&runs));
-        checks.extend(expectations(&runs));
+        let mut tally = Tally::default();
+        for run in &runs {
+            tally.see(run);
+        }
+        let checks = tally.checks();
         Self {
             scenario: scenario.to_owned(),
             held: checks.iter().all(|c| c.held),
@@ -51,38 +54,103 @@ impl Judged {
     }
 }
 
-impl Check {
-    /// `told`: for each seed what happened if it does not hold, and how bad that is.
-    fn new(
-        what: String,
-        bound: String,
-        quantile: f64,
-        told: Vec<(u64, Option<(f64, String)>)>,
-    ) -> Self {
-        let all = told.len();
-        let mut failing = Vec::new();
-        let mut worst: Option<(f64, String)> = None;
-        for (seed, wrong) in told {
-            if let Some((size, text)) = wrong {
-                failing.push(seed);
-                if worst.as_ref().is_none_or(|(most, _)| size > *most) {
-                    worst = Some((size, format!("{text} (seed {seed})")));
-                }
-            }
-        }
-        let holding = all - failing.len();
-        Self {
-            what,
-            bound,
-            quantile,
-            holding,
-            // a rounding error of the share must not ask for one seed more
-            held: all > 0 && holding as f64 >= quantile * all as f64 - 1e-9,
-            failing,
-            worst: worst.map(|(_, text)| text),
+/// Runs judged one after the other; what it holds does not grow with those that are good.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    finishes: Count,
+    /// By estimator.
+    voices: BTreeMap<String, Count>,
+    /// The expectations of the scenario, each with its count.
+    expected: Vec<(Verdict, Count)>,
+    /// Seeds of runs that broke down.
+    broken: Vec<u64>,
+}
+
+/// How many seeds hold something.
+#[derive(Clone, Debug, Default)]
+struct Count {
+    holding: usize,
+    failing: Vec<u64>,
+    worst: Option<(f64, String)>,
+}
+
+impl Count {
+    /// `wrong`: how bad it is and what happened, if it does not hold.
+    fn see(&mut self, seed: u64, wrong: Option<(f64, String)>) {
+        let Some((size, text)) = wrong else {
+            self.holding += 1;
+            return;
+        };
+        self.failing.push(seed);
+        if self.worst.as_ref().is_none_or(|(most, _)| size > *most) {
+            self.worst = Some((size, format!("{text} (seed {seed})")));
         }
     }
 
+    fn check(&self, what: String, bound: String, quantile: f64) -> Check {
+        let all = self.holding + self.failing.len();
+        Check {
+            what,
+            bound,
+            quantile,
+            holding: self.holding,
+            // a rounding error of the share must not ask for one seed more
+            held: all > 0 && self.holding as f64 >= quantile * all as f64 - 1e-9,
+            failing: self.failing.clone(),
+            worst: self.worst.as_ref().map(|(_, text)| text.clone()),
+        }
+    }
+}
+
+impl Tally {
+    /// One more run.
+    pub fn see(&mut self, run: &RunResult) {
+        self.finishes.see(run.seed, unfinished(run));
+        let Some(summary) = &run.summary else {
+            for (_, count) in &mut self.expected {
+                count.see(run.seed, Some(broke_down()));
+            }
+            self.broken.push(run.seed);
+            return;
+        };
+        for name in summary.estimators.keys() {
+            let silent = summary.silent.contains(name) && !judged_otherwise(summary, name);
+            let text = "its estimates were invalid all through".to_owned();
+            let count = self.voices.entry(name.clone()).or_default();
+            count.see(run.seed, silent.then_some((0.0, text)));
+        }
+        for (i, v) in summary.expectations.iter().enumerate() {
+            if i == self.expected.len() {
+                let mut count = Count::default();
+                for seed in &self.broken {
+                    count.see(*seed, Some(broke_down()));
+                }
+                self.expected.push((v.clone(), count));
+            }
+            if let Some((_, count)) = self.expected.get_mut(i) {
+                let wrong = (!v.held).then(|| (v.excess(), wrong_words(v)));
+                count.see(run.seed, wrong);
+            }
+        }
+    }
+
+    /// What was asked of all runs. Without any run the first of them fails.
+    pub fn checks(&self) -> Vec<Check> {
+        let mut checks = vec![
+            self.finishes
+                .check("the run".into(), "finishes".into(), 1.0),
+        ];
+        for (name, count) in &self.voices {
+            checks.push(count.check(name.clone(), "vouches".into(), 1.0));
+        }
+        for (v, count) in &self.expected {
+            checks.push(count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0)));
+        }
+        checks
+    }
+}
+
+impl Check {
     /// What went wrong, in a line.
     pub fn reason(&self) -> String {
         let all = self.holding + self.failing.len();
@@ -101,76 +169,28 @@ impl Check {
     }
 }
 
-/// A scenario without a run does not finish.
-fn finishes(runs: &[RunResult]) -> Check {
-    let told = runs.iter().map(|run| {
-        let wrong = match (&run.error, &run.summary) {
-            (Some(error), _) => Some((f64::INFINITY, error.clone())),
-            (None, Some(s)) if s.finished => None,
-            (None, Some(s)) => Some((
-                -s.simulated_s,
-                format!("did not come to its end in {:.1} s", s.simulated_s),
-            )),
-            (None, None) => Some((f64::INFINITY, "has no result".to_owned())),
-        };
-        (run.seed, wrong)
-    });
-    Check::new("the run".into(), "finishes".into(), 1.0, told.collect())
+fn broke_down() -> (f64, String) {
+    (f64::INFINITY, "the run broke down".to_owned())
 }
 
-fn summaries(runs: &[RunResult]) -> impl Iterator<Item = (u64, &Summary)> {
-    runs.iter()
-        .filter_map(|run| Some((run.seed, run.summary.as_ref()?)))
+fn unfinished(run: &RunResult) -> Option<(f64, String)> {
+    match (&run.error, &run.summary) {
+        (Some(error), _) => Some((f64::INFINITY, error.clone())),
+        (None, Some(s)) if s.finished => None,
+        (None, Some(s)) => Some((
+            -s.simulated_s,
+            format!("did not come to its end in {:.1} s", s.simulated_s),
+        )),
+        (None, None) => Some((f64::INFINITY, "has no result".to_owned())),
+    }
 }
 
 /// An estimator that never vouches for anything fails, unless the scenario bounds its share of valid samples itself.
-fn voices(runs: &[RunResult]) -> Vec<Check> {
-    let Some((_, first)) = summaries(runs).next() else {
-        return Vec::new();
-    };
-    let judged_otherwise = |name: &str| {
-        first
-            .expectations
-            .iter()
-            .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_valid_share"))
-    };
-    let names = first.estimators.keys();
-    names
-        .filter(|name| !judged_otherwise(name))
-        .map(|name| {
-            let told = summaries(runs).map(|(seed, s)| {
-                let silent = s.silent.contains(name);
-                let text = "its estimates were invalid all through".to_owned();
-                (seed, silent.then_some((0.0, text)))
-            });
-            Check::new(name.clone(), "vouches".into(), 1.0, told.collect())
-        })
-        .collect()
-}
-
-/// Every expectation of the scenario over all runs; one that broke down holds nothing.
-fn expectations(runs: &[RunResult]) -> Vec<Check> {
-    let Some((_, first)) = summaries(runs).next() else {
-        return Vec::new();
-    };
-    let check = |(i, pattern): (usize, &Verdict)| {
-        let told = runs.iter().map(|run| {
-            let verdict = run.summary.as_ref().and_then(|s| s.expectations.get(i));
-            let wrong = match verdict {
-                Some(v) if v.held => None,
-                Some(v) => Some((v.excess(), wrong_words(v))),
-                None => Some((f64::INFINITY, "the run broke down".to_owned())),
-            };
-            (run.seed, wrong)
-        });
-        Check::new(
-            pattern.what(),
-            pattern.bound(),
-            pattern.quantile.unwrap_or(1.0),
-            told.collect(),
-        )
-    };
-    first.expectations.iter().enumerate().map(check).collect()
+fn judged_otherwise(summary: &Summary, name: &str) -> bool {
+    summary
+        .expectations
+        .iter()
+        .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_valid_share"))
 }
 
 fn wrong_words(v: &Verdict) -> String {
@@ -187,7 +207,6 @@ fn wrong_words(v: &Verdict) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeMap;
 
     fn run(seed: u64, value: Option<f64>, finished: bool, quantile: Option<f64>) -> RunResult {
         let verdict = Verdict {

@@ -3,6 +3,9 @@
 use monorig_estimators::crane::{AnyEstimator, Estimator};
 use monorig_estimators::signals::{Command, Estimate, Measurements};
 
+/// No estimator has more internals.
+const MOST_INTERNALS: usize = 32;
+
 /// One estimator of the bank, and what it last said.
 pub struct Member {
     /// Name in the scenario.
@@ -51,6 +54,14 @@ impl Member {
     /// Names of its internals.
     pub fn internal_names(&self) -> &'static [&'static str] {
         self.estimator.internals()
+    }
+
+    /// One of its internals now; none if it has none of that name.
+    pub fn internal(&self, name: &str) -> Option<f64> {
+        let place = self.internal_names().iter().position(|n| *n == name)?;
+        let mut values = [f64::NAN; MOST_INTERNALS];
+        self.estimator.internal_values(&mut values);
+        values.get(place).copied()
     }
 
     /// Its internals now, appended to `row` in the order of their names.

@@ -206,7 +206,7 @@ impl SpeedController {
         } else {
             r.speed_mps.signum()
         };
-        let slow = weight * libm::sin(p.grade_rad)
+        let slow = self.pi.feedforward_grade_gain.get() * weight * libm::sin(p.grade_rad)
             + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance;
         // What the feed-forward takes over, the integral gives up: no jump of torque when an estimate becomes known.
         let (was_known, slow_before, inertia_before) = self.before;

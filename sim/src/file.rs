@@ -6,9 +6,11 @@
 
 mod locate;
 mod set;
+mod sets;
 mod suggest;
 mod words;
 
+pub use sets::Sets;
 pub use suggest::nearest;
 
 use crate::error::{Error, InputError};
@@ -124,6 +126,24 @@ pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()
 }
 
+/// The same with changes made to it.
+pub(crate) fn read_yaml_with<T: DeserializeOwned>(path: &Path, sets: &Sets) -> Result<T, Error> {
+    let mut document = Document::read(path)?;
+    document.apply(sets)?;
+    document.parse()
+}
+
+/// Add to an error found later in a file what was changed in it: the line shown may not say it.
+pub(crate) fn with_sets(e: Error, sets: &Sets) -> Error {
+    match (e, sets.all_written()) {
+        (Error::Input(mut e), Some(all)) if !e.message.contains("--set") => {
+            e.message += &format!(" (read with {all})");
+            Error::Input(e)
+        }
+        (e, _) => e,
+    }
+}
+
 /// An error found after parsing, at a key of a file such as `vertical[2].radius_m`; line and column are looked up.
 pub fn input_error(
     file: &Path,
@@ -152,7 +172,7 @@ pub struct Document {
     path: PathBuf,
     text: String,
     tree: serde_yaml::Value,
-    sets: Vec<(String, String)>,
+    sets: Sets,
 }
 
 impl Document {
@@ -192,19 +212,21 @@ impl Document {
         }
     }
 
-    /// Change a value, as `--set path=value` does; the value is YAML. Missing mappings on the way are made.
-    pub fn set(&mut self, path: &str, value: &str) -> Result<(), Error> {
-        set::set(&mut self.tree, path, value).map_err(|(message, help)| {
-            Error::from(InputError {
-                file: self.path.clone(),
-                line: None,
-                column: None,
-                key: path.into(),
-                message: format!("--set {path}={value}: {message}"),
-                help,
-            })
-        })?;
-        self.sets.push((path.into(), value.into()));
+    /// Change values, as `--set path=value` does; a value is YAML. Missing mappings on the way are made.
+    pub fn apply(&mut self, sets: &Sets) -> Result<(), Error> {
+        for (path, value) in sets.iter() {
+            set::set(&mut self.tree, path, value).map_err(|(message, help)| {
+                Error::from(InputError {
+                    file: self.path.clone(),
+                    line: None,
+                    column: None,
+                    key: path.into(),
+                    message: format!("{}: {message}", sets.written(path, value)),
+                    help,
+                })
+            })?;
+        }
+        self.sets = sets.clone();
         Ok(())
     }
 
@@ -247,10 +269,11 @@ impl Document {
     }
 
     fn error_at(&self, key: String, target: Target, message: String, help: String) -> Error {
-        let by_set = self.sets.iter().rev().find(|(path, _)| {
+        let by_set = self.sets.iter().filter(|(path, _)| {
             key.strip_prefix(path.as_str())
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
         });
+        let by_set = by_set.last();
         let place = match by_set {
             Some(_) => None,
             None => locate::locate(&self.text, &key, target),
@@ -261,7 +284,9 @@ impl Document {
             column: place.map(|p| p.1),
             key,
             message: match by_set {
-                Some((path, value)) => format!("{message} (given as --set {path}={value})"),
+                Some((path, value)) => {
+                    format!("{message} (given as {})", self.sets.written(path, value))
+                }
                 None => message,
             },
             help,

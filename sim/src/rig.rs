@@ -76,15 +76,15 @@ impl Rig {
     /// Read every file a scenario names, check them against each other, and build.
     pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
         let s = &scenario.file;
-        let rail = Arc::new(Rail::load(&scenario.track)?);
+        let rail = Arc::new(Rail::load_with(&scenario.track, &scenario.sets("track"))?);
         let car = match &s.car {
-            Some(_) => Some(Car::load(&scenario.vehicle)?),
+            Some(_) => Some(Car::load_with(&scenario.vehicle, &scenario.sets("car"))?),
             None => None,
         };
         check_track(&scenario, &rail, car.is_some())?;
         let mut train = match &car {
             Some(car) => car.consist(),
-            None => Train::load(&scenario.vehicle)?,
+            None => Train::load_with(&scenario.vehicle, &scenario.sets("train"))?,
         };
         rail.check(&train.limits)?;
         if let Some(kg) = s.load.mass_kg {
@@ -103,7 +103,7 @@ impl Rig {
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let sheet = Sheet::load(&scenario.sensors)?;
+        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
         sheet.check_vehicle(car.is_some())?;
         let mut sensors = Suite::new(&sheet, &train, s.physics.gravity_mps2.get(), seed)?;
         sensors.check_step(dt_s)?;

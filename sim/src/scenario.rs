@@ -5,12 +5,14 @@ mod event;
 mod expect;
 mod load;
 mod parameters;
+mod published;
 mod seeds;
 
 pub use event::{Event, Fault};
 pub use expect::Expectation;
 pub use load::Scenario;
 pub use parameters::{ParameterFile, Provenance, Settings};
+pub use published::Published;
 pub use seeds::Seeds;
 
 use crate::checked::{Finite, NonNegative, Positive, Version1};
@@ -76,6 +78,9 @@ pub struct ScenarioFile {
     /// Bounds to hold (checked by `monorig test`).
     #[serde(default)]
     pub expect: Vec<Expectation>,
+    /// Figures that others have published for this set-up (shown by `monorig compare`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub published: Vec<Published>,
 }
 
 /// Load on the hook.
@@ -197,6 +202,8 @@ pub struct Pi {
     pub ki: NonNegative,
     /// Where slope and mass of the feed-forward come from.
     pub feedforward: FeedForward,
+    /// Factor on the slope's part of the feed-forward: 1 is right, -1 is a wrong sign. A fault to inject.
+    pub feedforward_grade_gain: Finite,
     /// Hold the train with the brake when the reference is zero and the train stands.
     pub hold: bool,
 }
@@ -288,6 +295,7 @@ impl Default for Pi {
             kp: NonNegative::new(1.5),
             ki: NonNegative::new(0.5),
             feedforward: FeedForward::None,
+            feedforward_grade_gain: Finite::new(1.0),
             hold: true,
         }
     }

@@ -145,6 +145,12 @@ pub const METRICS: &[Metric<Sample>] = &[
         value: |s| share(s.iter().map(|x| x.slope_valid)),
     },
     Metric {
+        name: "running_resistance_rmse",
+        unit: "1",
+        doc: "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`), also where they do not vouch for it",
+        value: |s| rms(s.iter().map(|x| x.running_resistance)),
+    },
+    Metric {
         name: "nis_mean",
         unit: "1",
         doc: "mean normalised innovation squared; 1 when consistent",
@@ -217,11 +223,12 @@ mod tests {
             slope: e * DEGREE,
             slope_percent: 2.0 * e,
             slope_valid: valid,
+            running_resistance: f64::NAN,
             ..Default::default()
         };
         Series {
             estimators: vec![("x".into(), errors.iter().enumerate().map(sample).collect())],
-            tracking: vec![],
+            ..Default::default()
         }
     }
 

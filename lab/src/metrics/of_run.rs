@@ -104,8 +104,8 @@ mod tests {
             }
         };
         Series {
-            estimators: vec![],
             tracking: (0..=2000).map(at).collect(),
+            ..Default::default()
         }
     }
 

@@ -124,6 +124,7 @@ fn encode(columns: &Columns) -> Vec<u8> {
         put(t.total_mass_kg);
         put(t.grade_at_imu_rad);
         put(t.grade_effective_rad);
+        put(t.running_resistance);
     }
     columns.values.iter().copied().for_each(&mut put);
     for mask in &columns.masks {
@@ -154,6 +155,7 @@ fn decode(file: &[u8]) -> Option<Columns> {
             total_mass_kg: get()?,
             grade_at_imu_rad: get()?,
             grade_effective_rad: get()?,
+            running_resistance: get()?,
         });
     }
     columns.values = numbers.take(values).collect();

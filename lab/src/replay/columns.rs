@@ -232,6 +232,7 @@ mod tests {
                 total_mass_kg: x(9),
                 grade_at_imu_rad: x(10),
                 grade_effective_rad: x(11),
+                running_resistance: x(12),
             };
             columns.push(&z, change.then_some(&command), truth);
             kept.push((z, command, truth));

@@ -16,6 +16,6 @@ pub fn play(columns: &Columns, estimator: AnyEstimator, samples: &mut Vec<Sample
     while let Some((z, command, truth)) = steps.advance() {
         member.step(z, command, z.t_s - last_s);
         last_s = z.t_s;
-        samples.push(Sample::new(&member.estimate, truth));
+        samples.push(Sample::new(&member, truth));
     }
 }

@@ -4,10 +4,17 @@
 //! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
 //! written do not depend on the number of threads. [`Store`] keeps them in a file that survives a kill.
 
+mod file;
+mod merge;
 mod one_run;
+mod plan;
 mod pool;
 mod store;
+mod vary;
 
+pub use file::StudyFile;
+pub use merge::merge;
 pub use one_run::{Interrupted, RunResult, RunSpec, run_one};
+pub use plan::{Header, Plan};
 pub use pool::in_order;
 pub use store::{Shard, Store};

@@ -46,6 +46,12 @@ struct Start {
     index: u64,
 }
 
+/// The index of the run that a line tells of; none if the line is not a result.
+pub(super) fn index_of(line: &[u8]) -> Option<u64> {
+    let start: Start = serde_json::from_slice(line).ok()?;
+    Some(start.index)
+}
+
 impl Store {
     /// Open the results of a study to go on with them, or begin them. `header` (one line, without its end) says which study it
     /// is: a file with another header is refused and left as it is.
@@ -127,8 +133,7 @@ fn whole_lines(path: &Path, file: &File, header: &str, shard: Shard) -> Result<(
             0 if torn => header.as_bytes().starts_with(&line),
             0 => line == header.as_bytes(),
             _ if torn => true,
-            n => serde_json::from_slice::<Start>(&line)
-                .is_ok_and(|start| start.index == shard.index(n - 1)),
+            n => index_of(&line) == Some(shard.index(n - 1)),
         };
         if !fits && lines == 0 {
             return Err(wrong(

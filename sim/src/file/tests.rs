@@ -144,16 +144,20 @@ fn a_key_of_a_file_that_is_not_yaml_gets_no_line_rather_than_a_wrong_one() {
     }
 }
 
+fn one(path: &str, value: &str) -> Sets {
+    Sets::new(&[(path.to_owned(), value.to_owned())])
+}
+
 #[test]
 fn setting_a_value_makes_the_way_and_is_named_in_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.yaml");
     std::fs::write(&path, "version: 1\narcs: [{radius_m: 4}]\n").unwrap();
     let mut document = Document::read(&path).unwrap();
-    document.set("arcs[0].radius_m", "9").unwrap();
+    document.apply(&one("arcs[0].radius_m", "9")).unwrap();
     let sample: Sample = document.parse().unwrap();
     assert_eq!(sample.arcs[0].radius_m.get(), 9.0);
-    document.set("arcs[0].radius_m", "0").unwrap();
+    document.apply(&one("arcs[0].radius_m", "0")).unwrap();
     let e = document.parse::<Sample>().unwrap_err().to_string();
     assert!(e.contains("--set arcs[0].radius_m=0"), "{e}");
     for (path, value) in [
@@ -163,10 +167,10 @@ fn setting_a_value_makes_the_way_and_is_named_in_errors() {
         ("version[0]", "1"),
         ("arcs", "["),
     ] {
-        assert!(document.set(path, value).is_err(), "{path}");
+        assert!(document.apply(&one(path, value)).is_err(), "{path}");
     }
-    document.set("arcs", "[]").unwrap();
-    document.set("new.deep.key", "{a: 1}").unwrap();
+    document.apply(&one("arcs", "[]")).unwrap();
+    document.apply(&one("new.deep.key", "{a: 1}")).unwrap();
     assert!(
         document
             .parse::<Sample>()

@@ -18,6 +18,7 @@ pub mod survey;
 pub mod track;
 
 use crate::error::Error;
+use crate::file::{Sets, named, read_yaml_with, with_sets};
 use alignment::Angle;
 use joints::Joints;
 use nalgebra::Vector3;
@@ -96,15 +97,21 @@ pub struct Rail {
 impl Rail {
     /// Read a track file, and the profile and survey it names.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::read(&crate::file::read_yaml(path)?, path)
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the track file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        let rail = Self::read(&read_yaml_with(path, sets)?, path);
+        rail.map_err(|e| with_sets(e, sets))
     }
 
     /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
     pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
         let section = match (&track.profile, track.road_width_m) {
-            (Some(profile), None) => Section::Rail(Profile::load(&crate::file::named(
-                path, "profile", profile,
-            )?)?),
+            (Some(profile), None) => {
+                Section::Rail(Profile::load(&named(path, "profile", profile)?)?)
+            }
             (None, Some(width)) => {
                 let half = 0.5 * width.get();
                 let below = -ROAD_THICKNESS;

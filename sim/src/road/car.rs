@@ -7,7 +7,7 @@ use super::loads::{Geometry, Suspension};
 use super::tyre::Tyre;
 use super::wheel::WheelSpec;
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
+use crate::file::{Sets, input_error, read_yaml_with, with_sets};
 use crate::scenario::VehicleBelief;
 use crate::train::{Body, Drive, Geometry as Form, Limits, Mount, Resistance, Shape, Train};
 use monorig_estimators::signals::{RoadVehicle, Vehicle};
@@ -37,7 +37,12 @@ pub struct Car {
 impl Car {
     /// Read and check a car file.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::new(path.into(), read_yaml(path)?)
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        Self::new(path.into(), read_yaml_with(path, sets)?).map_err(|e| with_sets(e, sets))
     }
 
     /// Check a car already parsed; `file` is named in errors.

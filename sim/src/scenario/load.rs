@@ -2,7 +2,7 @@
 
 use super::{ParameterFile, ScenarioFile, check};
 use crate::error::Error;
-use crate::file::{Document, input_error, nearest};
+use crate::file::{Document, Sets, input_error, nearest};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,18 +28,25 @@ pub struct Scenario {
     /// Parameter files that estimators take their parameters from.
     #[serde(skip)]
     included: BTreeMap<String, PathBuf>,
+    /// Changes to the files it names: what `--set` changed there is in no file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    changed: Vec<(String, String)>,
+    #[serde(skip)]
+    sets: Sets,
     #[serde(skip)]
     document: Document,
 }
 
+/// The keys under which a scenario names files that `--set` reaches into.
+const FILES: &[&str] = &["track", "train", "car", "sensors"];
+
 impl Scenario {
-    /// Read and check a scenario, with `--set path=value` applied in the order given. The files it names must be
-    /// there; what is in them is checked by those who read them.
+    /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
+    /// into the file that the scenario names under `track`. The files it names must be there; what is in them is checked by those who read them.
     pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         let mut document = Document::read(path)?;
-        for (key, value) in overrides {
-            document.set(key, value)?;
-        }
+        let sets = Sets::new(overrides);
+        document.apply(&sets.own(FILES))?;
         let mut file: ScenarioFile = document.parse()?;
         if let Err(wrong) = check::check(&file) {
             return Err(document.error(wrong.key, wrong.message, wrong.help));
@@ -85,8 +92,22 @@ impl Scenario {
             sensors: find("sensors", &file.sensors)?,
             file,
             included,
+            changed: FILES
+                .iter()
+                .flat_map(|key| {
+                    let of = sets.of(key);
+                    let full = of.iter().map(|(p, v)| (format!("{key}.{p}"), v.clone()));
+                    full.collect::<Vec<_>>()
+                })
+                .collect(),
+            sets,
             document,
         })
+    }
+
+    /// The changes to the file that the scenario names under `key`.
+    pub fn sets(&self, key: &str) -> Sets {
+        self.sets.of(key)
     }
 
     /// The seeds to run.

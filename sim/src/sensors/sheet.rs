@@ -7,7 +7,7 @@
 
 use crate::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
+use crate::file::{Sets, input_error, read_yaml_with, with_sets};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -202,7 +202,13 @@ impl Default for Errors {
 impl Sheet {
     /// Read and check a sheet.
     pub fn load(file: &Path) -> Result<Self, Error> {
-        Self::new(file.into(), read_yaml(file)?)
+        Self::load_with(file, &Sets::default())
+    }
+
+    /// The same with changes made to it.
+    pub fn load_with(file: &Path, sets: &Sets) -> Result<Self, Error> {
+        let sheet = Self::new(file.into(), read_yaml_with(file, sets)?);
+        sheet.map_err(|e| with_sets(e, sets))
     }
 
     /// Check a sheet already parsed; `file` is named in errors.

@@ -6,14 +6,14 @@ use super::unit::{Unit, check_wheel_limits};
 use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use crate::checked::{NonNegative, Positive};
 use crate::error::Error;
-use crate::file::{input_error, named, read_yaml};
+use crate::file::{Sets, input_error, named, read_yaml_with};
 use monorig_estimators::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
 
-/// Read a train file and every unit it names.
-pub fn load(path: &Path) -> Result<Train, Error> {
-    let file: TrainFile = read_yaml(path)?;
+/// Read a train file, with changes made to it, and every unit it names.
+pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
+    let file: TrainFile = read_yaml_with(path, sets)?;
     let mut builder = Builder {
         path,
         file: &file,

@@ -9,11 +9,11 @@ fn assets() -> PathBuf {
 }
 
 fn dx80() -> Train {
-    load(&assets().join("trains/dx80_176y.yaml")).unwrap()
+    Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap()
 }
 
 fn single() -> Train {
-    load(&assets().join("trains/single_drive_unit.yaml")).unwrap()
+    Train::load(&assets().join("trains/single_drive_unit.yaml")).unwrap()
 }
 
 /// Corners of a shape in the train's frame on a straight level rail (of its box, for round shapes).
@@ -435,7 +435,7 @@ fn faults_of_train_and_unit_files_are_told() {
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains(old), "{file} has no `{old}`");
         std::fs::write(&path, text.replace(old, new)).unwrap();
-        match load(&folder.0.join(train)) {
+        match Train::load(&folder.0.join(train)) {
             Ok(_) => panic!("accepted: {file}: {new}"),
             Err(e) => assert!(
                 e.to_string().contains(message),
@@ -455,13 +455,13 @@ fn a_part_on_a_floating_joint_is_a_body_and_must_be_held() {
         <joint name=\"free\" type=\"floating\"><parent link=\"frame\"/><child link=\"tool_box\"/><origin xyz=\"0.2 0 -0.5\"/></joint></robot>";
     let text = std::fs::read_to_string(&urdf).unwrap();
     std::fs::write(&urdf, text.replace("</robot>", part)).unwrap();
-    let error = load(&train).unwrap_err().to_string();
+    let error = Train::load(&train).unwrap_err().to_string();
     assert!(error.contains("nothing holds `tool_box`"), "{error}");
 
     let text = std::fs::read_to_string(&yaml).unwrap();
     let held = "connections: [{kind: chain, from: frame, to: tool_box, stiffness_npm: 1.0e+5, damping_nspm: 100}]";
     std::fs::write(&yaml, format!("{text}\n{held}\n")).unwrap();
-    let train = load(&train).unwrap();
+    let train = Train::load(&train).unwrap();
     assert!((train.total_mass_kg() - 2_540.0).abs() < 1e-6);
     let index = train
         .bodies
@@ -513,7 +513,7 @@ fn mangled_files_are_refused_without_a_panic() {
         for text in spoilt {
             tried += 1;
             std::fs::write(&path, &text).unwrap();
-            match load(&train) {
+            match Train::load(&train) {
                 Ok(t) => assert!(
                     t.total_mass_kg().is_finite() && t.bodies.iter().all(|b| b.mass_kg > 0.0)
                 ),

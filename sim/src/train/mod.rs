@@ -25,7 +25,7 @@ mod urdf_file;
 mod urdf_tree;
 
 use crate::error::Error;
-use crate::file::input_error;
+use crate::file::{Sets, input_error, with_sets};
 use inertia::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;
@@ -156,7 +156,12 @@ impl Payload {
 impl Train {
     /// Read a train file and every unit it names. The load is the one in its URDF.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        consist::load(path)
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the train file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        consist::load(path, sets).map_err(|e| with_sets(e, sets))
     }
 
     /// Mass of everything, kg.

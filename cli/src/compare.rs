@@ -1,0 +1,194 @@
+//! `monorig compare`: estimators side by side on the same runs.
+
+use crate::arguments::Compare;
+use crate::errors::CliError;
+use crate::output;
+use crate::progress::Progress;
+use crate::report::{lines, number, right, table};
+use crate::{Outcome, interrupt, prepare};
+use monorig_lab::compare::{Cell, Interval, compare as cells};
+use monorig_lab::metrics::{self, METRICS};
+use monorig_lab::study::{RunResult, RunSpec, in_order, run_one};
+use serde_json::json;
+
+/// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
+pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
+    let plain = monorig_sim::scenario::Scenario::load(&task.file, &[])?;
+    let mut overrides: Vec<(String, String)> = Vec::new();
+    for name in &task.estimators {
+        if !plain.file.estimators.contains_key(name) {
+            overrides.push((format!("estimators.{name}"), "{}".into()));
+        }
+    }
+    if let Some(seeds) = &task.seeds {
+        overrides.push(("seeds".into(), seeds.clone()));
+    }
+    let rig = prepare::rig(&task.file, &overrides)?;
+    let scenario = &rig.scenario;
+    let shown: Vec<String> = match task.estimators.as_slice() {
+        [] => scenario.file.estimators.keys().cloned().collect(),
+        named => named.to_vec(),
+    };
+    let reference = task.reference.clone().or_else(|| shown.first().cloned());
+    let reference = reference
+        .filter(|name| shown.contains(name))
+        .ok_or_else(|| {
+            scenario.error(
+                "estimators",
+                "there is no such estimator to compare with",
+                format!("--reference with one of: {}", shown.join(", ")),
+            )
+        })?;
+    interrupt::listen();
+    let runs = run(task, &overrides, scenario.seeds(), &scenario.name)?;
+    let cells = cells(
+        &runs,
+        &shown,
+        &task.metrics,
+        &reference,
+        &scenario.file.published,
+    );
+    if let Some(path) = &task.json {
+        let all = json!({
+            "version": 1, "kind": "compare", "monorig": env!("CARGO_PKG_VERSION"), "scenario": scenario.name,
+            "reference": reference, "table": cells, "runs": runs,
+        });
+        let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
+        output::write(path, &(text + "\n"))?;
+    }
+    if let Some(path) = &task.csv {
+        output::write(path, &csv(&cells))?;
+    }
+    output::print(&text(&cells, &task.metrics, &reference))?;
+    let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
+    for run in &unfinished {
+        let why = run.error.as_deref().unwrap_or("it did not come to its end");
+        output::note(&format!("seed {} is left out: {why}", run.seed));
+    }
+    Ok(match unfinished.len() {
+        0 => Outcome::Held,
+        _ => Outcome::Failed,
+    })
+}
+
+fn run(
+    task: &Compare,
+    overrides: &[(String, String)],
+    seeds: &[u64],
+    name: &str,
+) -> Result<Vec<RunResult>, CliError> {
+    let mut progress = Progress::new(name);
+    let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
+        index,
+        scenario: task.file.clone(),
+        overrides: overrides.to_vec(),
+        seed: *seed,
+        draws: Default::default(),
+    });
+    let mut runs = Vec::new();
+    let work = |spec: RunSpec| run_one(&spec, &interrupt::go_on);
+    in_order(task.jobs.get(), specs, work, |done| {
+        runs.push(done.map_err(|_| CliError::Interrupted)?);
+        progress.at(runs.len() as f64 / seeds.len() as f64);
+        Ok::<(), CliError>(())
+    })?;
+    Ok(runs)
+}
+
+fn text(cells: &[Cell], metrics: &[String], reference: &str) -> String {
+    let mut parts = Vec::new();
+    for metric in metrics {
+        let rows: Vec<&Cell> = cells.iter().filter(|c| c.metric == *metric).collect();
+        let unit = match metrics::unit(metric) {
+            Some("1") | None => String::new(),
+            Some(unit) => format!(", {unit}"),
+        };
+        let against = format!("minus {reference}");
+        let title = format!("{metric}{unit}");
+        let mut table = table([
+            title.as_str(),
+            "runs",
+            "mean",
+            "95 %",
+            "median",
+            &against,
+            "95 %",
+            "published",
+        ]);
+        for c in &rows {
+            let [mean, range] = words(c.mean);
+            let [difference, between] = words(c.difference);
+            table.add_row([
+                c.estimator.clone(),
+                format!("{}/{}", c.measured, c.runs),
+                mean,
+                range,
+                c.median.map_or("-".to_owned(), number),
+                difference,
+                between,
+                c.published
+                    .as_ref()
+                    .map_or("-".to_owned(), |p| number(p.value.get())),
+            ]);
+        }
+        right(&mut table, 1..=7);
+        parts.push(lines(&table));
+    }
+    let sources: std::collections::BTreeSet<&str> = cells
+        .iter()
+        .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
+        .collect();
+    if !sources.is_empty() {
+        let sources: Vec<&str> = sources.into_iter().collect();
+        parts.push(format!("published: {}", sources.join("; ")));
+    }
+    parts.join("\n\n") + "\n"
+}
+
+fn words(interval: Option<Interval>) -> [String; 2] {
+    match interval {
+        Some(i) => [
+            number(i.mean),
+            format!("{} … {}", number(i.low), number(i.high)),
+        ],
+        None => ["-".to_owned(), "-".to_owned()],
+    }
+}
+
+fn csv(cells: &[Cell]) -> String {
+    let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,difference,difference_low,difference_high,published,source\n".to_owned();
+    let three = |i: Option<Interval>| match i {
+        Some(i) => format!("{},{},{}", i.mean, i.low, i.high),
+        None => ",,".to_owned(),
+    };
+    for c in cells {
+        let (value, source) = match &c.published {
+            Some(p) => (p.value.get().to_string(), p.source.replace('"', "'")),
+            None => Default::default(),
+        };
+        text += &format!(
+            "{},{},{},{},{},{},{},{value},\"{source}\"\n",
+            c.estimator,
+            c.metric,
+            c.measured,
+            c.runs,
+            three(c.mean),
+            c.median.map_or(String::new(), |m| m.to_string()),
+            three(c.difference),
+        );
+    }
+    text
+}
+
+/// A metric of estimators by its name, for the command line.
+pub fn metric(name: &str) -> Result<String, String> {
+    let known = METRICS.iter().map(|m| m.name);
+    if known.clone().any(|k| k == name) {
+        return Ok(name.to_owned());
+    }
+    let list: Vec<&str> = known.clone().collect();
+    Err(match monorig_sim::file::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known metrics: {}", list.join(", ")),
+    })
+}
