@@ -225,3 +225,16 @@ fn the_estimate_in_the_loop_changes_the_motion() {
         "speed error {with} m/s with, {without} m/s without"
     );
 }
+
+/// The methods as printed stand beside the others in a scenario, whole or with some slips mended; what they say stays finite, however wrong.
+#[test]
+fn methods_as_printed_can_be_named_beside_the_others() {
+    let bank = "{dffrls_aekf: {}, dffrls_aekf_printed: {}, resistance_dffrls_printed: {eq14: 0}, \
+                dffrls_aukf_printed: {}, imm_stf_printed: {eq11: 0}, mmrls_sh_stf_printed: {}}";
+    let (mut members, mut whole) = (0, true);
+    watch(level(&[("estimators", bank)]), |f| {
+        members = f.bank.len();
+        whole &= f.bank.iter().all(|member| member.estimate.is_finite());
+    });
+    assert_eq!((members, whole), (6, true));
+}

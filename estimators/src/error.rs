@@ -16,6 +16,13 @@ pub enum Error {
         /// Instant of the step before it, s.
         last_s: Real,
     },
+    /// The step's instant is further after the previous one than any pause: a wrong stamp. After a true pause, reset.
+    TooFarAhead {
+        /// Instant of the refused step, s.
+        t_s: Real,
+        /// Instant of the step before it, s.
+        last_s: Real,
+    },
     /// A number of the named signal is NaN or infinite.
     NotFinite(&'static str),
     /// A number of the named signal is beyond what any crane can do.
@@ -31,6 +38,10 @@ impl fmt::Display for Error {
             Error::OutOfOrder { t_s, last_s } => {
                 write!(out, "step at {t_s} s comes after one at {last_s} s")
             }
+            Error::TooFarAhead { t_s, last_s } => write!(
+                out,
+                "step at {t_s} s comes too long after one at {last_s} s: a wrong stamp, or a pause that calls for a reset"
+            ),
             Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
             Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),
             Error::Diverged => write!(out, "the step would leave the state without a finite value"),

@@ -11,8 +11,10 @@
 use crate::{
     Real,
     real::{exp, pow},
-    rls::SPREAD_KNOWN,
 };
+
+/// Updates after which running statistics of the residual are trusted.
+pub const SPREAD_KNOWN: u32 = 10;
 
 /// How old samples lose weight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,6 +9,7 @@ use crate::{
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] // or the compiler may put x behind P and store them so that the next step waits for the store to reach memory
 pub struct Gaussian<const N: usize> {
     /// Mean.
     pub x: SVector<Real, N>,
@@ -43,28 +44,36 @@ struct Gain<const M: usize, const N: usize> {
 }
 
 impl<const M: usize, const N: usize> Gain<M, N> {
-    /// ln of the density of the innovation.
+    /// The correction it made. ln of a size that [`gain`] let pass is finite.
     #[inline]
-    fn log_likelihood(&self) -> Real {
+    fn correction(self, y: SVector<Real, M>, S: SMatrix<Real, M, M>) -> Correction<M, N> {
         let log_det = if M == 1 { 1.0 } else { 2.0 } * ln(self.size);
-        -0.5 * (self.nis + M as Real * LN_TWO_PI + log_det)
+        Correction {
+            y,
+            S,
+            K: self.K,
+            nis: self.nis,
+            log_likelihood: -0.5 * (self.nis + M as Real * LN_TWO_PI + log_det),
+        }
     }
 }
 
 /// Lower triangular L with L Lᵀ = P, by outer products, in line (that of the library is a call and works in memory): `None` if P is
-/// not positive definite. Only the lower triangle of P is read.
-#[inline]
+/// not positive definite. Only the lower triangle of P is read. What is left of P takes a division from column to column, and the
+/// root, which is slow, waits for nothing and nothing waits for it.
+#[inline(always)]
 pub(crate) fn cholesky<const N: usize>(P: &SMatrix<Real, N, N>) -> Option<SMatrix<Real, N, N>> {
     let mut rest = *P;
     let mut L = SMatrix::<Real, N, N>::zeros();
-    for (j, mut column) in L.column_iter_mut().enumerate() {
+    for j in 0..N {
         let pivot = *rest.get((j, j))?;
         (pivot > 0.0).then_some(())?;
-        let scale = 1.0 / sqrt(pivot);
-        for (i, l) in column.iter_mut().enumerate().skip(j) {
-            *l = rest.get((i, j))? * scale;
-        }
-        rest -= &column * column.transpose();
+        let column = SVector::<Real, N>::from_fn(|i, _| match rest.get((i, j)) {
+            Some(p) if i >= j => *p,
+            _ => 0.0,
+        });
+        rest -= (column / pivot) * column.transpose();
+        L.set_column(j, &(column / sqrt(pivot)));
     }
     Some(L)
 }
@@ -123,7 +132,7 @@ fn gain<const M: usize, const N: usize>(
         let whitened = solve(&L, y)?;
         (K, whitened.dot(&whitened), L.diagonal().product())
     };
-    (nis.is_finite() && size.is_finite()).then_some(Gain { K, nis, size })
+    (nis.is_finite() && size > 0.0 && size.is_finite()).then_some(Gain { K, nis, size })
 }
 
 impl<const N: usize> Gaussian<N> {
@@ -139,7 +148,7 @@ impl<const N: usize> Gaussian<N> {
     ///
     /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for any
     /// gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
-    #[inline]
+    #[inline(always)]
     pub fn correct<const M: usize>(
         &mut self,
         y: SVector<Real, M>,
@@ -149,18 +158,8 @@ impl<const N: usize> Gaussian<N> {
         let PHt = self.P * H.transpose();
         let S = H * PHt + R;
         let gain = gain(&y, &PHt, &S)?;
-        let log_likelihood = gain.log_likelihood();
-        if !log_likelihood.is_finite() {
-            return None;
-        }
-        self.apply(&y, H, R, &PHt, &gain.K);
-        Some(Correction {
-            y,
-            S,
-            K: gain.K,
-            nis: gain.nis,
-            log_likelihood,
-        })
+        *self = self.corrected(&y, H, R, &PHt, &gain.K);
+        Some(gain.correction(y, S))
     }
 
     /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
@@ -170,25 +169,48 @@ impl<const N: usize> Gaussian<N> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
         let PHt = self.P * h;
         let gain = gain(&y, &PHt, &(H * PHt + R))?;
-        self.apply(&y, &H, &R, &PHt, &gain.K);
+        *self = self.corrected(&y, &H, &R, &PHt, &gain.K);
         Some(())
+    }
+
+    /// [`Gaussian::correct`] for who has a factor `L` of P = L Lᵀ and knows the measurement by `G` = H L: the Joseph form is then
+    /// P⁺ = (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
+    #[inline(always)]
+    pub(crate) fn correct_factored<const M: usize>(
+        &mut self,
+        y: SVector<Real, M>,
+        L: &SMatrix<Real, N, N>,
+        G: &SMatrix<Real, M, N>,
+        R: &SMatrix<Real, M, M>,
+    ) -> Option<Correction<M, N>> {
+        let PHt = L * G.transpose();
+        let S = G * G.transpose() + R;
+        let gain = gain(&y, &PHt, &S)?;
+        let left = L - gain.K * G;
+        self.x += gain.K * y;
+        self.P = left * left.transpose() + gain.K * R * gain.K.transpose();
+        self.symmetrise();
+        Some(gain.correction(y, S))
     }
 
     /// x ← x + K y, and the Joseph form with two products of an outer kind in place of two of full matrices:
     /// B = (I − K H) P = P − K (P Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ.
-    #[inline]
-    fn apply<const M: usize>(
-        &mut self,
+    #[inline(always)]
+    fn corrected<const M: usize>(
+        &self,
         y: &SVector<Real, M>,
         H: &SMatrix<Real, M, N>,
         R: &SMatrix<Real, M, M>,
         PHt: &SMatrix<Real, N, M>,
         K: &SMatrix<Real, N, M>,
-    ) {
-        self.x += K * y;
+    ) -> Self {
         let B = self.P - K * PHt.transpose();
-        self.P = B - (B * H.transpose() - K * R) * K.transpose();
-        self.symmetrise();
+        let mut corrected = Self {
+            x: self.x + K * y,
+            P: B - (B * H.transpose() - K * R) * K.transpose(),
+        };
+        corrected.symmetrise();
+        corrected
     }
 
     /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.

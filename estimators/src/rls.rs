@@ -7,6 +7,10 @@
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
 //! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
 //!
+//! In square-root form ([`Rls::in_square_root_form`]) the same recursion carries the factors of P ([`Factors`]); its result is the same
+//! to rounding, and P stays positive definite where rounding would end that: in single precision (`Real` = f32), long runs, poor
+//! excitation. A regression with one parameter needs no such form.
+//!
 //! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k + 1) at
 //! update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic forgetting
 //! free of units; and c of n times the n before it (held within ±25 s²), of which [`Rls::correlation_factor`] tells.
@@ -15,15 +19,14 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    forgetting::Forgetting,
+    forgetting::{Forgetting, SPREAD_KNOWN},
     gaussian::Gaussian,
     real::{sqrt, within},
+    ud::Factors,
 };
 
 /// Number of updates the running deviation of the residual looks back on.
 const SPREAD_MEMORY: Real = 50.0;
-/// Updates after which running statistics are trusted.
-pub(crate) const SPREAD_KNOWN: u32 = 10;
 
 /// What an update did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,6 +46,8 @@ pub struct Outcome {
 pub struct Rls<const N: usize> {
     /// Parameters χ and their covariance, for residuals of the variance given to [`Rls::update`].
     pub belief: Gaussian<N>,
+    /// Factors of `belief.P`, in square-root form.
+    factors: Option<Factors<N>>,
     prior: SVector<Real, N>,
     policy: Forgetting<N>,
     /// Running variance of the normalised residual: 1 when the noise variance given is right.
@@ -58,6 +63,7 @@ impl<const N: usize> Rls<N> {
     pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
         Self {
             belief: prior,
+            factors: None,
             prior: prior.P.diagonal(),
             policy,
             spread: 1.0,
@@ -65,6 +71,12 @@ impl<const N: usize> Rls<N> {
             last: 0.0,
             updates: 0,
         }
+    }
+
+    /// The same, carrying the factors of P if `wanted`.
+    pub fn in_square_root_form(mut self, wanted: bool) -> Self {
+        self.factors = wanted.then(|| Factors::of(&self.belief.P));
+        self
     }
 
     /// One sample: `y` = `h`ᵀχ + noise of variance `r`. `remember` suspends forgetting (use it while `h` carries no
@@ -78,7 +90,11 @@ impl<const N: usize> Rls<N> {
         remember: bool,
     ) -> Option<Outcome> {
         let residual = y - h.dot(&self.belief.x);
-        let predicted = sqrt(r + h.dot(&(self.belief.P * h)));
+        let carried = match &self.factors {
+            Some(factors) => factors.variance_along(h),
+            None => h.dot(&(self.belief.P * h)),
+        };
+        let predicted = sqrt(r + carried);
         let normalised = residual / predicted;
         if !normalised.is_finite() {
             return None;
@@ -91,25 +107,37 @@ impl<const N: usize> Rls<N> {
         } else {
             self.policy.lambda(normalised, self.updates)
         };
-        let mut belief = self.belief;
-        match self.policy {
-            Forgetting::Multiple(lambdas) => {
+        let (mut belief, mut factors) = (self.belief, self.factors);
+        let limited = match (self.policy, &mut factors) {
+            (Forgetting::Multiple(lambdas), factors) => {
                 let lambdas = if remember {
                     SVector::repeat(1.0)
                 } else {
                     SVector::from(lambdas)
                 };
                 update_multiple(&mut belief, residual, h, r, &lambdas)?;
+                let limited = belief.limit_variance(&self.prior);
+                *factors = factors.map(|_| Factors::of(&belief.P));
+                limited
             }
-            _ => {
+            (_, Some(factors)) => {
+                (r > 0.0).then_some(())?;
+                factors.scale(1.0 / lambda);
+                belief.x += factors.absorb(h, r) * residual;
+                let limited = factors.limit_variance(&self.prior);
+                belief.P = factors.covariance();
+                limited
+            }
+            (_, None) => {
                 belief.P *= 1.0 / lambda;
                 belief.absorb(residual, h, r)?;
+                belief.limit_variance(&self.prior)
             }
-        }
-        let limited = belief.limit_variance(&self.prior);
-        if !belief.is_finite() {
+        };
+        if !belief.is_finite() || factors.is_some_and(|factors| !factors.is_finite()) {
             return None;
         }
+        self.factors = factors;
         self.belief = belief;
         self.note(normalised);
         Some(Outcome {
@@ -148,6 +176,16 @@ impl<const N: usize> Rls<N> {
         (1.0 + rho) / (1.0 - rho)
     }
 
+    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no variance
+    /// exceeds that of the start, which was known without any sample.
+    pub fn widened(&self) -> SMatrix<Real, N, N> {
+        let spread = self.spread().max(1.0);
+        let mut belief = self.belief;
+        belief.P *= spread * spread * self.correlation_factor();
+        belief.limit_variance(&self.prior);
+        belief.P
+    }
+
     /// Updates made so far.
     pub fn updates(&self) -> u32 {
         self.updates
@@ -159,6 +197,7 @@ impl<const N: usize> Rls<N> {
         let D = SMatrix::from_diagonal(&kept);
         let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);
         self.belief.P = D * self.belief.P * D + SMatrix::from_diagonal(&opened);
+        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
     }
 }
 
@@ -271,6 +310,46 @@ mod tests {
                 && lambdas.iter().skip(20).any(|l| *l > 0.99)
         );
         assert!((rls.belief.x - batch(&samples, &lambdas, 0.01)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn the_square_root_form_agrees_to_rounding_under_every_policy() {
+        for policy in [
+            Forgetting::None,
+            Forgetting::Constant(0.95),
+            Forgetting::Multiple([0.99, 0.9]),
+            Forgetting::Dynamic {
+                floor: 0.9,
+                sharpness: 1.0,
+                first: 0.98,
+            },
+        ] {
+            let mut plain = Rls::new(prior(), policy);
+            let mut factored = plain.in_square_root_form(true);
+            let mut limited = 0;
+            for (k, (y, h)) in samples(2000).into_iter().enumerate() {
+                // Half of the time only the first parameter is seen, so that the limit on the other one acts.
+                let h = if k % 1000 < 500 { h } else { vector![h.x, 0.0] };
+                if k == 700 {
+                    plain.reopen(&vector![1.0, 0.0]);
+                    factored.reopen(&vector![1.0, 0.0]);
+                }
+                let a = plain.update(y, &h, 0.01, k % 7 == 0).unwrap();
+                let b = factored.update(y, &h, 0.01, k % 7 == 0).unwrap();
+                limited += usize::from(a.limited && b.limited);
+                let scale = plain.belief.P.norm();
+                assert!(
+                    (plain.belief.x - factored.belief.x).norm() < 1e-9,
+                    "{policy:?} {k}"
+                );
+                assert!((plain.belief.P - factored.belief.P).norm() < 1e-9 * scale);
+                assert!((a.lambda - b.lambda).abs() < 1e-9);
+            }
+            assert!(
+                matches!(policy, Forgetting::None) || limited > 10,
+                "{policy:?}"
+            );
+        }
     }
 
     #[test]

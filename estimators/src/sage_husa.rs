@@ -62,6 +62,7 @@ impl<const M: usize> SageHusa<M> {
     }
 
     /// For R: the residual ε = z − h(x⁺) and the corrected belief with the Jacobian `H` of the measurement.
+    #[inline]
     pub fn observe_residual<const N: usize>(
         &mut self,
         residual: &SVector<Real, M>,
@@ -78,6 +79,7 @@ impl<const M: usize> SageHusa<M> {
         self.blend(SMatrix::from_diagonal(&moved.component_mul(&moved)));
     }
 
+    #[inline]
     fn blend(&mut self, observed: SMatrix<Real, M, M>) {
         let d = (1.0 - self.fading) / (1.0 - self.power);
         self.power *= self.fading;
@@ -90,25 +92,33 @@ impl<const M: usize> SageHusa<M> {
 
     /// Shrinks rows and columns above the upper limit (D R D), keeps correlations off ±1 (one huge residual makes R all but
     /// singular), and adds to the diagonal below the lower limit: all three keep R positive definite.
+    #[inline]
     fn limit(&mut self) {
-        let before = self.covariance.diagonal();
-        let shrink = before.zip_map(&self.most, |r, most| {
-            if r > most && r > 0.0 {
-                sqrt(most / r)
-            } else {
-                1.0
-            }
-        });
-        self.covariance
-            .component_mul_assign(&(shrink * shrink.transpose()));
-        let diagonal = SMatrix::from_diagonal(&self.covariance.diagonal());
-        self.covariance += (diagonal - self.covariance) * 1e-6;
+        let variance = self.covariance.diagonal();
+        let above = variance.iter().zip(&self.most).any(|(r, most)| r > most);
+        if above {
+            self.shrink();
+        }
+        if M > 1 {
+            let diagonal = SMatrix::from_diagonal(&self.covariance.diagonal());
+            self.covariance += (diagonal - self.covariance) * 1e-6;
+        }
         let lack = self
             .covariance
             .diagonal()
             .zip_map(&self.least, |r, least| (least - r).max(0.0));
         self.covariance += SMatrix::from_diagonal(&lack);
-        self.limited = shrink.iter().any(|s| *s < 1.0) || lack.iter().any(|l| *l > 0.0);
+        self.limited = above || lack.iter().any(|l| *l > 0.0);
+    }
+
+    /// D R D with variances cut to the upper limit. Rare, so out of the way of the usual step.
+    #[cold]
+    fn shrink(&mut self) {
+        let shrink = self.covariance.diagonal().zip_map(&self.most, |r, most| {
+            if r > most { sqrt(most / r) } else { 1.0 }
+        });
+        self.covariance
+            .component_mul_assign(&(shrink * shrink.transpose()));
     }
 }
 

@@ -5,13 +5,14 @@
 //! measurement; both are slips: the weights of a mean must add to one.)
 //!
 //! The update is written as a statistical linearisation (Lefebvre, Bruyninckx & De Schutter 2002): H = P_zx P⁻¹ and noise
-//! R + (P_zz − H P Hᵀ) give the same gain P_xz S⁻¹ and the same P⁺ = P − K S Kᵀ, and the Joseph form of [`Gaussian`] serves here too.
+//! R + (P_zz − H P Hᵀ) give the same gain P_xz S⁻¹ and the same P⁺ = P − K S Kᵀ. With P = L Lᵀ, which the sigma points need anyway,
+//! only H L occurs and P need not be solved for: [`Gaussian`] has the Joseph form of that.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    gaussian::{Correction, Gaussian, cholesky, solve_transposed},
+    gaussian::{Correction, Gaussian, cholesky},
     real::sqrt,
 };
 
@@ -26,19 +27,13 @@ pub struct Spread {
     pub kappa: Real,
 }
 
-/// An image of the sigma points: centre, points on the plus side and on the minus side.
+/// What a function makes of a belief: mean, and covariance in two parts.
 struct Image<const M: usize, const N: usize> {
     mean: SVector<Real, M>,
-    centre: SVector<Real, M>,
-    plus: SMatrix<Real, M, N>,
-    minus: SMatrix<Real, M, N>,
-}
-
-/// Weights: centre in a mean, centre in a covariance, any other point.
-struct Weights {
-    centre_mean: Real,
-    centre_covariance: Real,
-    other: Real,
+    /// Central differences over the sigma points, scaled so that `linear` linearᵀ is the covariance of a linear function.
+    linear: SMatrix<Real, M, N>,
+    /// What bends add to it.
+    bent: SMatrix<Real, M, M>,
 }
 
 impl Spread {
@@ -48,79 +43,56 @@ impl Spread {
         self.alpha * self.alpha * (n as Real + self.kappa)
     }
 
+    /// Weight of the centre in a mean, W₀.
     #[inline]
-    fn weights(&self, n: usize) -> Weights {
+    fn centre_mean(&self, n: usize) -> Real {
         let scale = self.scale(n);
-        let centre_mean = (scale - n as Real) / scale;
-        let centre_covariance = centre_mean + 1.0 - self.alpha * self.alpha + self.beta;
-        Weights {
-            centre_mean,
-            centre_covariance,
-            other: 0.5 / scale,
-        }
+        (scale - n as Real) / scale
     }
 
-    /// √((n+φ) P), a column for each direction.
+    /// Weight of the centre in a covariance.
     #[inline]
-    fn reach<const N: usize>(&self, belief: &Gaussian<N>) -> Option<SMatrix<Real, N, N>> {
-        Some(cholesky(&belief.P)? * sqrt(self.scale(N)))
+    fn centre_covariance(&self, n: usize) -> Real {
+        self.centre_mean(n) + 1.0 - self.alpha * self.alpha + self.beta
     }
-}
 
-#[inline]
-fn image<const M: usize, const N: usize>(
-    x: &SVector<Real, N>,
-    reach: &SMatrix<Real, N, N>,
-    weights: &Weights,
-    f: impl Fn(&SVector<Real, N>) -> SVector<Real, M>,
-) -> Image<M, N> {
-    let centre = f(x);
-    let (mut plus, mut minus) = (
-        SMatrix::<Real, M, N>::zeros(),
-        SMatrix::<Real, M, N>::zeros(),
-    );
-    for ((mut plus, mut minus), step) in plus
-        .column_iter_mut()
-        .zip(minus.column_iter_mut())
-        .zip(reach.column_iter())
-    {
-        plus.copy_from(&f(&(x + step)));
-        minus.copy_from(&f(&(x - step)));
+    /// Image under `f` of the belief with mean `x` and covariance `L` Lᵀ.
+    ///
+    /// With a = (f₊ − f₋)/2 and b = (f₊ + f₋)/2 − mean of each pair of points, the sum over both of W (f − mean)(f − mean)ᵀ is
+    /// (a aᵀ + b bᵀ)/(n+φ): what is linear and what is not come apart, and nothing is subtracted.
+    #[inline(always)]
+    fn image<const M: usize, const N: usize>(
+        &self,
+        x: &SVector<Real, N>,
+        L: &SMatrix<Real, N, N>,
+        f: impl Fn(&SVector<Real, N>) -> SVector<Real, M>,
+    ) -> Image<M, N> {
+        let scale = self.scale(N);
+        let (root, share) = (sqrt(scale), 1.0 / scale);
+        let centre = f(x);
+        let (mut plus, mut minus) = (
+            SMatrix::<Real, M, N>::zeros(),
+            SMatrix::<Real, M, N>::zeros(),
+        );
+        for ((mut plus, mut minus), step) in plus
+            .column_iter_mut()
+            .zip(minus.column_iter_mut())
+            .zip((L * root).column_iter())
+        {
+            plus.copy_from(&f(&(x + step)));
+            minus.copy_from(&f(&(x - step)));
+        }
+        let linear = (plus - minus) * (0.5 / root);
+        let mut middle = (plus + minus) * 0.5;
+        let mean = centre * self.centre_mean(N) + middle.column_sum() * share;
+        for mut b in middle.column_iter_mut() {
+            b -= mean;
+        }
+        let centre = centre - mean;
+        let bent = centre * centre.transpose() * self.centre_covariance(N)
+            + middle * middle.transpose() * share;
+        Image { mean, linear, bent }
     }
-    let mean =
-        centre * weights.centre_mean + (plus.column_sum() + minus.column_sum()) * weights.other;
-    Image {
-        mean,
-        centre,
-        plus,
-        minus,
-    }
-}
-
-/// What the points, a column each, differ by from their mean.
-#[inline]
-fn away<const M: usize, const N: usize>(
-    points: &SMatrix<Real, M, N>,
-    mean: &SVector<Real, M>,
-) -> SMatrix<Real, M, N> {
-    let mut away = *points;
-    for mut point in away.column_iter_mut() {
-        point -= mean;
-    }
-    away
-}
-
-/// Σ W (a − ā)(b − b̄)ᵀ over the points of two images.
-#[inline]
-fn covariance<const A: usize, const B: usize, const N: usize>(
-    a: &Image<A, N>,
-    b: &Image<B, N>,
-    weights: &Weights,
-) -> SMatrix<Real, A, B> {
-    let centre = (a.centre - a.mean) * (b.centre - b.mean).transpose();
-    let plus = away(&a.plus, &a.mean) * away(&b.plus, &b.mean).transpose();
-    let minus = away(&a.minus, &a.mean) * away(&b.minus, &b.mean).transpose();
-    centre * weights.centre_covariance + (plus + minus) * weights.other
 }
 
 /// Carries a belief over one time step of `x_next` = f(x) with process noise `Q`. `None`, and nothing changed, if P is not
@@ -132,10 +104,9 @@ pub fn predict<const N: usize>(
     f: impl Fn(&SVector<Real, N>) -> SVector<Real, N>,
     Q: &SMatrix<Real, N, N>,
 ) -> Option<()> {
-    let weights = spread.weights(N);
-    let next = image(&belief.x, &spread.reach(belief)?, &weights, f);
+    let next = spread.image(&belief.x, &cholesky(&belief.P)?, f);
     belief.x = next.mean;
-    belief.P = covariance(&next, &next, &weights) + Q;
+    belief.P = next.linear * next.linear.transpose() + next.bent + Q;
     belief.symmetrise();
     Some(())
 }
@@ -150,14 +121,15 @@ pub fn update<const M: usize, const N: usize>(
     h: impl Fn(&SVector<Real, N>) -> SVector<Real, M>,
     R: &SMatrix<Real, M, M>,
 ) -> Option<Correction<M, N>> {
-    let weights = spread.weights(N);
-    let reach = spread.reach(belief)?;
-    let measured = image(&belief.x, &reach, &weights, h);
-    // With P_xz = W reach (plus − minus)ᵀ and P = reach reachᵀ/(n+φ), P_zx P⁻¹ is a central difference over the reach.
-    let slopes = (measured.plus - measured.minus) * 0.5;
-    let H = solve_transposed(&reach, &slopes.transpose())?.transpose();
-    let beyond_linear = covariance(&measured, &measured, &weights) - H * belief.P * H.transpose();
-    belief.correct(z - measured.mean, &H, &(R + beyond_linear))
+    let L = cholesky(&belief.P)?;
+    let measured = spread.image(&belief.x, &L, h);
+    // P_xz = L linearᵀ, so H = P_zx P⁻¹ makes H L = linear.
+    belief.correct_factored(
+        z - measured.mean,
+        &L,
+        &measured.linear,
+        &(R + measured.bent),
+    )
 }
 
 #[cfg(test)]
@@ -179,12 +151,10 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_textbook() {
         // α = 0.97, κ = 1, n = 2: n + φ = 0.9409 · 3.
-        let weights = SPREAD.weights(2);
         assert!((SPREAD.scale(2) - 2.8227).abs() < 1e-12);
-        assert!((weights.centre_mean + 4.0 * weights.other - 1.0).abs() < 1e-12);
-        assert!(
-            (weights.centre_covariance - weights.centre_mean - (1.0 - 0.9409 + 2.0)).abs() < 1e-12
-        );
+        let (mean, covariance) = (SPREAD.centre_mean(2), SPREAD.centre_covariance(2));
+        assert!((mean - 0.8227 / 2.8227).abs() < 1e-12);
+        assert!((covariance - mean - (1.0 - 0.9409 + 2.0)).abs() < 1e-12);
     }
 
     #[test]

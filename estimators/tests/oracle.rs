@@ -110,26 +110,28 @@ fn recursive_least_squares() {
         },
     ];
     let input = Table::read("rls_input.csv").arrays::<6>();
-    let mut rows = Vec::new();
-    for (number, policy) in policies.into_iter().enumerate() {
-        let prior = Gaussian::independent(vector![10.0, 1.0], vector![8.0, 5.0]);
-        let mut rls = Rls::new(prior, policy);
-        for [y, h1, h2, r, remember, reopen] in &input {
-            if *reopen != 0.0 {
-                rls.reopen(&vector![1.0, 0.0]);
+    for square_root in [false, true] {
+        let mut rows = Vec::new();
+        for (number, policy) in policies.iter().copied().enumerate() {
+            let prior = Gaussian::independent(vector![10.0, 1.0], vector![8.0, 5.0]);
+            let mut rls = Rls::new(prior, policy).in_square_root_form(square_root);
+            for [y, h1, h2, r, remember, reopen] in &input {
+                if *reopen != 0.0 {
+                    rls.reopen(&vector![1.0, 0.0]);
+                }
+                let done = rls
+                    .update(*y, &vector![*h1, *h2], *r, *remember != 0.0)
+                    .unwrap();
+                let mut row = vec![number as f64];
+                row.extend(rls.belief.x.iter());
+                row.extend(upper(&rls.belief.P));
+                row.extend([done.residual, done.normalised, done.lambda]);
+                row.extend([flag(done.limited), rls.spread(), rls.correlation_factor()]);
+                rows.push(row);
             }
-            let done = rls
-                .update(*y, &vector![*h1, *h2], *r, *remember != 0.0)
-                .unwrap();
-            let mut row = vec![number as f64];
-            row.extend(rls.belief.x.iter());
-            row.extend(upper(&rls.belief.P));
-            row.extend([done.residual, done.normalised, done.lambda]);
-            row.extend([flag(done.limited), rls.spread(), rls.correlation_factor()]);
-            rows.push(row);
         }
+        assert_agrees("rls", &rows);
     }
-    assert_agrees("rls", &rows);
 }
 
 /// The crane of the state filters: x = (v, θ, 10 t / M), u = tractive force / 10 t; `common.py` has its equations.

@@ -380,8 +380,9 @@ fn believed_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let find =
         |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let names = [crane::NAMES, crane::PRINTED_NAMES].concat();
     scenario.check_estimators(
-        crane::NAMES,
+        &names,
         &|name| {
             crane::keys(name)
                 .into_iter()

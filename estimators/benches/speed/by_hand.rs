@@ -65,6 +65,7 @@ impl Ekf {
         }
     }
 
+    #[inline(never)]
     /// Predict and correct; [y, S, K₁, K₂, NIS, ln likelihood].
     pub fn step(&mut self, model: &SlopeModel, u: Real, z: Real) -> Option<[Real; 6]> {
         let (sine, cosine) = (sin(self.theta), cos(self.theta));

@@ -137,8 +137,7 @@ impl DifferencedMass {
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Value {
         let value = self.rls.belief.x.x * self.mass0_kg;
-        let widened = self.rls.belief.P.x * self.rls.correlation_factor();
-        let sd = sqrt(widened) * self.rls.spread().max(1.0) * self.mass0_kg;
+        let sd = sqrt(self.rls.widened().x) * self.mass0_kg;
         Value {
             value,
             sd,

@@ -37,6 +37,7 @@ params! {
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
         standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
     }
 }
 
@@ -78,7 +79,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         mu,
         mass0_kg,
         range_kg: vehicle.mass_range_kg,
-        rls: Rls::new(prior, Forgetting::Constant(own.lambda0)),
+        rls: Rls::new(prior, Forgetting::Constant(own.lambda0))
+            .in_square_root_form(own.square_root >= 0.5),
         signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
         direction: 1.0,
         speed_mps: 0.0,
@@ -123,11 +125,14 @@ impl Pipeline for Ffrls {
         self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
         let Gaussian { x, P } = self.rls.belief;
         let spread = self.rls.spread().max(1.0);
+        // Larger residuals than expected widen both, but not beyond what was known at the start.
+        let widened = |sd: Real, prior: Real| (spread * sd).min(prior);
         let mass = self.mass0_kg / x.x;
-        let mass_sd = mass * spread * sqrt(P.m11) / x.x;
+        let mass_sd = mass * widened(sqrt(P.m11), self.params.mass_sd) / x.x;
         // sin θ + s μ cos θ = √(1 + μ²) sin(θ + s θ_μ), s = sgn v
         let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
-        let theta_sd = spread * sqrt(P.m22) / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
+        let theta_sd = widened(sqrt(P.m22), self.params.sine_sd)
+            / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
         let known = mass_sd < 0.1 * mass && !self.saturated;
         let grade_rad = Value {
             value: theta,

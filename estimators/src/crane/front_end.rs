@@ -30,6 +30,15 @@ pub struct Reading {
     pub brake: Real,
 }
 
+/// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
+const LONGEST_PAUSE_S: Real = 60.0;
+
+/// Latest instant, s: three hundred years, which leaves room for clocks that count from 1970.
+const LATEST_S: Real = 1e10;
+
+/// Silence after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
+const CLOCK_SET_BACK_S: Real = 1.0;
+
 /// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Held {
@@ -40,15 +49,17 @@ struct Held {
 }
 
 impl Held {
-    /// Takes a new sample; a sample not younger than the last one is skipped. Tells whether it was taken.
+    /// Takes a new sample; a sample not younger than the last one is skipped, unless nothing younger has come for so long that its clock
+    /// must have been set back. Tells whether it was taken.
     fn take(&mut self, sample: Option<Sample<Real>>, now_s: Real) -> bool {
         let Some(sample) = sample else { return false };
         if self.value.is_some() {
-            if sample.t_s <= self.stamp_s {
+            let gap = now_s - self.arrived_s;
+            let set_back = sample.t_s < self.stamp_s && gap > CLOCK_SET_BACK_S;
+            if !(sample.t_s > self.stamp_s || set_back) {
                 return false;
             }
             // A gap after lost samples must not pass for a long sample period.
-            let gap = now_s - self.arrived_s;
             self.period_s = if self.period_s > 0.0 {
                 gap.min(1.1 * self.period_s)
             } else {
@@ -187,6 +198,14 @@ impl FrontEnd {
         {
             return Err(Error::OutOfOrder { t_s: z.t_s, last_s });
         }
+        if let Some(last_s) = self.last_s
+            && z.t_s - last_s > LONGEST_PAUSE_S
+        {
+            return Err(Error::TooFarAhead { t_s: z.t_s, last_s });
+        }
+        if z.t_s.abs() > LATEST_S {
+            return Err(Error::OutOfRange("time"));
+        }
         for s in z.specific_force_mps2.iter() {
             check_sample("specific force", s.t_s, &s.value, 1e3)?;
         }
@@ -231,12 +250,13 @@ fn third([_, _, z]: [Real; 3]) -> Real {
 
 /// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.
 fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
-    let mut sorted = [Real::INFINITY; MAX_DRIVES];
+    let mut room = [0.0; MAX_DRIVES];
     let mut count = 0;
-    for (place, value) in sorted.iter_mut().zip(values) {
+    for (place, value) in room.iter_mut().zip(values) {
         *place = value;
         count += 1;
     }
+    let sorted = room.get_mut(..count)?;
     sorted.sort_unstable_by(Real::total_cmp);
     let upper = *sorted.get(count / 2)?;
     let lower = *sorted.get(count.checked_sub(1)? / 2)?;

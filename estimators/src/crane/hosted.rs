@@ -43,13 +43,13 @@ impl<P: Pipeline> Hosted<P> {
 
 impl<P: Pipeline> Estimator for Hosted<P> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let (mut front_end, mut next) = (self.front_end, self.now);
-        let reading = front_end.read(z, u, dt)?;
-        let estimate = next.advance(&reading, z.t_s, dt);
+        let before = (self.front_end, self.now);
+        let reading = self.front_end.read(z, u, dt)?;
+        let estimate = self.now.advance(&reading, z.t_s, dt);
         if !estimate.is_finite() {
+            (self.front_end, self.now) = before;
             return Err(Error::Diverged);
         }
-        (self.front_end, self.now) = (front_end, next);
         Ok(estimate)
     }
 

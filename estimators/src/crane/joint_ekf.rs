@@ -3,6 +3,10 @@
 //! State [v, θ, w], w = 10⁴/M (about 1, and the traction enters linearly). Force balance as in [`ForceBalance`]; w is constant;
 //! wheel speed is the only measurement.
 //!
+//! The filter is sure of more than it knows: at steady speed the noise of its inputs passes for information, and after hours it is
+//! certain of a mass that noise has made. What it *says* is kept honest: the variance of w is let shrink only while the speed
+//! changes ([`JointEkf::known`]), which alone tells mass from slope; mass and slope are not valid before.
+//!
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
 //! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
 
@@ -14,12 +18,13 @@ use super::{
     hosted::{Pipeline, copy_into},
     mass_then_slope::motion,
     params::{param_groups, params},
+    running_deviation::RunningDeviation,
     slope_filter::{STEEPEST, SlopeParams},
 };
 use crate::{
     Real, ekf,
     gaussian::{Correction, Gaussian},
-    real::{PI, sqrt, within},
+    real::{PI, lag, sqrt, within},
     signals::{Estimate, Flags, Value, Vehicle},
 };
 
@@ -37,6 +42,10 @@ param_groups! {
     Params { own: Own, slope: SlopeParams }
 }
 
+/// Running deviation of the speed above which it counts as changing, m/s, and the memory of that deviation, s.
+const EXCITATION_MPS: Real = 0.05;
+const EXCITATION_MEMORY_S: Real = 5.0;
+
 /// M w, kg.
 const SCALE: Real = 1e4;
 
@@ -48,6 +57,10 @@ pub struct JointEkf {
     mu: Real,
     range_kg: [Real; 2],
     belief: Gaussian<3>,
+    /// Variance of w that was earned while the speed changed.
+    earned: Real,
+    speed: RunningDeviation,
+    excited: bool,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 3>>,
@@ -76,6 +89,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
         belief: Gaussian::independent(x, sd),
+        earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
+        speed: RunningDeviation::default(),
+        excited: false,
         started: false,
         saturated: false,
         last: None,
@@ -140,6 +156,7 @@ impl JointEkf {
         let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
         let sd = self.params.slope.wheel_speed_sd_mps;
         let z_predicted = H * self.belief.x;
+        let before = self.belief.P.m33;
         let Some(correction) = ekf::update(
             &mut self.belief,
             vector![speed],
@@ -149,6 +166,9 @@ impl JointEkf {
         ) else {
             return;
         };
+        if self.excited && before > 0.0 {
+            self.earned *= self.belief.P.m33 / before;
+        }
         self.last = Some(correction);
         let [low, high] = self.range_kg;
         let inside = vector![
@@ -161,12 +181,23 @@ impl JointEkf {
     }
 }
 
+impl JointEkf {
+    /// Variance of w that can be stood for: what the filter has, or what it has earned, whichever is larger.
+    fn known(&self) -> Real {
+        self.belief.P.m33.max(self.earned)
+    }
+}
+
 impl Pipeline for JointEkf {
     const INTERNALS: &'static [&'static str] =
         &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
 
     fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.own.standstill_mps);
+        if let Some(speed) = reading.speed_mps {
+            self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
+        }
+        self.excited = running && self.speed.sd() > EXCITATION_MPS;
         self.predict(reading, running, dt);
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
@@ -174,7 +205,7 @@ impl Pipeline for JointEkf {
         let Gaussian { x, P } = self.belief;
         let [low, high] = self.range_kg;
         let mass = within(SCALE / x.z, low, high);
-        let mass_sd = mass * sqrt(P.m33) / x.z;
+        let mass_sd = mass * sqrt(self.known()) / x.z;
         let grade_sd = sqrt(P.m22);
         let mass_known = mass_sd < 0.1 * mass && !self.saturated;
         let grade_rad = Value {
@@ -200,7 +231,7 @@ impl Pipeline for JointEkf {
             nis: self.last.map_or(0.0, |c| c.nis),
             flags: Flags {
                 moving,
-                excited: running,
+                excited: self.excited,
                 saturated: self.saturated,
             },
         }

@@ -27,6 +27,7 @@ use super::{
     load_watch::LoadWatch,
     mass_then_slope::MassStage,
     params::params,
+    running_deviation::RunningDeviation,
     train_on_rail::TrainOnRail,
     waiting::Waiting,
 };
@@ -67,6 +68,7 @@ params! {
         standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
+        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
     }
 }
 
@@ -100,25 +102,6 @@ pub struct MassRegression {
     curvature: Real,
 }
 
-/// Exponentially weighted mean and variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct RunningDeviation {
-    mean: Option<Real>,
-    variance: Real,
-}
-
-impl RunningDeviation {
-    fn add(&mut self, value: Real, share: Real) {
-        let Some(mean) = self.mean else {
-            self.mean = Some(value);
-            return;
-        };
-        let away = value - mean;
-        self.mean = Some(mean + share * away);
-        self.variance = (1.0 - share) * (self.variance + share * away * away);
-    }
-}
-
 impl MassRegression {
     /// From the vehicle, the parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
@@ -145,7 +128,8 @@ impl MassRegression {
             rls: Rls::new(
                 Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd),
                 policy,
-            ),
+            )
+            .in_square_root_form(params.square_root >= 0.5),
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
@@ -192,7 +176,7 @@ impl MassRegression {
             f,
             lag(now.period_s.min(60.0), self.params.excitation_memory_s),
         );
-        self.excited = sqrt(self.regressor.variance) > self.params.excitation_mps2;
+        self.excited = self.regressor.sd() > self.params.excitation_mps2;
 
         let against = if now.speed_mps < 0.0 {
             -GRAVITY
@@ -212,7 +196,7 @@ impl MassRegression {
         self.jolts
             .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
         let noise = self.params.residual_sd_mps2;
-        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
         let r = (noise * noise + doubt * doubt + sway) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
             return;
@@ -251,8 +235,7 @@ impl MassRegression {
 
     /// Covariance, widened if the residuals are larger than expected or hang together.
     fn covariance(&self) -> Matrix4<Real> {
-        let spread = self.rls.spread().max(1.0);
-        self.rls.belief.P * (spread * spread * self.rls.correlation_factor())
+        self.rls.widened()
     }
 }
 

@@ -50,6 +50,9 @@ pub trait MassStage: Copy {
         (0.0, 0.0)
     }
 
+    /// The grade angle, rad, that the second stage has found with this mass; most first stages need none.
+    fn told_grade(&mut self, _theta: Real) {}
+
     /// Whether it is excited and learns.
     fn excited(&self) -> bool;
 
@@ -117,6 +120,7 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
         }
 
         let belief = self.slope.belief();
+        self.mass.told_grade(belief.x.y);
         let parameters_sd = drive.map_or(0.0, |drive| {
             self.mass
                 .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)

@@ -29,8 +29,11 @@ pub mod mass_then_slope;
 pub mod mmrls_sh_stf;
 pub mod multi_model_mass;
 pub mod params;
+pub mod regression;
+pub mod regressors;
 pub mod resistance;
 pub mod rls_ekf;
+pub mod running_deviation;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;
@@ -39,6 +42,8 @@ pub(crate) mod testing;
 pub mod train_on_rail;
 pub mod waiting;
 
+#[cfg(feature = "printed")]
+use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{
     Error, Real,
     signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle},
@@ -63,14 +68,22 @@ pub trait Estimator {
 
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
-    ($($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)*) => {
+    (
+        { $($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)* }
+        as printed:
+        { $($(#[$print_about:meta])* $print_name:literal => $print_module:ident::$print:ident,)* }
+    ) => {
         /// Names [`build`] knows.
         pub const NAMES: &[&str] = &[$($name),*];
+
+        /// Names it also knows with the feature `printed`: methods as printed, slips and all. None without it.
+        pub const PRINTED_NAMES: &[&str] = &[$(#[cfg(feature = "printed")] $print_name),*];
 
         /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
         pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
             match name {
                 $($name => Some($module::Params::KEYS),)*
+                $(#[cfg(feature = "printed")] $print_name => Some($print_module::Params::KEYS),)*
                 _ => None,
             }
         }
@@ -88,6 +101,11 @@ macro_rules! registry {
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
                     Ok(AnyEstimator::$pipeline(Hosted::new(vehicle, $module::new(vehicle, &params))))
                 })*
+                $(#[cfg(feature = "printed")] $print_name => {
+                    let mut params = $print_module::Params::default();
+                    settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
+                    Ok(AnyEstimator::$print(Hosted::new(vehicle, $print_module::new(vehicle, &params))))
+                })*
                 _ => Err(ParamError::UnknownEstimator),
             }
         }
@@ -97,25 +115,28 @@ macro_rules! registry {
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
             $($(#[$about])* $pipeline(Hosted<$module::$pipeline>),)*
+            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Hosted<$print_module::$print>),)*
         }
 
         impl AnyEstimator {
             fn inner(&self) -> &dyn Estimator {
                 match self {
                     $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
 
             fn inner_mut(&mut self) -> &mut dyn Estimator {
                 match self {
                     $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
         }
     };
 }
 
-registry! {
+registry! {{
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf" => dffrls_aekf::DffrlsAekf,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
@@ -146,7 +167,20 @@ registry! {
     "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
     "resistance_dffrls" => resistance::Resistance,
-}
+    /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
+    "regression" => regression::Regression,
+} as printed: {
+    /// Liu et al. 2023 as printed.
+    "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,
+    /// Liu et al. 2023, section 2.2, as printed.
+    "resistance_dffrls_printed" => liu_2023_resistance::ResistancePrinted,
+    /// The DFFRLS-AUKF paper as printed.
+    "dffrls_aukf_printed" => huainan::DffrlsAukfPrinted,
+    /// Guo et al. 2024 as printed.
+    "imm_stf_printed" => guo_2024::ImmStfPrinted,
+    /// Patent CN 111507019 B as printed.
+    "mmrls_sh_stf_printed" => patent::MmrlsShStfPrinted,
+}}
 
 /// The parameters of a named estimator; `None` if there is no such estimator.
 pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {

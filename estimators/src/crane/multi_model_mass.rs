@@ -220,12 +220,8 @@ impl MassStage for MultiModelMass {
         let (s, t) = (self.straight.belief, self.turning.belief);
         let (w, mean) = (self.straight_weight, self.fused());
         let away = |x: Real| (x - mean) * (x - mean);
-        let widened = |rls: &Rls<1>| {
-            let spread = rls.spread().max(1.0);
-            rls.belief.P.x * spread * spread * rls.correlation_factor()
-        };
-        let variance = w * (widened(&self.straight) + away(s.x.x))
-            + (1.0 - w) * (widened(&self.turning) + away(t.x.x));
+        let variance = w * (self.straight.widened().x + away(s.x.x))
+            + (1.0 - w) * (self.turning.widened().x + away(t.x.x));
         let level = mean * self.level_error();
         let (value, sd) = (
             mean * self.mass0_kg,

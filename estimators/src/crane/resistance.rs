@@ -105,12 +105,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
 impl Resistance {
     /// μ and its standard deviation, with what is taken as known in it.
     pub fn coefficient(&self) -> (Real, Real) {
-        let Gaussian { x, P } = self.rls.belief;
-        let spread = self.rls.spread().max(1.0);
+        let x = self.rls.belief.x;
         let bias = self.params.accel_bias_sd_mps2 / GRAVITY;
         let by_mass = self.params.known_mass_sd * self.load;
-        let variance =
-            P.x * spread * spread * self.rls.correlation_factor() + bias * bias + by_mass * by_mass;
+        let variance = self.rls.widened().x + bias * bias + by_mass * by_mass;
         (x.x, sqrt(variance))
     }
 

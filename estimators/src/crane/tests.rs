@@ -128,6 +128,7 @@ const BY_TRACTION: &[&str] = &[
     "ffrls",
     "joint_ekf",
     "mmrls_sh_stf",
+    "regression",
 ];
 
 #[test]

@@ -1,6 +1,8 @@
 //! What the integration tests and the bench share: random numbers, a χ² band, a small crane that makes measurements.
 #![allow(dead_code)] // each target uses a part of it
 
+pub mod world;
+
 use monorig_estimators::{
     Real,
     signals::{Measurements, Sample, Vehicle},

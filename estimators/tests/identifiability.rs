@@ -1,0 +1,332 @@
+//! What can be known from torque, wheel speed and accelerometer, and what cannot: laws and orders, on a crane of one degree of freedom that
+//! is written from the physics (`common/world.rs`).
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{
+    Random, vehicle,
+    world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
+};
+use monorig_estimators::{
+    Real,
+    crane::{self, AnyEstimator, Estimator},
+    signals::{Command, Estimate, Measurements, Sample},
+};
+
+const SEEDS: u64 = 8;
+
+/// The regressions by their id.
+const R_A: (&str, Real) = ("regressor", 0.0);
+const R_C: (&str, Real) = ("regressor", 2.0);
+const R_D: (&str, Real) = ("regressor", 3.0);
+const R_G: (&str, Real) = ("regressor", 6.0);
+const R_H: (&str, Real) = ("regressor", 7.0);
+const WHEELS: (&str, Real) = ("kinematic", 1.0);
+const LIGHT: (&str, Real) = ("mass0_kg", 12_000.0);
+
+fn regression(settings: &[(&'static str, Real)]) -> AnyEstimator {
+    let settings = settings.iter().copied();
+    crane::build("regression", &vehicle(2), settings).unwrap()
+}
+
+/// M̂/M − 1 at the end.
+fn mass_error(world: &World, settings: &[(&'static str, Real)]) -> Real {
+    let rows = world.run(&mut regression(settings));
+    rows.last().unwrap().0.total_mass_kg.value / MASS_KG - 1.0
+}
+
+/// The same, root mean square over seeds.
+fn mass_rms(world: World, settings: &[(&'static str, Real)]) -> Real {
+    let square = |seed| mass_error(&World { seed, ..world }, settings).powi(2);
+    let rms = ((1..=SEEDS).map(square).sum::<Real>() / SEEDS as Real).sqrt();
+    println!("{settings:?}: {:.2} %", 100.0 * rms);
+    rms
+}
+
+/// Mean and root mean square of the grade error from 5 s on, deg.
+fn grade_errors(world: &World, estimator: &mut AnyEstimator) -> (Real, Real) {
+    let rows = world.run(estimator);
+    let late = &rows[500..];
+    let error = |(e, theta): &(Estimate, Real)| (e.grade_rad.value - theta).to_degrees();
+    let mean = late.iter().map(error).sum::<Real>() / late.len() as Real;
+    let square = late.iter().map(|row| error(row).powi(2)).sum::<Real>() / late.len() as Real;
+    (mean, square.sqrt())
+}
+
+/// I1. F = M μ g is one number: with μ known M is as good as μ g − b, with μ free it stays where it started.
+#[test]
+fn constant_speed_on_the_level_does_not_tell_the_mass() {
+    let world = world(level, steady);
+    for bias_mps2 in [-0.03, 0.0, 0.05] {
+        let biased = World { bias_mps2, ..world };
+        let law = MU * G / (MU * G + bias_mps2) - 1.0;
+        let error = mass_error(&biased, &[R_G]);
+        println!("R-G, bias {bias_mps2}: {error:.4}, by the law {law:.4}");
+        assert!((error - law).abs() < 0.02, "{error} {law}");
+    }
+    let (free, coupled) = (
+        mass_rms(world, &[R_H, LIGHT]),
+        mass_rms(world, &[R_A, WHEELS, LIGHT]),
+    );
+    assert!(free > 0.1 && coupled > 0.1, "{free} {coupled}");
+    let rows = world.run(&mut crane::build("dffrls_aekf", &vehicle(2), []).unwrap());
+    assert!(
+        rows.iter()
+            .all(|(estimate, _)| !estimate.total_mass_kg.valid)
+    );
+}
+
+/// I2, I3. A start, or steps of speed, tell it to every regression.
+#[test]
+fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
+    for speed in [start, steps] {
+        for settings in [&[R_A, WHEELS, LIGHT][..], &[R_G, LIGHT], &[R_H, LIGHT]] {
+            let error = mass_rms(world(level, speed), settings);
+            assert!(error < 0.08, "{settings:?}: {error}");
+        }
+    }
+}
+
+/// I4. On the specific force a change of slope is the best there is; to R-A on wheel acceleration it is the worst: the force varies
+/// without acceleration, so that the mass must be infinite.
+#[test]
+fn a_change_of_slope_at_constant_speed_is_the_best_for_one_and_the_worst_for_the_other() {
+    let world = world(ramp, steady);
+    let (known, free) = (
+        mass_rms(world, &[R_G, LIGHT]),
+        mass_rms(world, &[R_H, LIGHT]),
+    );
+    assert!(known < 0.02 && free < 0.02, "{known} {free}");
+    let mut coupled = regression(&[R_A, WHEELS, LIGHT]);
+    let (last, _) = *world.run(&mut coupled).last().unwrap();
+    let most = vehicle(2).mass_range_kg[1];
+    assert!(last.total_mass_kg.value > 0.999 * most, "{last:?}");
+    // The same regression, fed what an accelerometer reads, is as good as the others.
+    let felt = mass_rms(world, &[R_A, LIGHT]);
+    assert!(felt < 0.02, "{felt}");
+}
+
+/// I5. A slope that stays is one number again, but a large one: μ and b count for less.
+#[test]
+fn a_steady_slope_tells_the_mass_only_where_the_resistance_is_known() {
+    let world = world(steep, steady);
+    for bias_mps2 in [-0.03, 0.05] {
+        let biased = World { bias_mps2, ..world };
+        let felt = G * (steep(0.0).sin() + MU * steep(0.0).cos());
+        let law = felt / (felt + bias_mps2) - 1.0;
+        let error = mass_error(&biased, &[R_G]);
+        assert!((error - law).abs() < 0.01, "{error} {law}");
+    }
+    let (known, free) = (
+        mass_rms(world, &[R_G, LIGHT]),
+        mass_rms(world, &[R_H, LIGHT]),
+    );
+    assert!(known < 0.01 && free > 5.0 * known, "{known} {free}");
+}
+
+/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque never notices.
+#[test]
+fn a_torque_gain_is_a_mass_gain() {
+    let (e, right) = (0.03, world(hills, steps));
+    let wrong = World {
+        torque_gain: 1.0 + e,
+        ..right
+    };
+    for settings in [
+        &[R_A, LIGHT][..],
+        &[R_D, LIGHT],
+        &[R_G, LIGHT],
+        &[R_H, LIGHT],
+    ] {
+        let gain = (1.0 + mass_error(&wrong, settings)) / (1.0 + mass_error(&right, settings));
+        // J v̇ and the prior have no part in the gain.
+        assert!((gain - 1.0 - e).abs() < 0.1 * e, "{settings:?}: {gain}");
+    }
+    let inertial = |world: &World| {
+        let mut estimator = crane::build("dffrls_ukf", &vehicle(2), []).unwrap();
+        grade_errors(world, &mut estimator)
+    };
+    assert_eq!(inertial(&right), inertial(&wrong));
+    let dynamic = |world: &World| grade_errors(world, &mut regression(&[R_G, LIGHT])).1;
+    let (right, wrong) = (dynamic(&right), dynamic(&wrong));
+    assert!((right - wrong).abs() < 0.02, "{right}° {wrong}°");
+}
+
+/// I7, I8. A wrong μ or a bias costs the mass and the slope of the regression that takes them for known; the free one does not care.
+#[test]
+fn what_is_left_free_does_not_matter_and_what_is_taken_for_known_does() {
+    let right = world(hills, steps);
+    let more = World {
+        mu: 1.25 * MU,
+        ..right
+    };
+    let biased = World {
+        bias_mps2: 0.049,
+        ..right
+    };
+    let free = mass_error(&right, &[R_H, LIGHT]);
+    let known = mass_rms(right, &[R_G, LIGHT]);
+    for (name, wrong) in [("mu", more), ("bias", biased)] {
+        let moved = mass_error(&wrong, &[R_H, LIGHT]) - free;
+        assert!(moved.abs() < 0.003, "{name}: {moved}");
+        let paid = mass_rms(wrong, &[R_G, LIGHT]);
+        assert!(paid > 2.0 * known, "{name}: {known} {paid}");
+        let slope = |world: &World| grade_errors(world, &mut regression(&[R_G, LIGHT])).0.abs();
+        let (before, after) = (slope(&right), slope(&wrong));
+        assert!(after > before + 0.05, "{name}: {before}° {after}°");
+    }
+}
+
+/// I9. Where it started is forgotten once there was excitation.
+#[test]
+fn a_first_mass_far_off_is_forgotten() {
+    let world = world(hills, steps);
+    for regressor in [R_A, R_D, R_G, R_H] {
+        let from = |kg| mass_error(&world, &[regressor, ("mass0_kg", kg)]);
+        let (low, right) = (from(0.4 * MASS_KG), from(MASS_KG));
+        assert!((low - right).abs() < 0.01, "{regressor:?}: {low} {right}");
+    }
+}
+
+/// I10. One direction gives s μ g − b as one number; a second one parts them. A slope from the accelerometer is off by b/g, for ever.
+#[test]
+fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
+    let (bias_mps2, mu) = (0.06, 0.03);
+    let free_term = |speed: fn(Real) -> Real| {
+        let world = World {
+            bias_mps2,
+            mu,
+            ..world(hills, speed)
+        };
+        let mut estimator = regression(&[R_H, LIGHT]);
+        world.run(&mut estimator);
+        let mut internals = [0.0; 6];
+        estimator.internal_values(&mut internals);
+        internals[4] / internals[2]
+    };
+    let (forward, back) = (free_term(steps), free_term(|t| -steps(t)));
+    let cosine = 0.9975; // mean over the hills
+    assert!(
+        (forward - (mu * G * cosine - bias_mps2)).abs() < 0.01,
+        "{forward}"
+    );
+    assert!(
+        (back - (-mu * G * cosine - bias_mps2)).abs() < 0.01,
+        "{back}"
+    );
+    assert!(((forward - back) / 2.0 - mu * G).abs() < 0.01);
+    assert!(((forward + back) / 2.0 + bias_mps2).abs() < 0.01);
+
+    for seconds in [60.0, 300.0] {
+        let world = World {
+            bias_mps2,
+            seconds,
+            ..world(hills, steps)
+        };
+        let mut estimator = crane::build("dffrls_ukf", &vehicle(2), []).unwrap();
+        let offset = grade_errors(&world, &mut estimator).0;
+        let law = (bias_mps2 / G).to_degrees();
+        assert!(
+            (offset - law).abs() < 0.02,
+            "{offset}° after {seconds} s, {law}°"
+        );
+    }
+}
+
+/// I11. Wheel speed as the only measurement of a joint filter leaves mass and slope tied together: it must be poor.
+#[test]
+fn a_joint_filter_on_wheel_speed_alone_is_poor() {
+    let world = world(ramp, steady);
+    let mut square = 0.0;
+    for seed in 1..=SEEDS {
+        let mut joint = crane::build("joint_ekf", &vehicle(2), [LIGHT]).unwrap();
+        let (last, _) = *World { seed, ..world }.run(&mut joint).last().unwrap();
+        square += (last.total_mass_kg.value / MASS_KG - 1.0).powi(2) / SEEDS as Real;
+    }
+    let (joint, free) = (square.sqrt(), mass_rms(world, &[R_H, LIGHT]));
+    println!("joint {joint:.3}, R-H {free:.4}");
+    assert!(joint > 0.1 && joint > 5.0 * free, "{joint} {free}");
+}
+
+/// R-D with the slope of a filter that inverts the same balance: any mass has a slope to go with it, and the one it started from stays.
+/// With the accelerometer in its place the start is forgotten.
+#[test]
+fn mass_and_slope_from_one_force_balance_chase_each_other() {
+    let world = world(ramp, steady);
+    let ends = |source: (&'static str, Real)| {
+        [10_000.0, 22_000.0].map(|kg| mass_error(&world, &[R_D, source, ("mass0_kg", kg)]))
+    };
+    let ([low, high], [felt_low, felt_high]) = (ends(WHEELS), ends(("kinematic", 0.0)));
+    println!(
+        "by its own slope {low:.3} {high:.3}, by the accelerometer {felt_low:.4} {felt_high:.4}"
+    );
+    assert!(high - low > 0.3, "{low} {high}");
+    assert!(
+        (felt_high - felt_low).abs() < 0.02,
+        "{felt_low} {felt_high}"
+    );
+}
+
+/// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the accelerometer is asked.
+#[test]
+fn differences_need_a_slope_that_stays_or_an_accelerometer() {
+    let differenced =
+        |world: World, source| mass_rms(world, &[R_C, source, LIGHT, ("regression_hz", 2.0)]);
+    let (wheels, felt) = (WHEELS, ("kinematic", 0.0));
+    let jerky = world(level, steps);
+    let unlike = World {
+        mu: 1.5 * MU,
+        bias_mps2: 0.05,
+        ..jerky
+    };
+    let (right, wrong) = (differenced(jerky, wheels), differenced(unlike, wheels));
+    assert!(right < 0.1 && wrong < 0.1, "{right} {wrong}");
+    let hilly = world(hills, steady);
+    let (wheels, felt) = (differenced(hilly, wheels), differenced(hilly, felt));
+    assert!(felt < 0.1 && wheels > 3.0 * felt, "{wheels} {felt}");
+}
+
+/// Every choice of regression, forgetting and acceleration bears nonsense: finite, within the mass range, variances not negative.
+#[test]
+fn every_choice_bears_nonsense() {
+    let [low, high] = vehicle(2).mass_range_kg;
+    for regressor in 0..8 {
+        for policy in 0..5 {
+            for kinematic in 0..2 {
+                let choice = [
+                    ("regressor", Real::from(regressor)),
+                    ("policy", Real::from(policy)),
+                    ("kinematic", Real::from(kinematic)),
+                ];
+                let mut estimator = regression(&choice);
+                let mut random = Random::new(5);
+                for k in 1..=4000 {
+                    let t_s = Real::from(k) * DT;
+                    let mut any = |size: Real| Sample {
+                        t_s,
+                        value: size * random.normal() * if k % 7 == 0 { 30.0 } else { 1.0 },
+                    };
+                    let mut z = Measurements {
+                        t_s,
+                        ..Measurements::default()
+                    };
+                    let speed = any(1.0);
+                    z.motor_torque_nm[..2].fill(Some(any(300.0)));
+                    z.wheel_speed_mps[..2].fill(Some(speed));
+                    z.specific_force_mps2 = (k % 11 > 2).then(|| Sample {
+                        t_s,
+                        value: [any(5.0).value, any(5.0).value, -G],
+                    });
+                    let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+                    let mass = estimate.total_mass_kg;
+                    assert!(
+                        mass.value >= low * (1.0 - 1e-12) && mass.value <= high * (1.0 + 1e-12),
+                        "{choice:?}: {mass:?}"
+                    );
+                    assert!(mass.sd >= 0.0 && estimate.grade_rad.sd >= 0.0);
+                }
+            }
+        }
+    }
+}
