@@ -2,5 +2,6 @@
 
 pub mod expected;
 pub mod metrics;
+pub mod report;
 pub mod series;
 pub mod summary;
