@@ -24,6 +24,7 @@ use crate::{
     real::{GRAVITY, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -307,3 +308,5 @@ impl MassStage for OneRegression {
         ]
     }
 }
+state!(OneRegression { rls, signals, before, steering, lateral, excess, speed_again, theta, mass_sd, saturated, outcome;
+    regressor, known, noise, wheelbase_m, range_kg });
