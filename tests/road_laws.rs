@@ -385,8 +385,8 @@ fn the_accelerometer_feels_the_forces_on_the_mass() {
         if k as f64 * DT > 1.0 {
             let f = &p.car.forces;
             let acting = [f.tyre_n[0] - f.drag_n, f.tyre_n[1], f.normal_n];
-            for i in 0..3 {
-                sum[i] += (felt[i] - acting[i] / mass).powi(2);
+            for ((sum, felt), acting) in sum.iter_mut().zip(felt.iter()).zip(acting) {
+                *sum += (felt - acting / mass).powi(2);
             }
             n += 1.0;
         }

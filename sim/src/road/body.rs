@@ -291,7 +291,8 @@ impl CarBody {
 /// Place of a wheel, forward and left of the centre of gravity, m, and its steering angle, rad.
 fn wheel_place(m: &Model, x: &State, i: usize) -> ([f64; 2], f64) {
     let g = &m.geometry;
-    let left = if i.is_multiple_of(2) { 0.5 } else { -0.5 } * g.track_width_m;
+    let side = if i.is_multiple_of(2) { 0.5 } else { -0.5 };
+    let left = side * g.track_width_m;
     match i {
         0 | 1 => ([g.front_m, left], x.steering),
         _ => ([-g.rear_m, left], 0.0),

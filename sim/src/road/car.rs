@@ -9,10 +9,10 @@ use super::wheel::WheelSpec;
 use crate::error::Error;
 use crate::file::{Sets, input_error, read_yaml_with, with_sets};
 use crate::scenario::VehicleBelief;
-use crate::train::{Body, Drive, Geometry as Form, Limits, Mount, Resistance, Shape, Train};
+use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
 use monorig_estimators::signals::{RoadVehicle, Vehicle};
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
-use std::f64::consts::{FRAC_PI_2, PI};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 /// Standard gravity, in which lean is given, m/s².
@@ -21,9 +21,6 @@ const STANDARD_GRAVITY: f64 = 9.81;
 const MASS_RANGE: [f64; 2] = [0.6, 1.6];
 /// A body that tips over before it slides is none this plant knows: height of the centre of gravity over half the track width.
 const HIGHEST: f64 = 1.0;
-const PAINT: [f32; 4] = [0.35, 0.02, 0.03, 1.0];
-const GLASS: [f32; 4] = [0.05, 0.06, 0.08, 1.0];
-const RUBBER: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
 /// A car, read and checked.
 #[derive(Clone, Debug)]
@@ -161,7 +158,7 @@ impl Car {
                 start_s: -self.nose_m(),
                 start_pose: Isometry3::identity(),
                 stations: Vec::new(),
-                shapes: self.shapes(),
+                shapes: super::look::shapes(self),
             }],
             drives: self.drives().into(),
             mounts: vec![Mount {
@@ -307,57 +304,5 @@ impl Car {
             drive(&d.motors.front, w.front_axle_m.get()),
             drive(&d.motors.rear, -w.rear_axle_m.get()),
         ]
-    }
-
-    /// A body, a cabin on it, and four wheels that turn.
-    fn shapes(&self) -> Vec<Shape> {
-        let (w, [length, width, height]) =
-            (&self.data.wheels, self.data.body.size_m.map(|x| x.get()));
-        let (radius, middle) = (w.radius_m.get(), self.nose_m() - 0.5 * length);
-        let block = |link: &str, at: [f64; 3], size: [f64; 3], rgba| Shape {
-            link: link.into(),
-            pose: Isometry3::translation(at[0], at[1], at[2]),
-            geometry: Form::Box(size.into()),
-            rgba,
-            collides: false,
-            spins: None,
-        };
-        let (floor, belt) = (0.6 * radius, 0.6 * height);
-        let mut shapes = vec![
-            block(
-                "body",
-                [middle, 0.0, 0.5 * (floor + belt)],
-                [length, width, belt - floor],
-                PAINT,
-            ),
-            block(
-                "cabin",
-                [middle - 0.05 * length, 0.0, 0.5 * (belt + height)],
-                [0.55 * length, 0.85 * width, height - belt],
-                GLASS,
-            ),
-        ];
-        let (tread, places) = (0.22, [w.front_axle_m.get(), -w.rear_axle_m.get()]);
-        for (axle, x) in places.into_iter().enumerate() {
-            for (side, y) in [0.5, -0.5].into_iter().enumerate() {
-                shapes.push(Shape {
-                    link: format!(
-                        "wheel_{}_{}",
-                        ["front", "rear"][axle],
-                        ["left", "right"][side]
-                    ),
-                    // the cylinder's axis, z, to the left (a turn by −90° about x), so that a positive angle rolls forward
-                    pose: Isometry3::from_parts(
-                        Translation3::new(x, y * (width - tread), radius),
-                        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
-                    ),
-                    geometry: Form::Cylinder(radius, tread),
-                    rgba: RUBBER,
-                    collides: false,
-                    spins: Some((axle, side)),
-                });
-            }
-        }
-        shapes
     }
 }

@@ -13,12 +13,14 @@
 //! | `body` | the equations of motion, put together |
 //! | `plant` | what others see of it: commands in, truth out |
 //! | `car_file` `car` | the vehicle file; reading it, and what sensors, recording and estimators are told |
+//! | `look` | what it looks like |
 
 pub mod body;
 pub mod car;
 pub mod car_file;
 pub mod driver;
 pub mod loads;
+mod look;
 pub mod plant;
 pub mod surface;
 pub mod tyre;
