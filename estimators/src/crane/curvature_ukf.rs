@@ -18,7 +18,7 @@ use super::{
     slope_filter::STEEPEST,
 };
 use crate::{
-    Real,
+    Real, Time,
     gaussian::{Correction, Gaussian},
     real::{GRAVITY, PI, sin, sqrt},
     sage_husa::SageHusa,
@@ -165,7 +165,7 @@ impl Pipeline for CurvatureUkf {
         "slope_filter_sd_rad",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         self.curvature.step(reading, self.belief.x.y, dt);
         self.predict(reading, dt);
         if let Some(speed) = reading.new_speed_mps {

@@ -17,7 +17,7 @@ use super::{
     params::{param_groups, params},
 };
 use crate::{
-    Real,
+    Real, Time,
     forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, asin, sin, sqrt, within},
@@ -117,7 +117,7 @@ impl Ffrls {
 impl Pipeline for Ffrls {
     const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         if let Some(sample) = sample {
