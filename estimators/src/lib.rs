@@ -15,6 +15,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
+#![cfg_attr(feature = "f32", allow(clippy::excessive_precision))] // constants are written out for both scalars
 #![cfg_attr(
     not(test),
     deny(
