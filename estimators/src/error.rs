@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::Real;
+use crate::{Real, Time};
 
 /// The refusal of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,16 +12,16 @@ pub enum Error {
     /// The step's instant is not after the previous one.
     OutOfOrder {
         /// Instant of the refused step, s.
-        t_s: Real,
+        t_s: Time,
         /// Instant of the step before it, s.
-        last_s: Real,
+        last_s: Time,
     },
     /// The step's instant is further after the previous one than any pause: a wrong stamp. After a true pause, reset.
     TooFarAhead {
         /// Instant of the refused step, s.
-        t_s: Real,
+        t_s: Time,
         /// Instant of the step before it, s.
-        last_s: Real,
+        last_s: Time,
     },
     /// A number of the named signal is NaN or infinite.
     NotFinite(&'static str),

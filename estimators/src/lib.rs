@@ -15,6 +15,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
+#![cfg_attr(feature = "f32", allow(clippy::excessive_precision))] // constants are written out for both scalars
 #![cfg_attr(
     not(test),
     deny(
@@ -53,5 +54,13 @@ pub mod ukf;
 
 pub use error::Error;
 
-/// The scalar of every estimator.
+/// The scalar of every estimator: double precision, or single with the feature `f32`.
+#[cfg(not(feature = "f32"))]
 pub type Real = f64;
+
+/// The scalar of every estimator: single precision.
+#[cfg(feature = "f32")]
+pub type Real = f32;
+
+/// An instant, s. Always double precision: with 24 bits a clock of 5 ms would stand still after 18 hours.
+pub type Time = f64;

@@ -1,7 +1,7 @@
 //! What crosses the border between the rig and an estimator: measurements and commands in, estimates out.
 
-use crate::Real;
 use crate::snapshot::state;
+use crate::{Real, Time};
 
 /// Most drive units a train may have.
 pub const MAX_DRIVES: usize = 16;
@@ -10,7 +10,7 @@ pub const MAX_DRIVES: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
     /// Instant the value was taken, s since the start of the run.
-    pub t_s: Real,
+    pub t_s: Time,
     /// The value, in the unit of the field that holds it.
     pub value: T,
 }
@@ -21,7 +21,7 @@ pub struct Sample<T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measurements {
     /// Now, s since the start of the run.
-    pub t_s: Real,
+    pub t_s: Time,
     /// Specific force (acceleration minus gravity) in IMU axes, m/s².
     pub specific_force_mps2: Option<Sample<[Real; 3]>>,
     /// Angular rate in IMU axes, rad/s.
@@ -147,7 +147,7 @@ pub struct Flags {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// Instant the estimate is for, s.
-    pub t_s: Real,
+    pub t_s: Time,
     /// Total mass (tare + load), kg.
     pub total_mass_kg: Value,
     /// Grade angle at the IMU, rad, + uphill towards growing chainage.

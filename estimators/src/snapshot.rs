@@ -188,7 +188,13 @@ pub trait Blank {
     fn blank() -> Self;
 }
 
-impl Blank for Real {
+impl Blank for f32 {
+    fn blank() -> Self {
+        0.0
+    }
+}
+
+impl Blank for f64 {
     fn blank() -> Self {
         0.0
     }

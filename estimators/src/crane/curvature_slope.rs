@@ -19,7 +19,7 @@ use super::{
     slope_filter::STEEPEST,
 };
 use crate::{
-    Real, ekf,
+    Real, Time, ekf,
     gaussian::{Correction, Gaussian},
     real::{GRAVITY, PI, cos, sin, sqrt},
     sage_husa::SageHusa,
@@ -185,7 +185,7 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         "slope_filter_sd_rad",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         self.curvature.step(reading, self.belief.x.y, dt);
         let (place, delayed_mps) = self.curvature.at_place();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);

@@ -19,7 +19,7 @@ use super::{
     slope_filter::STEEPEST,
 };
 use crate::{
-    Real,
+    Real, Time,
     forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, asin, sin, sqrt, within},
@@ -121,7 +121,7 @@ impl Ffrls {
 impl Pipeline for Ffrls {
     const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.

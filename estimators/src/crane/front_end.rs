@@ -1,7 +1,7 @@
 //! From samples to signals: checks every number, holds each channel while it is fresh, merges the drive units.
 
 use crate::{
-    Error, Real,
+    Error, Real, Time,
     signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle},
     snapshot::state,
 };
@@ -32,19 +32,19 @@ pub struct Reading {
 }
 
 /// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
-const LONGEST_PAUSE_S: Real = 60.0;
+const LONGEST_PAUSE_S: Time = 60.0;
 
 /// Latest instant, s: three hundred years, which leaves room for clocks that count from 1970.
-const LATEST_S: Real = 1e10;
+const LATEST_S: Time = 1e10;
 
 /// Silence after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
-const CLOCK_SET_BACK_S: Real = 1.0;
+const CLOCK_SET_BACK_S: Time = 1.0;
 
 /// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Held {
-    stamp_s: Real,
-    arrived_s: Real,
+    stamp_s: Time,
+    arrived_s: Time,
     period_s: Real,
     value: Option<Real>,
 }
@@ -52,11 +52,12 @@ struct Held {
 impl Held {
     /// Takes a new sample; a sample not younger than the last one is skipped, unless nothing younger has come for so long that its clock
     /// must have been set back. Tells whether it was taken.
-    fn take(&mut self, sample: Option<Sample<Real>>, now_s: Real) -> bool {
+    fn take(&mut self, sample: Option<Sample<Real>>, now_s: Time) -> bool {
         let Some(sample) = sample else { return false };
         if self.value.is_some() {
-            let gap = now_s - self.arrived_s;
-            let set_back = sample.t_s < self.stamp_s && gap > CLOCK_SET_BACK_S;
+            let silence = now_s - self.arrived_s;
+            let gap = silence as Real;
+            let set_back = sample.t_s < self.stamp_s && silence > CLOCK_SET_BACK_S;
             if !(sample.t_s > self.stamp_s || set_back) {
                 return false;
             }
@@ -71,9 +72,9 @@ impl Held {
         true
     }
 
-    fn fresh(&self, now_s: Real, dt_s: Real) -> Option<Real> {
+    fn fresh(&self, now_s: Time, dt_s: Real) -> Option<Real> {
         self.value
-            .filter(|_| now_s - self.arrived_s <= 3.0 * self.period_s.max(dt_s) + 1e-9)
+            .filter(|_| (now_s - self.arrived_s) as Real <= 3.0 * self.period_s.max(dt_s) + 1e-9)
     }
 }
 
@@ -81,7 +82,7 @@ impl Held {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontEnd {
     drives: usize,
-    last_s: Option<Real>,
+    last_s: Option<Time>,
     torque: [Held; MAX_DRIVES],
     speed: [Held; MAX_DRIVES],
     forward: Held,
@@ -175,7 +176,7 @@ impl FrontEnd {
     }
 
     /// Sum of the torques; if up to half of the drive units are silent, the others stand for them (equal shares).
-    fn total_torque(&self, now: Real, dt: Real) -> Option<Real> {
+    fn total_torque(&self, now: Time, dt: Real) -> Option<Real> {
         let fresh = || {
             self.torque
                 .iter()
@@ -226,7 +227,7 @@ impl FrontEnd {
     }
 }
 
-fn check_sample(signal: &'static str, t_s: Real, values: &[Real], most: Real) -> Result<(), Error> {
+fn check_sample(signal: &'static str, t_s: Time, values: &[Real], most: Real) -> Result<(), Error> {
     if !t_s.is_finite() || values.iter().any(|v| !v.is_finite()) {
         return Err(Error::NotFinite(signal));
     }

@@ -7,7 +7,7 @@ use super::{
     front_end::{FrontEnd, Reading},
 };
 use crate::{
-    Error, Real,
+    Error, Real, Time,
     signals::{Command, Estimate, Measurements, Vehicle},
     snapshot::{Archive, Fingerprint, SnapshotError, State},
 };
@@ -18,7 +18,7 @@ pub trait Pipeline: Copy {
     const INTERNALS: &'static [&'static str];
 
     /// One step at the instant `t_s` after `dt` seconds.
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate;
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate;
 
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);

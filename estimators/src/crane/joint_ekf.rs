@@ -5,7 +5,7 @@
 //!
 //! The filter is sure of more than it knows: at steady speed the noise of its inputs passes for information, and after hours it is
 //! certain of a mass that noise has made. What it *says* is kept honest: the variance of w is let shrink only while the speed
-//! changes ([`JointEkf::known`]), which alone tells mass from slope; mass and slope are not valid before.
+//! changes (`JointEkf::known`), which alone tells mass from slope; mass and slope are not valid before.
 //!
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
 //! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
@@ -24,7 +24,7 @@ use super::{
     slope_filter::{STEEPEST, SlopeParams},
 };
 use crate::{
-    Real, ekf,
+    Real, Time, ekf,
     gaussian::{Correction, Gaussian},
     real::{PI, lag, sqrt, within},
     signals::{Estimate, Flags, Value, Vehicle},
@@ -202,7 +202,7 @@ impl Pipeline for JointEkf {
     const INTERNALS: &'static [&'static str] =
         &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.params.own.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);

@@ -8,7 +8,7 @@ use super::{
     slope_filter::{Drive, STEEPEST, SlopeFilter},
 };
 use crate::{
-    Real,
+    Real, Time,
     real::sqrt,
     signals::{Estimate, Flags, Value},
     snapshot::{Archive, State, state},
@@ -94,7 +94,7 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.mass.step(reading, &self.balance, running, dt);
 

@@ -26,7 +26,7 @@ use super::{
     waiting::Waiting,
 };
 use crate::{
-    Error, Real,
+    Error, Real, Time,
     forgetting::Forgetting,
     gaussian::Gaussian,
     real::{GRAVITY, asin, cos, sin, sqrt, within},
@@ -160,7 +160,7 @@ impl Resistance {
         self.rls.belief.x.x = within(self.rls.belief.x.x, -MOST, MOST);
     }
 
-    fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t_s: Real) -> Estimate {
+    fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t_s: Time) -> Estimate {
         let felt = self
             .train
             .felt_now()
@@ -212,7 +212,7 @@ impl Pipeline for Resistance {
         "residual_mps2",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let motion = self.step(reading, false, dt);
         self.estimate(reading, motion, t_s)
     }

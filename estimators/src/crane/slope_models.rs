@@ -30,7 +30,7 @@ use super::{
     params::params,
 };
 use crate::{
-    Real,
+    Real, Time,
     gaussian::{Correction, Gaussian},
     imm::Imm,
     real::{GRAVITY, PI, asin, sin, sqrt},
@@ -294,7 +294,7 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.mass.step(reading, &self.balance, running, dt);
 

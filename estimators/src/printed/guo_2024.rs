@@ -18,7 +18,7 @@ use super::{
     printed, usable,
 };
 use crate::{
-    Real,
+    Real, Time,
     crane::{
         force_balance::ForceBalance,
         front_end::Reading,
@@ -281,7 +281,7 @@ impl Pipeline for ImmStfPrinted {
         "breakdowns",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         if let Some((speed, felt)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {

@@ -15,7 +15,7 @@ use nalgebra::{Matrix2, Vector2, vector};
 
 use super::{Says, other_reading, printed, usable};
 use crate::{
-    Real,
+    Real, Time,
     conditioning::MatchedFilter,
     crane::{
         curvature::{Curvature, CurvatureParams, DynamicForgetting},
@@ -331,7 +331,7 @@ impl Pipeline for DffrlsAukfPrinted {
         "breakdowns",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, _) = motion(reading, STANDSTILL_MPS);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
         let mut smoothed = *reading;

@@ -17,7 +17,7 @@ use super::{
     usable,
 };
 use crate::{
-    Real,
+    Real, Time,
     conditioning::MatchedFilter,
     crane::{
         force_balance::ForceBalance,
@@ -173,7 +173,7 @@ impl Pipeline for DffrlsAekfPrinted {
     const INTERNALS: &'static [&'static str] =
         &["lambda", "chi1", "chi2", "breakdowns", "indefinite_share"];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading

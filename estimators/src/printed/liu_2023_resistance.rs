@@ -7,7 +7,7 @@
 
 use super::{Says, printed, usable};
 use crate::{
-    Real,
+    Real, Time,
     conditioning::MatchedFilter,
     crane::{
         force_balance::ForceBalance,
@@ -122,7 +122,7 @@ impl Pipeline for ResistancePrinted {
         "breakdowns",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading

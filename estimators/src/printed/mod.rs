@@ -28,7 +28,7 @@ pub mod patent;
 pub mod slope_ekf;
 
 use crate::{
-    Real,
+    Real, Time,
     real::sqrt,
     signals::{Estimate, Flags, Value},
 };
@@ -67,7 +67,7 @@ struct Says {
 }
 
 impl Says {
-    fn estimate(&self, t_s: Real, moving: bool, running: bool) -> Estimate {
+    fn estimate(&self, t_s: Time, moving: bool, running: bool) -> Estimate {
         let value = |(value, variance): (Real, Real)| Value {
             value,
             sd: sqrt(variance),

@@ -14,7 +14,7 @@ use super::{
     slope_ekf::{Balance, Noise, SlopeEkf, Told},
 };
 use crate::{
-    Real,
+    Real, Time,
     conditioning::MatchedFilter,
     crane::{
         conditioner::{Conditioned, Conditioner},
@@ -229,7 +229,7 @@ impl Pipeline for MmrlsShStfPrinted {
         "indefinite_share",
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Real, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         let turned = reading
             .yaw_rate_radps

@@ -1,0 +1,159 @@
+//! How far the single-precision build strays from the double-precision one on the same measurements, and where it needs the square-root
+//! form. The figures it prints stand in the book, `methods/single_precision.md`.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Crane, Random, vehicle};
+use monorig_estimators::{
+    self as double,
+    crane::{self, Estimator as _},
+    signals::{Command, Measurements, Sample, Vehicle},
+};
+use monorig_estimators_f32::{
+    self as single,
+    crane::{self as crane32, Estimator as _},
+};
+use nalgebra::{SymmetricEigen, vector};
+
+const DT: f64 = 0.01;
+
+fn narrow_vehicle(v: &Vehicle) -> single::signals::Vehicle {
+    let pair = |[a, b]: [f64; 2]| [a as f32, b as f32];
+    single::signals::Vehicle {
+        tare_kg: v.tare_kg as f32,
+        drives: v.drives,
+        wheel_radius_m: v.wheel_radius_m as f32,
+        gear_ratio: v.gear_ratio as f32,
+        efficiency: v.efficiency as f32,
+        rotating_mass_kg: v.rotating_mass_kg as f32,
+        running_resistance: v.running_resistance as f32,
+        mass_range_kg: pair(v.mass_range_kg),
+        tare_span_m: pair(v.tare_span_m),
+        load_span_m: pair(v.load_span_m),
+        imu_arm_m: v.imu_arm_m as f32,
+        road: None,
+    }
+}
+
+fn narrow(z: &Measurements) -> single::signals::Measurements {
+    let one = |s: Sample<f64>| single::signals::Sample {
+        t_s: s.t_s,
+        value: s.value as f32,
+    };
+    let three = |s: Sample<[f64; 3]>| single::signals::Sample {
+        t_s: s.t_s,
+        value: s.value.map(|v| v as f32),
+    };
+    single::signals::Measurements {
+        t_s: z.t_s,
+        specific_force_mps2: z.specific_force_mps2.map(three),
+        angular_rate_radps: z.angular_rate_radps.map(three),
+        motor_torque_nm: z.motor_torque_nm.map(|s| s.map(one)),
+        wheel_speed_mps: z.wheel_speed_mps.map(|s| s.map(one)),
+        clamp_pressure_mpa: z.clamp_pressure_mpa.map(|s| s.map(one)),
+        steering_angle_rad: z.steering_angle_rad.map(one),
+    }
+}
+
+/// Twenty minutes of starts, stops and grades.
+fn drive() -> Vec<Measurements> {
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 11);
+    (0..120_000)
+        .map(|k| {
+            crane.grade_rad = 0.1 * (crane.chainage_m / 8.0).sin();
+            let wanted = [1.2, 0.4, 0.0, -1.0][(k / 3000) % 4];
+            crane.step(wanted, DT)
+        })
+        .collect()
+}
+
+#[test]
+fn each_named_estimator_strays_little() {
+    let drive = drive();
+    let narrowed: Vec<_> = drive.iter().map(narrow).collect();
+    let mut strayed = Vec::new();
+    let forms = crane::NAMES.iter().map(|name| (*name, false));
+    for (name, square_root) in
+        forms.chain([("dffrls_aekf", true), ("rls_ekf", true), ("ffrls", true)])
+    {
+        let form = square_root.then_some(("square_root", 1.0));
+        let mut wide = crane::build(name, &vehicle(2), form).unwrap();
+        let form = square_root.then_some(("square_root", 1.0_f32));
+        let mut small = crane32::build(name, &narrow_vehicle(&vehicle(2)), form).unwrap();
+        let count = drive.len() as f64;
+        let (mut mass, mut grade, mut beyond, mut end) = (0.0, 0.0, 0, 0.0);
+        for (z, z32) in drive.iter().zip(&narrowed) {
+            let a = wide.step(z, &Command::default(), DT).unwrap();
+            let released = single::signals::Command::default();
+            let b = small.step(z32, &released, DT as f32).unwrap();
+            assert!(b.is_finite(), "{name}: {b:?}");
+            let apart = |a: double::signals::Value, b: single::signals::Value| {
+                (f64::from(b.value) - a.value).abs()
+            };
+            let (by_mass, by_grade) = (
+                apart(a.total_mass_kg, b.total_mass_kg),
+                apart(a.grade_rad, b.grade_rad),
+            );
+            beyond += usize::from(
+                a.total_mass_kg.valid && by_mass > 0.5 * a.total_mass_kg.sd.max(10.0)
+                    || a.grade_rad.valid && by_grade > 0.5 * a.grade_rad.sd.max(1e-3),
+            );
+            end = by_mass / a.total_mass_kg.value;
+            mass += end * end / count;
+            grade += by_grade * by_grade / count;
+        }
+        let beyond = beyond as f64 / count;
+        println!(
+            "| `{name}`{} | {:.4} % | {:.4} % | {:.4}° | {:.2} % |",
+            if square_root { ", square root" } else { "" },
+            100.0 * mass.sqrt(),
+            100.0 * end,
+            grade.sqrt().to_degrees(),
+            100.0 * beyond
+        );
+        if end > 0.01 || beyond > 0.01 {
+            strayed.push((name, square_root));
+        }
+    }
+    assert_eq!(strayed, []);
+}
+
+/// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly excited. Tells the
+/// smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter at the end, in its units.
+macro_rules! long_regression {
+    ($crate_name:ident, $real:ty, $square_root:expr) => {{
+        use $crate_name::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};
+        let prior = Gaussian::<2>::independent(vector![0.0, 0.0], vector![1e-3, 1e2]);
+        let mut rls =
+            Rls::new(prior, Forgetting::Constant(0.999)).in_square_root_form($square_root);
+        let mut random = Random::new(12);
+        let (mut least, mut refused) = (f64::INFINITY, 0);
+        for k in 0..200_000 {
+            let level = if k % 20_000 < 10_000 { 1e4 } else { 1.0002e4 };
+            let h = [level + 0.1 * random.normal(), 1.0];
+            let y = 5e-5 * h[0] - 0.3 + 1e-4 * random.normal();
+            let row = vector![h[0] as $real, h[1] as $real];
+            refused += usize::from(rls.update(y as $real, &row, 1e-8, false).is_none());
+            let P = rls.belief.P.map(f64::from);
+            let scale = P.diagonal().map(|v| 1.0 / v.max(1e-300).sqrt());
+            let scaled = P.component_mul(&(scale * scale.transpose()));
+            least = SymmetricEigen::new(scaled).eigenvalues.min().min(least);
+        }
+        (least, refused, f64::from(rls.belief.x.x) / 5e-5 - 1.0)
+    }};
+}
+
+#[test]
+#[allow(non_snake_case)]
+fn single_precision_needs_the_square_root_form_where_excitation_is_poor() {
+    let wide = long_regression!(double, f64, false);
+    let plain = long_regression!(single, f32, false);
+    let factored = long_regression!(single, f32, true);
+    println!("f64 {wide:?}\nf32 {plain:?}\nf32 in square-root form {factored:?}");
+    assert!(wide.0 > 0.0 && wide.1 == 0);
+    // Indefinite by a hundred roundings and more; and then hᵀ P h is negative and the recursion refuses to go on.
+    assert!(plain.0 < -100.0 * f64::from(f32::EPSILON) && plain.1 > 100_000);
+    // U D Uᵀ is positive; multiplied out it is so to a rounding.
+    assert!(factored.0 > -f64::from(f32::EPSILON) && factored.1 == 0);
+}
