@@ -32,7 +32,7 @@ pub struct Rig {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
-    /// What the estimators are told about the train.
+    /// What the estimators are told about the vehicle.
     pub vehicle: Vehicle,
     /// The estimators.
     pub bank: Vec<Member>,

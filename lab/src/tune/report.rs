@@ -123,7 +123,7 @@ fn comparison(c: &Comparison) -> Table {
         &["metric", "scenario"],
         &["winner", &c.against, "difference", "95 % from", "to"],
     );
-    table.title = format!("Against {}: {}", c.against, c.verdict.words());
+    table.caption = format!("Against {}: {}", c.against, c.verdict.words());
     let ends = |i: &Interval| [i.mean, i.low, i.high].map(Cell::number);
     let row = |metric: &str, scenario: &str, values: [f64; 2], i: &Interval| {
         let [mean, low, high] = ends(i);
