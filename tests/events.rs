@@ -226,6 +226,41 @@ fn the_estimate_in_the_loop_changes_the_motion() {
     );
 }
 
+#[test]
+fn a_cycle_and_its_loads_start_over() {
+    let mut rows = Vec::new();
+    watch(
+        level(&[
+            ("load.mass_kg", "0"),
+            ("stop.after_s", "36"),
+            ("physics.plant", "point-mass"),
+            (
+                "drive",
+                "{speed: [{at_s: 0, mps: 0}, {at_s: 2, mps: 1}, {at_s: 8, mps: 1}, {at_s: 10, mps: 0}], every_s: 12}",
+            ),
+            (
+                "events",
+                "[{at_s: 3, load_mass_kg: 5000, every_s: 12}, {at_s: 9, load_mass_kg: 1000, every_s: 12}]",
+            ),
+        ]),
+        |f| rows.push((f.truth.t_s, f.reference.speed_mps, f.truth.load_mass_kg)),
+    );
+    let at = |t: f64| rows[(t * 500.0) as usize - 1];
+    for round in 0..3 {
+        let start = 12.0 * f64::from(round);
+        for (t, speed, load) in [
+            (1.0, 0.5, if round == 0 { 0.0 } else { 1000.0 }),
+            (5.0, 1.0, 5000.0),
+            (9.5, 0.25, 1000.0),
+            (11.0, 0.0, 1000.0),
+        ] {
+            let (_, v, kg) = at(start + t);
+            assert!((v - speed).abs() < 2e-3, "{v} m/s {t} s into round {round}");
+            assert_eq!(kg, load, "{t} s into round {round}");
+        }
+    }
+}
+
 /// The methods as printed stand beside the others in a scenario, whole or with some slips mended; what they say stays finite, however wrong.
 #[test]
 fn methods_as_printed_can_be_named_beside_the_others() {

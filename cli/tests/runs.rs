@@ -116,7 +116,14 @@ fn a_run_leaves_four_files_with_everything_in_them() {
 #[test]
 fn two_processes_at_once_write_the_same_bits() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let set = ["--set", "stop.after_s=30", "--set", "start.chainage_m=30"];
+    let set = [
+        "--set",
+        "stop.after_s=30",
+        "--set",
+        "start.chainage_m=30",
+        "--set",
+        "expect=[]",
+    ];
     let one = monorig(a.path(), "winding", &set).spawn().unwrap();
     let two = monorig(b.path(), "winding", &set).spawn().unwrap();
     for child in [one, two] {

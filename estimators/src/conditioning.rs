@@ -6,6 +6,7 @@
 use crate::{
     Real,
     real::{PI, lag},
+    snapshot::state,
 };
 
 /// Two cascaded first-order low-pass sections, each s ← s + (1 − e^(−dt/τ)) (u − s), τ = 1/(2π f).
@@ -55,6 +56,8 @@ impl MatchedFilter {
         self.rate
     }
 }
+
+state!(MatchedFilter { sections, rate; tau_s });
 
 #[cfg(test)]
 mod tests {

@@ -5,6 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::{
     Real,
     real::{ln, sqrt},
+    snapshot::{Blank, state},
 };
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
@@ -261,6 +262,43 @@ impl<const N: usize> Gaussian<N> {
     }
 }
 
+state!(@[const N: usize] Gaussian<N> { x, P; } where |this| is_covariance(&this.P));
+impl<const M: usize, const N: usize> Blank for Correction<M, N> {
+    fn blank() -> Self {
+        Self {
+            y: SVector::zeros(),
+            S: SMatrix::zeros(),
+            K: SMatrix::zeros(),
+            nis: 0.0,
+            log_likelihood: 0.0,
+        }
+    }
+}
+
+state!(@[const M: usize, const N: usize] Correction<M, N> { y, S, K, nis, log_likelihood; });
+
+/// Whether `P` can be a covariance: symmetric and positive semi-definite, to rounding.
+pub(crate) fn is_covariance<const N: usize>(P: &SMatrix<Real, N, N>) -> bool {
+    let sd = P.diagonal().map(sqrt);
+    let rounding = sd * sd.transpose() * sqrt(Real::EPSILON);
+    let symmetric = (P - P.transpose()).abs() <= rounding;
+    let mut rest = *P;
+    let mut positive = true;
+    for j in 0..N {
+        let (column, pivot) = (rest.column(j).into_owned(), rest.diagonal().get(j).copied());
+        let (Some(pivot), Some(least)) = (pivot, rounding.diagonal().get(j).copied()) else {
+            return false;
+        };
+        if pivot > least {
+            rest -= (column / pivot) * column.transpose();
+        } else {
+            // No variance left: then no covariance either.
+            positive &= pivot >= -least && column.abs() <= rounding.column(j) * 10.0;
+        }
+    }
+    symmetric && positive
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -355,6 +393,23 @@ mod tests {
                 .is_none()
         );
         assert_eq!(belief, before);
+    }
+
+    #[test]
+    fn only_what_is_symmetric_and_positive_semi_definite_is_a_covariance() {
+        assert!(is_covariance(&matrix![2.0, 0.5; 0.5, 1.0]));
+        assert!(is_covariance(&matrix![1e12, 0.9; 0.9, 1e-12]));
+        assert!(is_covariance(&matrix![1.0, 1.0; 1.0, 1.0])); // of rank one
+        assert!(is_covariance(&matrix![0.0, 0.0; 0.0, 1.0]));
+        assert!(!is_covariance(&matrix![1.0, 1.1; 1.1, 1.0]));
+        assert!(!is_covariance(&matrix![1e12, 1.1; 1.1, 1e-12]));
+        assert!(!is_covariance(&matrix![1.0, 0.5; -0.5, 1.0]));
+        assert!(!is_covariance(&matrix![-1.0, 0.0; 0.0, 1.0]));
+        assert!(!is_covariance(&matrix![0.0, 0.1; 0.1, 1.0]));
+        // Every pair of a triple may be possible, and the triple not.
+        let triple = |r| matrix![1.0, r, r; r, 1.0, r; r, r, 1.0];
+        assert!(is_covariance(&triple(-0.49)) && !is_covariance(&triple(-0.51)));
+        assert!(!is_covariance(&matrix![Real::NAN, 0.0; 0.0, 1.0]));
     }
 
     #[test]

@@ -9,6 +9,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::snapshot::state;
 use crate::{Real, gaussian::Gaussian, real::exp};
 
 /// Smallest probability a model keeps, so that it can come back.
@@ -133,6 +134,9 @@ fn mixture<const N: usize, const K: usize>(
     }
     Gaussian { x, P }
 }
+
+state!(@[const N: usize, const K: usize] Imm<N, K> { beliefs, probability; start, transition, time_varying }
+    where |this| this.probability.iter().all(|p| (0.0..=1.0).contains(p)));
 
 #[cfg(test)]
 mod tests {

@@ -44,6 +44,7 @@ pub mod rls;
 pub mod sage_husa;
 pub mod signals;
 pub mod smoothing;
+pub mod snapshot;
 pub mod strong_tracking;
 #[cfg(test)]
 mod testing;

@@ -22,6 +22,7 @@ use crate::{
     forgetting::{Forgetting, SPREAD_KNOWN},
     gaussian::Gaussian,
     real::{sqrt, within},
+    snapshot::{Archive, State, state, visit_built},
     ud::Factors,
 };
 
@@ -220,6 +221,30 @@ fn update_multiple<const N: usize>(
     let P = P.zip_map(h, |P, h| P * r / (r + P * h * h));
     belief.P = SMatrix::from_diagonal(&P);
     Some(())
+}
+
+state!(Outcome { residual, normalised, lambda, limited; });
+
+impl<const N: usize> State for Rls<N> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            belief,
+            factors,
+            spread,
+            tie,
+            last,
+            updates,
+            prior: _,
+            policy: _,
+        } = self;
+        belief.visit(archive);
+        visit_built(factors, archive);
+        spread.visit(archive);
+        archive.require(*spread >= 0.0);
+        tie.visit(archive);
+        last.visit(archive);
+        updates.visit(archive);
+    }
 }
 
 #[cfg(test)]

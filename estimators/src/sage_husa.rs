@@ -16,8 +16,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{
     Real,
-    gaussian::{Correction, Gaussian},
+    gaussian::{Correction, Gaussian, is_covariance},
     real::{pow, sqrt},
+    snapshot::state,
 };
 
 /// A noise covariance that follows the data.
@@ -121,6 +122,9 @@ impl<const M: usize> SageHusa<M> {
             .component_mul_assign(&(shrink * shrink.transpose()));
     }
 }
+
+state!(@[const M: usize] SageHusa<M> { covariance, power, limited; least, most, fading }
+    where |this| is_covariance(&this.covariance) && (0.0..1.0).contains(&this.power));
 
 #[cfg(test)]
 mod tests {

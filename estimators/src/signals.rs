@@ -1,6 +1,7 @@
 //! What crosses the border between the rig and an estimator: measurements and commands in, estimates out.
 
 use crate::Real;
+use crate::snapshot::state;
 
 /// Most drive units a train may have.
 pub const MAX_DRIVES: usize = 16;
@@ -181,3 +182,4 @@ impl Estimate {
             && self.nis.is_finite()
     }
 }
+state!(Value { value, sd, valid; } where |this| this.sd >= 0.0);

@@ -11,6 +11,7 @@
 use crate::{
     Real,
     real::{PI, lag},
+    snapshot::state,
 };
 
 /// The smoother of `N` channels; the first one chooses the gain.
@@ -64,6 +65,8 @@ impl<const N: usize> AdaptiveSmoother<N> {
         self.gain
     }
 }
+
+state!(@[const N: usize] AdaptiveSmoother<N> { output, gain; corners_hz, noise, thresholds });
 
 #[cfg(test)]
 mod tests {

@@ -10,6 +10,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::snapshot::state;
 use crate::{Real, gaussian::Gaussian, real::within};
 
 /// Finds the fading factor from innovations of `M` measurements.
@@ -145,6 +146,9 @@ impl<const M: usize> Alarm<M> {
         self.active
     }
 }
+
+state!(@[const M: usize] StrongTracking<M> { V; memory, weakening, most });
+state!(@[const M: usize] Alarm<M> { size, tie, last, calm, active; level });
 
 #[cfg(test)]
 mod tests {

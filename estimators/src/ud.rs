@@ -8,6 +8,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::real::sqrt;
+use crate::snapshot::state;
 
 /// Factors of a covariance of `N` numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +107,9 @@ impl<const N: usize> Factors<N> {
         self.U.iter().chain(&self.D).all(|v| v.is_finite())
     }
 }
+
+state!(@[const N: usize] Factors<N> { U, D; } where |this| this.D.iter().all(|d| *d >= 0.0)
+    && this.U.lower_triangle() == SMatrix::<Real, N, N>::identity());
 
 #[cfg(test)]
 mod tests {

@@ -33,6 +33,7 @@ pub struct Perception {
 pub struct Cycle {
     points: Vec<(f64, f64)>,
     by_time: bool,
+    every_s: Option<f64>,
     accel: f64,
     now: Reference,
 }
@@ -55,6 +56,7 @@ impl Cycle {
         Self {
             points,
             by_time,
+            every_s: d.every_s.map(f64::from),
             accel,
             now: Reference {
                 speed_mps: speed,
@@ -66,7 +68,7 @@ impl Cycle {
     /// The reference at time `t` (s) with the front at chainage `s` (m), `dt` after the last call.
     pub fn at(&mut self, t: f64, s: f64, dt: f64) -> Reference {
         let wish = if self.by_time {
-            self.interpolate(t)
+            self.interpolate(self.every_s.map_or(t, |period| libm::fmod(t, period)))
         } else {
             self.allowed(s)
         };
@@ -257,6 +259,7 @@ mod tests {
         };
         let d = DriveCycle {
             speed: points.iter().map(point).collect(),
+            every_s: None,
             accel_mps2: accel.map(|a| Positive::try_from(a).unwrap()),
             controller: Pi::default(),
         };

@@ -32,6 +32,8 @@ pub struct Rig {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
+    /// What the estimators are told about the vehicle.
+    pub vehicle: Vehicle,
     /// The estimators.
     pub bank: Vec<Member>,
     /// The controller.
@@ -190,6 +192,7 @@ impl Rig {
             train,
             plant,
             sensors,
+            vehicle,
             bank,
             in_loop,
             blocks,

@@ -167,6 +167,9 @@ pub struct DriveCycle {
     /// Speed reference: points by time (`at_s`) or by chainage of the front (`at_m`), linear in between (time) or held
     /// (chainage, approached within `accel_mps2`).
     pub speed: Vec<SpeedPoint>,
+    /// The speed reference, by time, starts over every so many seconds; none = once.
+    #[serde(default)]
+    pub every_s: Option<Positive>,
     /// Limit on the change of the reference, m/s².
     #[serde(default)]
     pub accel_mps2: Option<Positive>,

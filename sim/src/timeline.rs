@@ -3,12 +3,21 @@
 use crate::control::SpeedController;
 use crate::plant::Plant;
 use crate::scenario::Event;
+use std::collections::VecDeque;
+
+/// An event and when it is due.
+#[derive(Clone, Debug)]
+struct Entry {
+    at_s: f64,
+    every_s: Option<f64>,
+    event: Event,
+}
 
 /// The events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor faults in the
 /// sensors, so they are handed over when the rig is built; here they are only told.
 pub struct Timeline {
-    events: Vec<(f64, Event)>,
-    next: usize,
+    /// Still to come, in order of time.
+    events: VecDeque<Entry>,
     brake: f64,
     happened: Vec<String>,
 }
@@ -16,22 +25,26 @@ pub struct Timeline {
 impl Timeline {
     /// In order of time.
     pub fn new(events: &[Event]) -> Self {
-        let mut list: Vec<(f64, Event)> = Vec::new();
-        for e in events {
-            match e {
-                Event::LoadMass { at_s, .. }
-                | Event::ClampPressure { at_s, .. }
-                | Event::Brake { at_s, .. } => {
-                    list.push((at_s.get(), e.clone()));
-                }
-                Event::SensorFault { from_s, .. } => list.push((from_s.get(), e.clone())),
-                Event::Adhesion { .. } => {}
-            }
-        }
-        list.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut list: Vec<Entry> = events
+            .iter()
+            .filter_map(|e| {
+                let (at_s, every_s) = match e {
+                    Event::LoadMass { at_s, every_s, .. }
+                    | Event::ClampPressure { at_s, every_s, .. }
+                    | Event::Brake { at_s, every_s, .. } => (at_s, *every_s),
+                    Event::SensorFault { from_s, .. } => (from_s, None),
+                    Event::Adhesion { .. } => return None,
+                };
+                Some(Entry {
+                    at_s: at_s.get(),
+                    every_s: every_s.map(f64::from),
+                    event: e.clone(),
+                })
+            })
+            .collect();
+        list.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Self {
-            events: list,
-            next: 0,
+            events: list.into(),
             brake: 0.0,
             happened: Vec::new(),
         }
@@ -40,8 +53,8 @@ impl Timeline {
     /// Make happen what is due at `t`.
     pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) {
         self.happened.clear();
-        while let Some((_, e)) = self.events.get(self.next).filter(|(at, _)| *at <= t) {
-            match e {
+        while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
+            match &now.event {
                 Event::LoadMass { load_mass_kg, .. } => {
                     plant.set_load_mass(load_mass_kg.get());
                     self.happened
@@ -66,7 +79,14 @@ impl Timeline {
                 }
                 Event::Adhesion { .. } => {}
             }
-            self.next += 1;
+            if let Some(every_s) = now.every_s {
+                let again = Entry {
+                    at_s: now.at_s + every_s,
+                    ..now
+                };
+                let place = self.events.partition_point(|e| e.at_s <= again.at_s);
+                self.events.insert(place, again);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Signals for the regressions on the force balance: one matched low-pass for all, gated and sampled slowly.
 
 use super::{force_balance::ForceBalance, front_end::Reading};
+use crate::snapshot::{Blank, state};
 use crate::{Real, conditioning::MatchedFilter};
 
 /// Speed below which a yaw rate tells no curvature, m/s, and the largest curvature of a rail, 1/m.
@@ -8,7 +9,7 @@ const SLOW_MPS: Real = 0.1;
 const TIGHTEST_PER_M: Real = 0.5;
 
 /// One filtered sample; all its numbers are delayed alike.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conditioned {
     /// Traction at the rims, N.
     pub force_n: Real,
@@ -122,6 +123,15 @@ pub fn curvature_per_m(reading: &Reading) -> Real {
         _ => 0.0,
     }
 }
+
+impl Blank for Conditioned {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Conditioned { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
+state!(Conditioner { force, speed, specific_force, curvature, running_s, since_s; rate_hz, settle_s });
 
 #[cfg(test)]
 mod tests {

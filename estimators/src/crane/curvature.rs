@@ -20,6 +20,7 @@ use crate::{
     rls::{Outcome, Rls},
     signals::Vehicle,
     smoothing::AdaptiveSmoother,
+    snapshot::state,
 };
 
 params! {
@@ -146,6 +147,8 @@ impl Curvature {
         self.outcome.lambda
     }
 }
+
+state!(Curvature { smoother, force, speed, excess, speed_again, rls, running_s, since_sample_s, outcome; params });
 
 #[cfg(test)]
 mod tests {

@@ -23,6 +23,7 @@ use crate::{
     real::{GRAVITY, PI, sin, sqrt},
     sage_husa::SageHusa,
     signals::{Estimate, Flags, Value, Vehicle},
+    snapshot::{Archive, State, visit_built},
     ukf::{self, Spread},
 };
 
@@ -214,5 +215,33 @@ impl Pipeline for CurvatureUkf {
                 sqrt(self.belief.P.m22),
             ],
         );
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+impl State for CurvatureUkf {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            standstill_mps: _,
+            spread: _,
+            R: _,
+            curvature,
+            belief,
+            adaptive,
+            mass,
+            started,
+            saturated,
+            last,
+        } = self;
+        curvature.visit(archive);
+        belief.visit(archive);
+        visit_built(adaptive, archive);
+        mass.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        last.visit(archive);
     }
 }

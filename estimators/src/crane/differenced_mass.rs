@@ -26,6 +26,7 @@ use crate::{
     real::{sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -165,3 +166,4 @@ impl DifferencedMass {
         self.outcome.residual * self.mass0_kg
     }
 }
+state!(DifferencedMass { signals, bends, last, rls, excited, saturated, outcome; params, mass0_kg, range_kg });

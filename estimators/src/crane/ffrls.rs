@@ -23,6 +23,7 @@ use crate::{
     real::{GRAVITY, asin, sin, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Estimate, Flags, Value, Vehicle},
+    snapshot::{Archive, State, state},
 };
 
 params! {
@@ -168,4 +169,9 @@ impl Pipeline for Ffrls {
         let limited = if self.outcome.limited { 1.0 } else { 0.0 };
         copy_into(values, &[x.x, x.y, self.outcome.residual, limited]);
     }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
 }
+state!(Ffrls { rls, signals, direction, speed_mps, saturated, outcome; params, balance, mu, mass0_kg, range_kg });

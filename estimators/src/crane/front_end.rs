@@ -3,6 +3,7 @@
 use crate::{
     Error, Real,
     signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle},
+    snapshot::state,
 };
 
 /// What the pipelines work with. `None` = not known now.
@@ -262,6 +263,9 @@ fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
     let lower = *sorted.get(count.checked_sub(1)? / 2)?;
     Some(0.5 * (lower + upper))
 }
+
+state!(Held { stamp_s, arrived_s, period_s, value; });
+state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives });
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,7 @@
 //! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
 
+use core::fmt;
+
 use super::{
     Estimator,
     front_end::{FrontEnd, Reading},
@@ -7,6 +9,7 @@ use super::{
 use crate::{
     Error, Real,
     signals::{Command, Estimate, Measurements, Vehicle},
+    snapshot::{Archive, Fingerprint, SnapshotError, State},
 };
 
 /// The work of a pipeline, once its input is checked and merged. Plain data: a copy is a snapshot.
@@ -19,6 +22,11 @@ pub trait Pipeline: Copy {
 
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);
+
+    /// Its state, for a snapshot. A pipeline that does not say keeps none.
+    fn visit(&mut self, archive: &mut Archive) {
+        archive.refuse(SnapshotError::NotKept);
+    }
 }
 
 /// A pipeline made an estimator.
@@ -38,6 +46,20 @@ impl<P: Pipeline> Hosted<P> {
             now: pipeline,
             start: (front_end, pipeline),
         }
+    }
+}
+
+impl<P: Pipeline + fmt::Debug> Hosted<P> {
+    /// What it was built with: vehicle, parameters, and how this version keeps them.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        Fingerprint::of(&self.start)
+    }
+}
+
+impl<P: Pipeline> State for Hosted<P> {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.front_end.visit(archive);
+        self.now.visit(archive);
     }
 }
 

@@ -26,6 +26,7 @@ use crate::{
     gaussian::{Correction, Gaussian},
     real::{PI, lag, sqrt, within},
     signals::{Estimate, Flags, Value, Vehicle},
+    snapshot::{Archive, State, state},
 };
 
 params! {
@@ -242,7 +243,13 @@ impl Pipeline for JointEkf {
         let correlation = P.m23 / sqrt(P.m22 * P.m33).max(1e-30);
         copy_into(values, &[self.belief.x.z, sqrt(P.m33), correlation]);
     }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
 }
+
+state!(JointEkf { belief, earned, speed, excited, started, saturated, last; params, balance, mu, range_kg });
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 //! Notices that the load has been picked up or set down.
 
 use crate::Real;
+use crate::snapshot::state;
 
 /// Size of one residual, in standard deviations, that is taken as ordinary.
 const ORDINARY: Real = 1.5;
@@ -42,6 +43,8 @@ impl LoadWatch {
         self.changes
     }
 }
+
+state!(LoadWatch { up, down, changes; threshold });
 
 #[cfg(test)]
 mod tests {

@@ -38,6 +38,7 @@ use crate::{
     real::{GRAVITY, lag, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 /// What stands for the acceleration beside the mass.
@@ -333,3 +334,5 @@ impl MassStage for MassRegression {
         ]
     }
 }
+state!(MassRegression { rls, signals, regressor, load, excited, saturated, outcome, train, waiting, lead, jolts, curvature;
+    params, mass0_kg, mu0, range_kg });

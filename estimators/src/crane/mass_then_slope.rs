@@ -10,6 +10,7 @@ use crate::{
     Real,
     real::{asin, sin, sqrt},
     signals::{Estimate, Flags, Value},
+    snapshot::{Archive, State, state},
 };
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -76,7 +77,7 @@ pub struct MassThenSlope<M> {
     pub standstill_mps: Real,
 }
 
-impl<M: MassStage> Pipeline for MassThenSlope<M> {
+impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
     const INTERNALS: &'static [&'static str] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
@@ -174,6 +175,10 @@ impl<M: MassStage> Pipeline for MassThenSlope<M> {
         ];
         copy_into(values, &now);
     }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
 }
 
 /// The effective grade with what the grade at the IMU is ahead of it.
@@ -184,3 +189,4 @@ fn grade_at_imu(effective_rad: Real, lead: Real) -> Real {
         asin(sin(effective_rad) + lead).clamp(-STEEPEST, STEEPEST)
     }
 }
+state!(@[M: State] MassThenSlope<M> { mass, slope; balance, standstill_mps });

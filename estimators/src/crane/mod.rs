@@ -47,6 +47,7 @@ use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{
     Error, Real,
     signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle},
+    snapshot::{Archive, Fingerprint, SnapshotError, State},
 };
 use hosted::Hosted;
 use params::{Key, ParamError};
@@ -123,6 +124,28 @@ macro_rules! registry {
                 match self {
                     $(AnyEstimator::$pipeline(estimator) => estimator,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
+                }
+            }
+
+            /// The name it was built by.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(AnyEstimator::$pipeline(_) => $name,)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => $print_name,)*
+                }
+            }
+
+            fn fingerprint(&self) -> u64 {
+                match self {
+                    $(AnyEstimator::$pipeline(estimator) => estimator.fingerprint(),)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator.fingerprint(),)*
+                }
+            }
+
+            fn visit(&mut self, archive: &mut Archive) {
+                match self {
+                    $(AnyEstimator::$pipeline(estimator) => estimator.visit(archive),)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator.visit(archive),)*
                 }
             }
 
@@ -242,6 +265,62 @@ fn check_road(road: &RoadVehicle) -> Result<(), ParamError> {
         }
     }
     Ok(())
+}
+
+/// No snapshot of any estimator takes more bytes.
+pub const LARGEST_SNAPSHOT: usize = 8192;
+
+/// "mono", and the format's version with the size of the scalar.
+const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 1, size_of::<Real>() as u8];
+
+/// CRC-32 of ISO 3309: finds every error within 32 bits.
+const CHECK: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+impl AnyEstimator {
+    /// Writes all it remembers into `bytes`, of which it takes as many as it returns: format, name and settings as fingerprints, state, check
+    /// sum. Take one between steps, as often as the memory it goes to bears.
+    pub fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        let mut archive = Archive::writer(bytes);
+        archive.raw(FORMAT);
+        archive.raw(Fingerprint::of(&self.name()).to_le_bytes());
+        archive.raw(self.fingerprint().to_le_bytes());
+        let mut copy = *self;
+        copy.visit(&mut archive);
+        let used = match archive.finish() {
+            Ok(used) => used,
+            Err(SnapshotError::Room(used)) => return Err(SnapshotError::Room(used + 4)),
+            Err(fault) => return Err(fault),
+        };
+        let room = SnapshotError::Room(used + 4);
+        let (body, rest) = bytes.split_at_mut_checked(used).ok_or(room)?;
+        let sum = rest.first_chunk_mut().ok_or(room)?;
+        *sum = CHECK.checksum(body).to_le_bytes();
+        Ok(used + 4)
+    }
+
+    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of an estimator of this
+    /// name, built with the same vehicle and parameters by the same version. The clock must go on from where it was.
+    pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        let (body, sum) = snapshot.split_last_chunk().ok_or(SnapshotError::Torn)?;
+        if CHECK.checksum(body).to_le_bytes() != *sum {
+            return Err(SnapshotError::Corrupt);
+        }
+        let mut archive = Archive::reader(body);
+        if archive.raw([0; 6]) != FORMAT {
+            return Err(SnapshotError::Format);
+        }
+        if u64::from_le_bytes(archive.raw([0; 8])) != Fingerprint::of(&self.name()) {
+            return Err(SnapshotError::OtherEstimator);
+        }
+        if u64::from_le_bytes(archive.raw([0; 8])) != self.fingerprint() {
+            return Err(SnapshotError::OtherSettings);
+        }
+        let mut restored = *self;
+        restored.visit(&mut archive);
+        archive.finish()?;
+        *self = restored;
+        Ok(())
+    }
 }
 
 impl Estimator for AnyEstimator {

@@ -34,6 +34,7 @@ use crate::{
     real::{GRAVITY, PI, exp, ln, sqrt, tanh, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -270,6 +271,9 @@ impl MassStage for MultiModelMass {
         ]
     }
 }
+
+state!(MultiModelMass { signals, bends, straight, turning, straight_weight, sums, load, saturated, outcome;
+    params, start, mass0_kg, mu, range_kg });
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@
 //! Nothing beyond the textbook: no memory of the rail for a long train, no watch for another load, no gate for excitation. The gates that
 //! every regression needs are there: none while standing or braking, variances never above their prior, mass within its range.
 
-use nalgebra::vector;
+use nalgebra::{Vector2, vector};
 
 use super::{
     conditioner::{Conditioned, Conditioner},
@@ -24,6 +24,7 @@ use crate::{
     real::{GRAVITY, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Value, Vehicle},
+    snapshot::state,
 };
 
 params! {
@@ -218,8 +219,9 @@ impl OneRegression {
         within(self.rls.belief.x.x, least, most)
     }
 
-    fn sd(&self, variance: Real) -> Real {
-        self.rls.spread().max(1.0) * sqrt(variance * self.rls.correlation_factor())
+    /// Standard deviations of χ.
+    fn sd(&self) -> Vector2<Real> {
+        self.rls.widened().diagonal().map(sqrt)
     }
 }
 
@@ -257,7 +259,7 @@ impl MassStage for OneRegression {
 
     fn mass_kg(&self) -> Value {
         let (first, found) = (self.known.mass0_kg, self.found());
-        let sd = self.sd(self.rls.belief.P.m11);
+        let sd = self.sd().x;
         let (value, sd) = match self.regressor.finds() {
             Finds::Mass => (first * found, first * sd),
             Finds::InverseMass => (first / found, first * sd / (found * found)),
@@ -296,14 +298,16 @@ impl MassStage for OneRegression {
     }
 
     fn internals(&self) -> [Real; 6] {
-        let Gaussian { x, P } = self.rls.belief;
+        let (x, sd) = (self.rls.belief.x, self.sd());
         [
             self.outcome.lambda,
             self.outcome.residual,
             x.x,
-            self.sd(P.m11),
+            sd.x,
             x.y,
-            self.sd(P.m22),
+            sd.y,
         ]
     }
 }
+state!(OneRegression { rls, signals, before, steering, lateral, excess, speed_again, theta, mass_sd, saturated, outcome;
+    regressor, known, noise, wheelbase_m, range_kg });

@@ -32,6 +32,7 @@ use crate::{
     real::{GRAVITY, asin, cos, sin, sqrt, within},
     rls::{Outcome, Rls},
     signals::{Command, Estimate, Flags, Measurements, Value, Vehicle},
+    snapshot::{Archive, State, state},
 };
 
 params! {
@@ -223,6 +224,10 @@ impl Pipeline for Resistance {
             &[mu, sd, self.outcome.lambda, self.outcome.residual],
         );
     }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
 }
 
 /// The same with a slope that the caller knows, as in the paper, in place of the accelerometer.
@@ -309,3 +314,4 @@ impl SpeedPrediction {
         self.speed_mps
     }
 }
+state!(Resistance { rls, signals, train, waiting, load, outcome; params, balance, mass_kg });

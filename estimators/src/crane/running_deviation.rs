@@ -1,5 +1,6 @@
 //! How much a signal has moved lately.
 
+use crate::snapshot::state;
 use crate::{Real, real::sqrt};
 
 /// Exponentially weighted mean and variance.
@@ -31,6 +32,8 @@ impl RunningDeviation {
         sqrt(self.variance)
     }
 }
+
+state!(RunningDeviation { mean, variance; } where |this| this.variance >= 0.0);
 
 #[cfg(test)]
 mod tests {

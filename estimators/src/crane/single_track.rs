@@ -22,6 +22,7 @@ use crate::{
     conditioning::MatchedFilter,
     real::{PI, cos, sin},
     signals::{RoadVehicle, Vehicle},
+    snapshot::{Blank, state},
 };
 
 /// Speed, m/s, below which the slip angles of the model are not defined well; backwards they are others.
@@ -137,6 +138,15 @@ fn bend(
         across_mps2: across,
     })
 }
+
+impl Blank for Bend {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Bend { gained_n, taken_mps2, drift_mps2, steer_rad, across_mps2; });
+state!(Bends { now, filters; road });
 
 #[cfg(test)]
 mod tests {

@@ -16,6 +16,7 @@ use crate::{
     gaussian::{Correction, Gaussian},
     real::{GRAVITY, PI, sqrt},
     sage_husa::SageHusa,
+    snapshot::{Archive, State, visit_built},
     strong_tracking::{Alarm, StrongTracking, fade},
 };
 
@@ -274,6 +275,34 @@ impl SlopeFilter {
         drive.mass_kg
             * GRAVITY
             * (crate::real::sin(theta) + drive.resistance * crate::real::cos(theta))
+    }
+}
+
+impl State for SlopeFilter {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            balance: _,
+            R: _,
+            belief,
+            adaptive,
+            tracking,
+            fading,
+            carried,
+            process,
+            started,
+            saturated,
+            last,
+        } = self;
+        belief.visit(archive);
+        visit_built(adaptive, archive);
+        visit_built(tracking, archive);
+        fading.visit(archive);
+        carried.visit(archive);
+        process.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        last.visit(archive);
     }
 }
 

@@ -33,6 +33,7 @@ use crate::{
     imm::Imm,
     real::{GRAVITY, PI, asin, sin, sqrt},
     signals::{Estimate, Flags, Value, Vehicle},
+    snapshot::{Archive, State, visit_built},
     strong_tracking::{Alarm, StrongTracking, fade},
 };
 
@@ -335,5 +336,38 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         for (place, value) in values.iter_mut().zip(all).take(Self::INTERNALS.len()) {
             *place = value;
         }
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+impl<const K: usize> State for SlopeModels<K> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            models: _,
+            balance: _,
+            mu: _,
+            standstill_mps: _,
+            mass,
+            imm,
+            tracking,
+            fading,
+            since_s,
+            started,
+            saturated,
+            last,
+        } = self;
+        mass.visit(archive);
+        imm.visit(archive);
+        for tracking in tracking {
+            visit_built(tracking, archive);
+        }
+        fading.visit(archive);
+        since_s.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        last.visit(archive);
     }
 }

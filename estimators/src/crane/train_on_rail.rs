@@ -19,6 +19,7 @@ use crate::{
     Real,
     real::{floor, within},
     signals::Vehicle,
+    snapshot::state,
 };
 
 /// Places remembered.
@@ -283,6 +284,11 @@ impl TrainOnRail {
         self.tare_kg
     }
 }
+
+state!(RailMemory { cells, known; cell_m } where |this| this.known.is_none_or(|[low, high]| {
+    low <= high && high.saturating_sub(low) < CELLS as i64
+}));
+state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
 
 #[cfg(test)]
 mod tests {

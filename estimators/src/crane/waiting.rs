@@ -1,5 +1,7 @@
 //! A short queue without a heap: samples that wait for what is not known yet.
 
+use crate::snapshot::{Blank, State, state};
+
 /// First in, first out; at most `N` wait.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waiting<T, const N: usize> {
@@ -51,6 +53,9 @@ impl<T: Copy, const N: usize> Default for Waiting<T, N> {
         Self::new()
     }
 }
+
+state!(@[T: State + Blank, const N: usize] Waiting<T, N> { places, first, count; }
+    where |this| this.first < N.max(1) && this.count <= N);
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
 //! What a scenario must keep to beyond the type of each value.
 
-use super::{Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
+use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::checked::{NonNegative, Positive};
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
@@ -39,9 +39,10 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     stop(file)?;
     rates(file)?;
     speed(&file.drive.speed)?;
+    again(&file.drive)?;
     in_loop(file)?;
     for (i, event) in file.events.iter().enumerate() {
-        happens(event, file.stop.time_limit_s()).map_err(|mut w| {
+        happens(event, file).map_err(|mut w| {
             w.key = format!("events[{i}].{}", w.key);
             w
         })?;
@@ -239,6 +240,44 @@ fn speed(points: &[SpeedPoint]) -> Result<(), Wrong> {
     Ok(())
 }
 
+/// A cycle that starts over ends as it began, within its period.
+fn again(drive: &DriveCycle) -> Result<(), Wrong> {
+    let (Some(every_s), Some(first), Some(last)) =
+        (drive.every_s, drive.speed.first(), drive.speed.last())
+    else {
+        return Ok(());
+    };
+    let Some(end_s) = last.at_s else {
+        return wrong(
+            "drive.every_s",
+            "a speed reference by chainage cannot start over",
+            "give the points by time (`at_s`), or remove `every_s`",
+        );
+    };
+    if end_s.get() > every_s.get() {
+        return wrong(
+            "drive.every_s",
+            format!(
+                "the last point of the speed reference is at {} s, later",
+                end_s.get()
+            ),
+            "write a period that holds all points",
+        );
+    }
+    if first.mps.get() != last.mps.get() {
+        return wrong(
+            "drive.every_s",
+            format!(
+                "the cycle ends with {} m/s and starts over with {} m/s",
+                last.mps.get(),
+                first.mps.get()
+            ),
+            "let the last point have the speed of the first",
+        );
+    }
+    Ok(())
+}
+
 fn in_loop(file: &ScenarioFile) -> Result<(), Wrong> {
     match &file.in_loop {
         Some(name) if !file.estimators.contains_key(name) => {
@@ -261,7 +300,9 @@ fn in_loop(file: &ScenarioFile) -> Result<(), Wrong> {
     }
 }
 
-fn happens(event: &Event, end_s: f64) -> Result<(), Wrong> {
+fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
+    let end_s = file.stop.time_limit_s();
+    let step_s = file.physics.dt_ms.get() * 1e-3;
     let in_time = |key: &str, at: NonNegative| {
         if at.get() >= end_s {
             wrong(
@@ -285,9 +326,19 @@ fn happens(event: &Event, end_s: f64) -> Result<(), Wrong> {
         }
     };
     match event {
-        Event::LoadMass { at_s, .. }
-        | Event::ClampPressure { at_s, .. }
-        | Event::Brake { at_s, .. } => in_time("at_s", *at_s),
+        Event::LoadMass { at_s, every_s, .. }
+        | Event::ClampPressure { at_s, every_s, .. }
+        | Event::Brake { at_s, every_s, .. } => {
+            in_time("at_s", *at_s)?;
+            match every_s {
+                Some(every_s) if every_s.get() < step_s => wrong(
+                    "every_s",
+                    format!("{} s is shorter than a physics step", every_s.get()),
+                    "write the time from one such event to the next, in seconds",
+                ),
+                _ => Ok(()),
+            }
+        }
         Event::Adhesion { from_m, to_m, .. } => in_order("to_m", from_m.get(), to_m.get()),
         Event::SensorFault {
             from_s,

@@ -12,6 +12,9 @@ pub enum Event {
     LoadMass {
         /// s.
         at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
     },
@@ -43,6 +46,9 @@ pub enum Event {
     ClampPressure {
         /// s.
         at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
         /// MPa.
         clamp_mpa: NonNegative,
     },
@@ -50,6 +56,9 @@ pub enum Event {
     Brake {
         /// s.
         at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
         /// Share of the brake force, 0 releases.
         brake: Fraction,
     },
@@ -83,6 +92,7 @@ impl Fault {
 #[serde(deny_unknown_fields)]
 struct Keys {
     at_s: Option<NonNegative>,
+    every_s: Option<Positive>,
     from_s: Option<NonNegative>,
     to_s: Option<Positive>,
     from_m: Option<NonNegative>,
@@ -100,6 +110,7 @@ impl Keys {
     fn given(&self) -> Vec<&'static str> {
         [
             ("at_s", self.at_s.is_some()),
+            ("every_s", self.every_s.is_some()),
             ("from_s", self.from_s.is_some()),
             ("to_s", self.to_s.is_some()),
             ("from_m", self.from_m.is_some()),
@@ -130,7 +141,7 @@ const KINDS: [Kind; 5] = [
     Kind(
         "load_mass_kg",
         &["at_s", "load_mass_kg"],
-        &[],
+        &["every_s"],
         "{at_s: 30, load_mass_kg: 10000}",
     ),
     Kind(
@@ -148,10 +159,15 @@ const KINDS: [Kind; 5] = [
     Kind(
         "clamp_mpa",
         &["at_s", "clamp_mpa"],
-        &[],
+        &["every_s"],
         "{at_s: 20, clamp_mpa: 6}",
     ),
-    Kind("brake", &["at_s", "brake"], &[], "{at_s: 50, brake: 1}"),
+    Kind(
+        "brake",
+        &["at_s", "brake"],
+        &["every_s"],
+        "{at_s: 50, brake: 1}",
+    ),
 ];
 
 /// The kind the given keys tell, or what is wrong with them.
@@ -198,9 +214,14 @@ impl<'de> Deserialize<'de> for Event {
         match keys {
             Keys {
                 at_s: Some(at_s),
+                every_s,
                 load_mass_kg: Some(load_mass_kg),
                 ..
-            } => Ok(Event::LoadMass { at_s, load_mass_kg }),
+            } => Ok(Event::LoadMass {
+                at_s,
+                every_s,
+                load_mass_kg,
+            }),
             Keys {
                 from_m: Some(from_m),
                 to_m: Some(to_m),
@@ -227,14 +248,24 @@ impl<'de> Deserialize<'de> for Event {
             }),
             Keys {
                 at_s: Some(at_s),
+                every_s,
                 clamp_mpa: Some(clamp_mpa),
                 ..
-            } => Ok(Event::ClampPressure { at_s, clamp_mpa }),
+            } => Ok(Event::ClampPressure {
+                at_s,
+                every_s,
+                clamp_mpa,
+            }),
             Keys {
                 at_s: Some(at_s),
+                every_s,
                 brake: Some(brake),
                 ..
-            } => Ok(Event::Brake { at_s, brake }),
+            } => Ok(Event::Brake {
+                at_s,
+                every_s,
+                brake,
+            }),
             _ => Err(D::Error::custom("this event does not say what happens")),
         }
     }

@@ -140,3 +140,36 @@ fn no_mangled_scenario_makes_the_reader_panic() {
     }
     assert!(refused > GOOD.len());
 }
+
+#[test]
+fn a_cycle_that_starts_over_is_by_time_whole_and_ends_as_it_began() {
+    let cycle = |text: &str| {
+        let rig = Rig::new(GOOD);
+        rig.load(&[("drive", text)]).map_err(|e| e.to_string())
+    };
+    let points = "speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}, {at_s: 9, mps: 0}]";
+    assert!(cycle(&format!("{{{points}, every_s: 9}}")).is_ok());
+    for (text, reason) in [
+        (format!("{{{points}, every_s: 8}}"), "later"),
+        (
+            "{speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}], every_s: 9}".into(),
+            "ends with 1 m/s",
+        ),
+        (
+            "{speed: [{at_m: 0, mps: 1}], every_s: 9}".into(),
+            "by chainage",
+        ),
+    ] {
+        let told = cycle(&text).unwrap_err();
+        assert!(
+            told.contains("drive.every_s") && told.contains(reason),
+            "{told}"
+        );
+    }
+    let endless = "[{at_s: 1, load_mass_kg: 0, every_s: 1.0e-9}]";
+    let told = Rig::new(GOOD).load(&[("events", endless)]).unwrap_err();
+    assert!(
+        told.to_string().contains("shorter than a physics step"),
+        "{told}"
+    );
+}

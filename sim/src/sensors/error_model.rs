@@ -1,9 +1,9 @@
 //! How one axis of an instrument differs from the truth, effect by effect, in the order of the signal path:
 //!
-//! 1. `x₁ = (1 + s) x`: scale, known part + part drawn once a run;
+//! 1. `x₁ = (1 + s + s_warm) x`: scale, known part + part drawn once a run + part that comes with warming up;
 //! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at zero
 //!    and at full scale, off by L·R half-way (the definition of IEC 61298-2);
-//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov`: biases, constant (known + drawn once a run) and wandering;
+//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov + b_warm`: biases, constant (known + drawn once a run), wandering, and warming up;
 //! 4. `x₄ = x₃ + w`: white noise, absolute and relative to the reading;
 //! 5. quantisation, 6. saturation (between 4 and 5: faults, see `fault`).
 //!
@@ -11,7 +11,7 @@
 //! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
 
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
-use super::sheet::Errors;
+use super::sheet::{Errors, WarmUp};
 use super::stream::Stream;
 
 /// The errors of one axis during one run.
@@ -23,6 +23,7 @@ pub struct ErrorModel {
     bias: f64,
     walk: Option<RandomWalk>,
     markov: Option<GaussMarkov>,
+    warmth: Option<Warmth>,
     white: White,
     quantisation: Option<f64>,
     range: Option<[f64; 2]>,
@@ -53,6 +54,7 @@ impl ErrorModel {
             markov: errors
                 .gauss_markov
                 .map(|m| GaussMarkov::new(m.sd.get(), m.time_s.get(), period_s, stream("markov"))),
+            warmth: errors.warm_up.map(|w| Warmth::new(&w, period_s)),
             white: White::new(white, errors.noise_sd_rel.get(), stream("white")),
             quantisation: errors.quantisation.map(|q| q.get()),
             range,
@@ -61,13 +63,14 @@ impl ErrorModel {
 
     /// Effects 1 to 4: what the sensing element makes of the ideal value. Once per sample period, in order.
     pub fn sense(&mut self, ideal: f64) -> f64 {
-        let mut x = self.gain * ideal;
+        let warm = self.warmth.as_mut().map_or([0.0; 2], Warmth::advance);
+        let mut x = (self.gain + warm[1]) * ideal;
         if self.linearity > 0.0 {
             let u = (x.abs() / self.full_scale).min(1.0);
             x += 4.0 * self.linearity * self.full_scale * u * (1.0 - u) * x.signum();
         }
         let reading = x;
-        x += self.bias;
+        x += self.bias + warm[0];
         if let Some(walk) = &mut self.walk {
             x += walk.draw();
         }
@@ -87,6 +90,33 @@ impl ErrorModel {
             x = x.clamp(low, high);
         }
         x
+    }
+}
+
+/// First-order heating from the start of the run on.
+#[derive(Clone, Copy, Debug)]
+struct Warmth {
+    bias: f64,
+    scale: f64,
+    share: f64,
+    per_sample: f64,
+}
+
+impl Warmth {
+    fn new(w: &WarmUp, period_s: f64) -> Self {
+        Self {
+            bias: w.bias.get(),
+            scale: w.scale_error.get(),
+            share: 0.0,
+            per_sample: 1.0 - libm::exp(-period_s / w.time_s.get()),
+        }
+    }
+
+    /// Bias and scale error now; then a sample period passes.
+    fn advance(&mut self) -> [f64; 2] {
+        let now = [self.bias * self.share, self.scale * self.share];
+        self.share += self.per_sample * (1.0 - self.share);
+        now
     }
 }
 
@@ -129,6 +159,26 @@ mod tests {
         );
         for x in [-10.0, 0.0, 10.0] {
             assert!((m.sense(x) - (1.02 * x - 0.25)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn warming_up_brings_bias_and_scale_by_the_law_of_first_order() {
+        let mut m = model(
+            Errors {
+                warm_up: Some(WarmUp {
+                    time_s: Positive::new(20.0),
+                    bias: f(0.5),
+                    scale_error: f(-0.1),
+                }),
+                ..Errors::default()
+            },
+            1,
+        );
+        for k in 0..10_000 {
+            let warm = 1.0 - (-0.01 * f64::from(k) / 20.0).exp();
+            let expected = (1.0 - 0.1 * warm) * 3.0 + 0.5 * warm;
+            assert!((m.sense(3.0) - expected).abs() < 1e-9, "sample {k}");
         }
     }
 

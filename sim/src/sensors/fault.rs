@@ -273,6 +273,7 @@ mod tests {
         );
         let load = Event::LoadMass {
             at_s: NonNegative::try_from(1.0).unwrap(),
+            every_s: None,
             load_mass_kg: NonNegative::try_from(1.0).unwrap(),
         };
         assert!(read(file, 0, &load).unwrap().is_none());

@@ -125,6 +125,8 @@ pub struct Errors {
     pub bias_random_walk: NonNegative,
     /// A bias that wanders within bounds.
     pub gauss_markov: Option<Markov>,
+    /// Bias and scale error that come as the instrument warms up after it is switched on.
+    pub warm_up: Option<WarmUp>,
     /// White noise per sample whatever the rate, unit.
     pub noise_sd: NonNegative,
     /// White noise per sample as share of the reading.
@@ -149,6 +151,24 @@ pub struct Markov {
     pub time_s: Positive,
 }
 
+/// Temperature drift of an instrument switched on with the run: it warms up as 1 − exp(−t/time_s).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WarmUp {
+    /// Time constant, s.
+    pub time_s: Positive,
+    /// Bias when warm, unit.
+    #[serde(default = "none")]
+    pub bias: Finite,
+    /// Relative error of scale when warm.
+    #[serde(default = "none")]
+    pub scale_error: Finite,
+}
+
+fn none() -> Finite {
+    Finite::ZERO
+}
+
 fn zero() -> NonNegative {
     NonNegative::new(0.0)
 }
@@ -168,6 +188,7 @@ impl Default for Errors {
             bias_sd: zero(),
             bias_random_walk: zero(),
             gauss_markov: None,
+            warm_up: None,
             noise_sd: zero(),
             noise_sd_rel: zero(),
             noise_density: zero(),
