@@ -76,7 +76,6 @@ fn threads_and_shards_change_no_byte() {
         ));
     }
     let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
-    let merge = |parts: &[&str]| [&["merge", "--into", "all.jsonl"], parts].concat();
     let told = rig.refused(&merge(&parts[..3]));
     assert!(
         told.contains("do not make a whole: 1/4, 3/4, 4/4"),
@@ -93,6 +92,11 @@ fn threads_and_shards_change_no_byte() {
         told.contains("is not the result of run") && told.contains("it goes on"),
         "{told}"
     );
+}
+
+/// The command that puts these parts together.
+fn merge<'a>(parts: &[&'a str]) -> Vec<&'a str> {
+    [&["merge", "--into", "all.jsonl"], parts].concat()
 }
 
 /// Killed again and again without warning, it comes to the same bytes as an undisturbed study.
