@@ -3,6 +3,13 @@
 //!
 //! NEES eᵀ P⁻¹ e is averaged over runs at each of twenty instants. A correct filter leaves the 95 % band at one instant in twenty; more
 //! than three of twenty happens to it with probability 0.016. NIS is averaged over all runs and instants.
+//!
+//! Not in the band by construction, and measured here against what theory says instead:
+//!
+//! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant parameters the error
+//!   covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is 1/(1 + λ)
+//! - Sage-Husa: R is an estimate from some hundred samples and errs by a tenth, more often upwards; NEES lies a few percent below 1
+//! - strong tracking: each false alarm makes P too large for a while; they are rare, and NEES stays near 1
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 mod common;
@@ -15,7 +22,7 @@ use monorig_estimators::{
     imm::Imm,
     rls::Rls,
     sage_husa::SageHusa,
-    strong_tracking::fade,
+    strong_tracking::{Alarm, StrongTracking, fade},
     ukf::{self, Spread},
 };
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector2, matrix, vector};
@@ -41,8 +48,8 @@ trait Run {
     fn step(&mut self) -> (Real, Real);
 }
 
-/// How many of the instants are in the NEES band, and whether the mean NIS is in its band.
-fn consistency<R: Run>(seed: u64) -> (usize, bool) {
+/// Mean NEES over its degrees of freedom at each instant, and mean NIS.
+fn averages<R: Run>(seed: u64) -> ([Real; INSTANTS], Real) {
     let mut errors = [0.0; INSTANTS];
     let mut innovations = 0.0;
     for run in 0..RUNS {
@@ -57,15 +64,28 @@ fn consistency<R: Run>(seed: u64) -> (usize, bool) {
             *at_instant += last;
         }
     }
-    let degrees = RUNS * R::STATES;
-    let (low, high) = chi_square_band(degrees);
-    let inside = errors
-        .iter()
-        .filter(|sum| (low..high).contains(&(*sum / degrees as Real)))
-        .count();
-    let degrees = RUNS * INSTANTS * STEPS_BETWEEN;
-    let (low, high) = chi_square_band(degrees);
-    let nis = innovations / degrees as Real;
+    let nees = errors.map(|sum| sum / (RUNS * R::STATES) as Real);
+    (
+        nees,
+        innovations / (RUNS * INSTANTS * STEPS_BETWEEN) as Real,
+    )
+}
+
+/// Means of NEES over all instants but the first five, when the start is forgotten, and of NIS.
+fn settled<R: Run>(seed: u64) -> (Real, Real) {
+    let (nees, nis) = averages::<R>(seed);
+    let late = &nees[5..];
+    let nees = late.iter().sum::<Real>() / late.len() as Real;
+    println!("mean NEES {nees:.4}, NIS {nis:.4}");
+    (nees, nis)
+}
+
+/// How many of the instants are in the NEES band, and whether the mean NIS is in its band.
+fn consistency<R: Run>(seed: u64) -> (usize, bool) {
+    let (nees, nis) = averages::<R>(seed);
+    let (low, high) = chi_square_band(RUNS * R::STATES);
+    let inside = nees.iter().filter(|n| (low..high).contains(*n)).count();
+    let (low, high) = chi_square_band(RUNS * INSTANTS * STEPS_BETWEEN);
     println!("NEES inside at {inside} of {INSTANTS} instants, NIS {nis:.4} in {low:.4}…{high:.4}");
     (inside, (low..high).contains(&nis))
 }
@@ -79,14 +99,24 @@ fn assert_consistent<R: Run>(seed: u64) {
     assert!(nis, "NIS outside its band");
 }
 
-/// Constant velocity, position measured; the filter believes `BELIEVED`/100 of the true process noise.
-struct Kalman<const BELIEVED: usize> {
+/// Variance of the measured position.
+const POSITION_NOISE: Real = 0.04;
+
+/// What a filter adapts.
+const NOTHING: u8 = 0;
+const NOISE: u8 = 1;
+const FADING: u8 = 2;
+
+/// Constant velocity, position measured; the filter believes `BELIEVED`/100 of the true process noise, and may adapt.
+struct Kalman<const BELIEVED: usize, const ADAPTS: u8 = NOTHING> {
     random: Random,
+    noise: SageHusa<1>,
+    tracking: (StrongTracking<1>, Alarm<1>),
     truth: Vector2<Real>,
     belief: Gaussian<2>,
 }
 
-impl<const BELIEVED: usize> Run for Kalman<BELIEVED> {
+impl<const BELIEVED: usize, const ADAPTS: u8> Run for Kalman<BELIEVED, ADAPTS> {
     const STATES: usize = 2;
 
     fn start(mut random: Random) -> Self {
@@ -94,13 +124,15 @@ impl<const BELIEVED: usize> Run for Kalman<BELIEVED> {
         let truth = belief.x + vector![0.5 * random.normal(), 0.3 * random.normal()];
         Self {
             random,
+            noise: SageHusa::new(Matrix1::new(POSITION_NOISE), 0.99, [0.01, 100.0]),
+            tracking: (StrongTracking::new(0.95, 2.0, 50.0), Alarm::new(3.0)),
             truth,
             belief,
         }
     }
 
     fn step(&mut self) -> (Real, Real) {
-        let (dt, q, r): (Real, Real, Real) = (0.1, 0.05, 0.04);
+        let (dt, q, r): (Real, Real, Real) = (0.1, 0.05, POSITION_NOISE);
         let F = matrix![1.0, dt; 0.0, 1.0];
         let random = &mut self.random;
         // White acceleration over the step: its effects on position and speed share one root.
@@ -112,17 +144,28 @@ impl<const BELIEVED: usize> Run for Kalman<BELIEVED> {
         let Q = matrix![dt * dt * dt / 3.0, dt * dt / 2.0; dt * dt / 2.0, dt]
             * (q * BELIEVED as Real / 100.0);
         let H = matrix![1.0, 0.0];
+        let noise = if ADAPTS == NOISE {
+            *self.noise.covariance()
+        } else {
+            Matrix1::new(r)
+        };
+        if ADAPTS == FADING {
+            let y = vector![z] - H * (F * self.belief.x);
+            let carried = H * (F * self.belief.P * F.transpose()) * H.transpose();
+            let process = H * Q * H.transpose();
+            let lambda = self.tracking.0.fading(&y, &carried, &process, &noise);
+            if self.tracking.1.active(&y, &(carried + process + noise)) {
+                fade(&mut self.belief, &vector![1.0, lambda]);
+            }
+        }
         let x_next = F * self.belief.x;
         ekf::predict(&mut self.belief, x_next, &F, &Q);
         let z_predicted = H * self.belief.x;
-        let done = ekf::update(
-            &mut self.belief,
-            vector![z],
-            z_predicted,
-            &H,
-            &Matrix1::new(r),
-        )
-        .unwrap();
+        let done = ekf::update(&mut self.belief, vector![z], z_predicted, &H, &noise).unwrap();
+        if ADAPTS == NOISE {
+            let residual = vector![z] - H * self.belief.x;
+            self.noise.observe_residual(&residual, &H, &self.belief);
+        }
         (done.nis, nees(&self.belief, &self.truth))
     }
 }
@@ -137,6 +180,18 @@ fn a_filter_that_believes_too_little_or_too_much_noise_is_found_out() {
     for (inside, nis) in [consistency::<Kalman<25>>(2), consistency::<Kalman<400>>(2)] {
         assert!(inside < 10 && !nis);
     }
+}
+
+#[test]
+fn sage_husa_is_about_consistent() {
+    let (nees, nis) = settled::<Kalman<100, NOISE>>(7);
+    assert!((0.9..1.1).contains(&nees) && (0.9..1.1).contains(&nis));
+}
+
+#[test]
+fn strong_tracking_leaves_a_consistent_filter_alone() {
+    let (nees, nis) = settled::<Kalman<100, FADING>>(8);
+    assert!((0.95..1.02).contains(&nees) && (0.95..1.02).contains(&nis));
 }
 
 const DT: Real = 0.02;
@@ -265,14 +320,14 @@ fn interacting_multiple_models() {
     assert_consistent::<Switching>(5);
 }
 
-/// Least squares without forgetting, parameters drawn from the prior.
-struct LeastSquares {
+/// Least squares that keeps `KEPT`/100 of the weight, parameters drawn from the prior.
+struct LeastSquares<const KEPT: usize, const SQUARE_ROOT: bool> {
     random: Random,
     truth: SVector<Real, 3>,
     rls: Rls<3>,
 }
 
-impl Run for LeastSquares {
+impl<const KEPT: usize, const SQUARE_ROOT: bool> Run for LeastSquares<KEPT, SQUARE_ROOT> {
     const STATES: usize = 3;
 
     fn start(mut random: Random) -> Self {
@@ -281,7 +336,8 @@ impl Run for LeastSquares {
         let sd: SVector<Real, 3> = prior.P.diagonal().map(Real::sqrt);
         Self {
             truth: prior.x + sd.component_mul(&draw),
-            rls: Rls::new(prior, Forgetting::None),
+            rls: Rls::new(prior, Forgetting::Constant(KEPT as Real / 100.0))
+                .in_square_root_form(SQUARE_ROOT),
             random,
         }
     }
@@ -301,7 +357,18 @@ impl Run for LeastSquares {
 
 #[test]
 fn least_squares_without_forgetting() {
-    assert_consistent::<LeastSquares>(6);
+    assert_consistent::<LeastSquares<100, false>>(6);
+    assert_consistent::<LeastSquares<100, true>>(6);
+}
+
+#[test]
+fn least_squares_with_forgetting_is_as_wrong_about_constants_as_theory_says() {
+    for (nees, _) in [
+        settled::<LeastSquares<95, false>>(9),
+        settled::<LeastSquares<95, true>>(9),
+    ] {
+        assert!((0.95..1.05).contains(&(nees * 1.95)), "{nees}");
+    }
 }
 
 #[test]
