@@ -106,6 +106,7 @@ pub fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_lab::summary::Verdict;
     use std::collections::BTreeMap;
 
     fn summary(held: bool, value: Option<f64>) -> Summary {

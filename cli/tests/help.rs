@@ -40,7 +40,13 @@ fn every_example_works() {
         std::env::var("PATH").unwrap_or_default()
     );
     let mut seen = 0;
-    for task in [None, Some("run"), Some("check"), Some("schema")] {
+    for task in [
+        None,
+        Some("run"),
+        Some("report"),
+        Some("check"),
+        Some("schema"),
+    ] {
         let mut arguments: Vec<&str> = task.into_iter().collect();
         arguments.push("--help");
         let (code, help, err) = rig.monorig(&arguments);

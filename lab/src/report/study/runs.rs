@@ -1,8 +1,9 @@
 //! A scenario over many runs: checks, metrics, distributions.
 
 use super::paired;
-use super::values::{Values, estimators, with_unit};
+use super::values::{Values, estimators};
 use crate::metrics::{METRICS, RUN_METRICS};
+use crate::report::html::with_unit;
 use crate::report::page::Section;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::boxes::Boxes;
@@ -95,12 +96,9 @@ fn numbers(runs: &[RunResult]) -> Table {
             add(&name, with_unit(metric.name, metric.unit), values);
         }
     }
-    for (metric, unit, _) in RUN_METRICS {
-        add(
-            "train",
-            with_unit(metric, unit),
-            Values::of(runs, None, metric),
-        );
+    for metric in RUN_METRICS {
+        let values = Values::of(runs, None, metric.name);
+        add("train", with_unit(metric.name, metric.unit), values);
     }
     table
 }
