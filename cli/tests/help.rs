@@ -44,6 +44,7 @@ fn every_example_works() {
         None,
         Some("run"),
         Some("tune"),
+        Some("report"),
         Some("check"),
         Some("schema"),
     ] {

@@ -33,6 +33,14 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// A name with its unit, if it has one.
+pub fn with_unit(name: &str, unit: &str) -> String {
+    match unit {
+        "1" => name.to_owned(),
+        unit => format!("{name}, {unit}"),
+    }
+}
+
 /// The style sheet: light and dark by the reader's choice, one column on a phone, black on white in print.
 pub const STYLE: &str = include_str!("style.css");
 

@@ -1,7 +1,7 @@
 //! What was expected, whether it held, and the figures that say most.
 
 use crate::metrics::{METRICS, RUN_METRICS};
-use crate::report::html::number;
+use crate::report::html::{number, with_unit};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
 use crate::summary::{MAIN, Summary};
@@ -73,7 +73,9 @@ fn key_figures(summary: &Summary) -> Table {
     );
     let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
     for metric in shown.clone() {
-        table.columns.push((titled(metric.name, metric.unit), true));
+        table
+            .columns
+            .push((with_unit(metric.name, metric.unit), true));
     }
     for (name, values) in &summary.estimators {
         let numbers = shown.clone().map(|m| {
@@ -86,11 +88,12 @@ fn key_figures(summary: &Summary) -> Table {
 }
 
 fn of_the_run(summary: &Summary) -> Table {
-    let mut table = Table::new(&["train and controller"], &["value"]);
-    for m in RUN_METRICS {
-        let value = summary.run.get(m.name).copied().flatten();
+    let mut table = Table::new(&["train and controller", ""], &["value"]);
+    for metric in RUN_METRICS {
+        let value = summary.run.get(metric.name).copied().flatten();
         table.row([
-            titled(m.doc, m.unit).into(),
+            with_unit(metric.name, metric.unit).into(),
+            metric.doc.into(),
             Cell::number(value.unwrap_or(f64::NAN)),
         ]);
     }
@@ -109,16 +112,8 @@ pub fn all_metrics(summary: &Summary) -> Table {
             let value = values.get(metric.name).copied().flatten();
             Cell::number(value.unwrap_or(f64::NAN))
         });
-        let name = titled(metric.name, metric.unit).into();
+        let name = with_unit(metric.name, metric.unit).into();
         table.row(std::iter::once(name).chain(values));
     }
     table
-}
-
-/// A name with its unit, if it has one that the name does not say.
-fn titled(name: &str, unit: &str) -> String {
-    match unit {
-        "1" => name.to_owned(),
-        unit => format!("{name}, {unit}"),
-    }
 }

@@ -1,7 +1,8 @@
 //! Metrics against what was drawn for each run.
 
-use super::values::{estimators, value, with_unit};
+use super::values::{estimators, value};
 use crate::metrics::METRICS;
+use crate::report::html::with_unit;
 use crate::report::page::Section;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::scatter::Scatter;

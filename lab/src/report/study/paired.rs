@@ -1,7 +1,8 @@
 //! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
 
-use super::values::{Values, estimators, value, with_unit};
+use super::values::{Values, estimators, value};
 use crate::metrics::METRICS;
+use crate::report::html::with_unit;
 use crate::report::table::{Cell, Table};
 use crate::study::RunResult;
 use crate::summary::MAIN;

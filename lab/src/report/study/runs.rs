@@ -1,8 +1,9 @@
 //! A scenario over many runs: checks, metrics, distributions.
 
 use super::paired;
-use super::values::{Values, estimators, with_unit};
+use super::values::{Values, estimators};
 use crate::metrics::{METRICS, RUN_METRICS};
+use crate::report::html::with_unit;
 use crate::report::page::Section;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::boxes::Boxes;
@@ -96,11 +97,8 @@ fn numbers(runs: &[RunResult]) -> Table {
         }
     }
     for metric in RUN_METRICS {
-        add(
-            "train",
-            with_unit(metric.name, metric.unit),
-            Values::of(runs, None, metric.name),
-        );
+        let values = Values::of(runs, None, metric.name);
+        add("train", with_unit(metric.name, metric.unit), values);
     }
     table
 }

@@ -77,14 +77,6 @@ pub fn estimators(runs: &[RunResult]) -> Vec<String> {
     names.into_iter().cloned().collect()
 }
 
-/// A metric with its unit.
-pub fn with_unit(metric: &str, unit: &str) -> String {
-    match unit {
-        "1" => metric.to_owned(),
-        unit => format!("{metric}, {unit}"),
-    }
-}
-
 /// 97.5 % quantile of Student's t: from tables to ten degrees of freedom, then by the expansion of Cornish and Fisher (Abramowitz
 /// and Stegun 1964, 26.7.5), whose error is below 1e-4 there.
 fn student(freedom: usize) -> f64 {
