@@ -56,6 +56,11 @@ pub fn record(
 ) -> Result<Option<Columns>, Error> {
     let mut rig = Rig::build(bare(scenario), seed)?;
     let mut recorder = Recorder::new(&rig);
-    let done = run::run(&mut rig, &mut [&mut recorder], go_on)?;
-    Ok(done.finished.then_some(recorder.columns))
+    let mut stopped = false;
+    let mut watch = |share| {
+        stopped = !go_on(share);
+        !stopped
+    };
+    run::run(&mut rig, &mut [&mut recorder], &mut watch)?;
+    Ok((!stopped).then_some(recorder.columns))
 }
