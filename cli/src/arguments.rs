@@ -16,7 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
-  monorig test scenarios                                 every scenario over its seeds: does what it expects hold?
+  monorig test scenarios --filter minimal                every scenario over its seeds: does what it expects hold?
   monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
   monorig report runs/liu2023_section1/1                 plots, errors and verdicts of a run as one HTML file
   monorig check scenarios/*.yaml                         find mistakes without running

@@ -55,10 +55,6 @@ fn every_example_works() {
         let found = examples(&help);
         assert!(!found.is_empty(), "no example in\n{help}");
         for example in found {
-            if example.starts_with("monorig test scenarios ") || example == "monorig test scenarios"
-            {
-                continue; // minutes; `.ci/run` does it
-            }
             let mut shell = Command::new("sh");
             shell
                 .args(["-c", &example])

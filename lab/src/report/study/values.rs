@@ -77,11 +77,12 @@ pub fn estimators(runs: &[RunResult]) -> Vec<String> {
     names.into_iter().cloned().collect()
 }
 
-/// 97.5 % quantile of Student's t: from tables to ten degrees of freedom, then by the expansion of Cornish and Fisher (Abramowitz
+/// 97.5 % quantile of Student's t: from tables to twenty degrees of freedom, then by the expansion of Cornish and Fisher (Abramowitz
 /// and Stegun 1964, 26.7.5), whose error is below 1e-4 there.
 fn student(freedom: usize) -> f64 {
-    const TABLE: [f64; 10] = [
+    const TABLE: [f64; 20] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281,
+        2.2010, 2.1788, 2.1604, 2.1448, 2.1314, 2.1199, 2.1098, 2.1009, 2.0930, 2.0860,
     ];
     if let Some(t) = freedom.checked_sub(1).and_then(|i| TABLE.get(i)) {
         return *t;

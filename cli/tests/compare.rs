@@ -1,0 +1,132 @@
+//! `monorig compare`: the same runs for all, differences run by run, published figures beside ours.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::Rig;
+use serde_json::Value;
+
+const QUICK: &str = "\
+version: 1
+why: A quick one.
+track: track.yaml
+train: train.yaml
+start: {chainage_m: 2}
+stop: {after_s: 30}
+physics: {plant: point-mass}
+drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
+sensors: sensors.yaml
+estimators: {dffrls_aukf: {}}
+in_loop: dffrls_aukf
+published:
+  - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf, metric: slope_mae_deg, value: 12.375}
+";
+
+fn rig() -> Rig {
+    let rig = Rig::new();
+    rig.write("quick.yaml", QUICK.as_bytes());
+    rig
+}
+
+const METRICS: &str = "slope_mae_deg,slope_valid_share";
+
+fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let all = [
+        "compare",
+        "quick.yaml",
+        "--seeds",
+        "1..5",
+        "--metrics",
+        METRICS,
+    ];
+    [&all, more].concat()
+}
+
+/// Means and differences are those of the single runs, and an estimator that was not in the scenario runs beside the others
+/// without changing them.
+#[test]
+fn the_table_says_what_the_runs_say() {
+    let rig = rig();
+    let files = ["--json", "both.json", "--csv", "both.csv"];
+    let both = [&["--estimators", "dffrls_aukf,dffrls_ukf"][..], &files].concat();
+    let (code, out, err) = rig.monorig(&compare(&both));
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(
+        out.contains("12.4") && out.contains("published: Somebody 2024, table 9"),
+        "{out}"
+    );
+    let json: Value = serde_json::from_str(&rig.read("both.json")).unwrap();
+    let value = |run: &Value, name: &str| {
+        run["summary"]["estimators"][name]["slope_mae_deg"]
+            .as_f64()
+            .unwrap()
+    };
+    let runs = json["runs"].as_array().unwrap();
+    let mean = |f: &dyn Fn(&Value) -> f64| runs.iter().map(f).sum::<f64>() / runs.len() as f64;
+    let row = &json["table"][1];
+    assert_eq!(
+        (&row["estimator"], &row["metric"]),
+        (&"dffrls_ukf".into(), &"slope_mae_deg".into())
+    );
+    let close = |told: &Value, expected: f64| {
+        let told = told["mean"].as_f64().unwrap();
+        assert!((told - expected).abs() < 1e-12, "{told} {expected}");
+    };
+    close(&row["mean"], mean(&|r| value(r, "dffrls_ukf")));
+    close(
+        &row["difference"],
+        mean(&|r| value(r, "dffrls_ukf") - value(r, "dffrls_aukf")),
+    );
+    assert_eq!(row["published"]["value"], 12.375);
+    assert_eq!(rig.read("both.csv").lines().count(), 1 + 2 * 2);
+
+    let (code, ..) = rig.monorig(&compare(&["--json", "alone.json"]));
+    assert_eq!(code, Some(0));
+    let alone: Value = serde_json::from_str(&rig.read("alone.json")).unwrap();
+    for (a, b) in alone["runs"].as_array().unwrap().iter().zip(runs) {
+        let of = |run: &Value| run["summary"]["estimators"]["dffrls_aukf"].clone();
+        assert_eq!(of(a), of(b));
+    }
+}
+
+#[test]
+fn threads_change_nothing() {
+    let rig = rig();
+    for jobs in ["1", "2"] {
+        let file = format!("{jobs}.json");
+        let (code, ..) = rig.monorig(&compare(&["--jobs", jobs, "--json", &file]));
+        assert_eq!(code, Some(0));
+        assert!(rig.read(&file) == rig.read("1.json"));
+    }
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let rig = rig();
+    for (more, says) in [
+        (
+            ["--estimators", "dffrls_aukf,jiont_ekf"],
+            "did you mean `joint_ekf`",
+        ),
+        (
+            ["--reference", "joint_ekf"],
+            "--reference with one of: dffrls_aukf",
+        ),
+        (
+            ["--metrics", "slope_mea_deg"],
+            "did you mean `slope_mae_deg`",
+        ),
+        (["--seeds", "x"], "no range of seeds"),
+    ] {
+        let told = rig.refused(&[&["compare", "quick.yaml"][..], &more].concat());
+        assert!(told.contains(says), "{told}");
+    }
+    let bad = QUICK.replace("metric: slope_mae_deg", "metric: slope_mea_deg");
+    rig.write("quick.yaml", bad.as_bytes());
+    let told = rig.refused(&["compare", "quick.yaml"]);
+    assert!(
+        told.contains("quick.yaml:13:71") && told.contains("did you mean"),
+        "{told}"
+    );
+}
