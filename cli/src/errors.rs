@@ -43,7 +43,7 @@ pub enum CliError {
         source: std::io::Error,
     },
     /// Stopped from outside: counts as not run.
-    #[error("interrupted: the run did not reach its end; what was recorded up to there is whole")]
+    #[error("interrupted: not everything was run; what was written up to there is whole")]
     Interrupted,
     /// A study stopped from outside.
     #[error("interrupted: the trials so far are kept\n  help: go on with --resume")]
