@@ -1,7 +1,7 @@
 //! What was expected, whether it held, and the figures that say most.
 
 use crate::metrics::{METRICS, RUN_METRICS};
-use crate::report::html::{number, with_unit};
+use crate::report::html::number;
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
 use crate::summary::{MAIN, Summary};
@@ -73,9 +73,7 @@ fn key_figures(summary: &Summary) -> Table {
     );
     let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
     for metric in shown.clone() {
-        table
-            .columns
-            .push((with_unit(metric.name, metric.unit), true));
+        table.columns.push((metric.name.to_owned(), true));
     }
     for (name, values) in &summary.estimators {
         let numbers = shown.clone().map(|m| {
@@ -92,7 +90,7 @@ fn of_the_run(summary: &Summary) -> Table {
     for metric in RUN_METRICS {
         let value = summary.run.get(metric.name).copied().flatten();
         table.row([
-            with_unit(metric.name, metric.unit).into(),
+            metric.name.into(),
             metric.doc.into(),
             Cell::number(value.unwrap_or(f64::NAN)),
         ]);
@@ -112,7 +110,7 @@ pub fn all_metrics(summary: &Summary) -> Table {
             let value = values.get(metric.name).copied().flatten();
             Cell::number(value.unwrap_or(f64::NAN))
         });
-        let name = with_unit(metric.name, metric.unit).into();
+        let name = metric.name.into();
         table.row(std::iter::once(name).chain(values));
     }
     table

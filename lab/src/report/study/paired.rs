@@ -2,7 +2,6 @@
 
 use super::values::{Values, estimators, value};
 use crate::metrics::METRICS;
-use crate::report::html::with_unit;
 use crate::report::table::{Cell, Table};
 use crate::study::RunResult;
 use crate::summary::MAIN;
@@ -48,7 +47,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
             let larger = all.measured.iter().filter(|d| **d > 0.0).count();
             table.row([
                 name.clone().into(),
-                with_unit(metric.name, metric.unit).into(),
+                metric.name.into(),
                 mean,
                 all.interval_text().into(),
                 format!("{:.0} %", 100.0 * larger as f64 / n as f64).into(),

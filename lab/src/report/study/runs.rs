@@ -93,12 +93,12 @@ fn numbers(runs: &[RunResult]) -> Table {
     for name in estimators(runs) {
         for metric in METRICS {
             let values = Values::of(runs, Some(&name), metric.name);
-            add(&name, with_unit(metric.name, metric.unit), values);
+            add(&name, metric.name.to_owned(), values);
         }
     }
     for metric in RUN_METRICS {
         let values = Values::of(runs, None, metric.name);
-        add("train", with_unit(metric.name, metric.unit), values);
+        add("train", metric.name.to_owned(), values);
     }
     table
 }
