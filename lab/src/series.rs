@@ -59,8 +59,6 @@ pub struct Series {
     pub estimators: Vec<(String, Vec<Sample>)>,
     /// The closed loop.
     pub tracking: Vec<Tracking>,
-    /// Internals of one estimator, reused.
-    internals: Vec<f64>,
 }
 
 fn square(x: f64) -> f64 {
@@ -100,9 +98,9 @@ impl Observer for Series {
                 running_resistance: match place {
                     None => f64::NAN,
                     Some(place) => {
-                        self.internals.clear();
-                        m.internals(&mut self.internals);
-                        self.internals[place] - t.running_resistance
+                        let mut row = Vec::new();
+                        m.internals(&mut row);
+                        row[place] - t.running_resistance
                     }
                 },
             });
