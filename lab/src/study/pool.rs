@@ -128,7 +128,7 @@ mod tests {
         for n in [1, 2, 7] {
             let mut seen = Vec::new();
             let work = |i: u64| {
-                std::thread::sleep(std::time::Duration::from_micros(if i % 5 == 0 {
+                std::thread::sleep(std::time::Duration::from_micros(if i.is_multiple_of(5) {
                     900
                 } else {
                     10

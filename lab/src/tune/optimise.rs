@@ -117,9 +117,12 @@ pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64>
     }
 }
 
+/// Losses of a point.
+type Answer<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
+
 /// The question as the library wants it. It is built without its threads, so it asks one at a time and in order.
 struct Question<'a> {
-    answer: Mutex<&'a mut (dyn FnMut(&[f64]) -> Vec<f64> + Send)>,
+    answer: Mutex<&'a mut Answer<'a>>,
     objectives: usize,
 }
 
