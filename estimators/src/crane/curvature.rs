@@ -59,7 +59,7 @@ impl DynamicForgetting {
     }
 }
 
-/// The regression on [ρ] or [ρ, c].
+/// The regression on `[ρ]` or `[ρ, c]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature<const N: usize> {
     params: CurvatureParams,
