@@ -6,13 +6,15 @@ use monorig_estimators::crane;
 use monorig_estimators::forgetting::Forgetting;
 use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
+use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
+use monorig_lab::tune::evaluate::Bench;
 use monorig_lab::tune::optimise::{Search, minimise, random_point};
-use monorig_lab::tune::study::Optimiser;
+use monorig_lab::tune::study::{Optimiser, Study};
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
@@ -123,6 +125,97 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert!(cache::load(&place).is_some());
     let names = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 1, "something was left behind");
+}
+
+/// A study of `dffrls_aekf` over one run of 60 s.
+fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
+    let folder = tempfile::tempdir().unwrap();
+    let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
+    let run = |seed: u64| {
+        format!(
+            "[{{scenario: '{scenarios}/liu2023_section1.yaml', set: {{drive.controller.feedforward: {feedforward}, stop.after_s: 60}}, seeds: [{seed}]}}]"
+        )
+    };
+    let metrics: Vec<String> = metrics
+        .iter()
+        .map(|m| format!("{{metric: {m}, after_s: 10}}"))
+        .collect();
+    let text = format!(
+        "version: 1\nwhy: A test.\nestimator: dffrls_aekf\nevaluation: {evaluation}\n\
+         parameters: {{delta: {{from: 0.9, to: 0.9999}}}}\ntuning: {}\nvalidation: {}\n\
+         objective: {{metrics: [{}]}}\nbudget: 5\n",
+        run(1),
+        run(2),
+        metrics.join(", ")
+    );
+    let path = folder.path().join("study.yaml");
+    std::fs::write(&path, text).unwrap();
+    Study::load(&path).unwrap()
+}
+
+/// What a trial shows with this `delta`.
+fn trial(study: &Study, delta: f64) -> Vec<f64> {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::new(folder.path());
+    let bench = Bench::prepare(study, &study.tuning, &cache, 1, &|_| true)
+        .unwrap()
+        .unwrap();
+    let wanted = monorig_lab::tune::loss::wanted(&study.file);
+    let values = [("delta".to_owned(), delta)].into();
+    let [shown] = &bench.evaluate(&values, &wanted)[..] else {
+        panic!("one run");
+    };
+    shown.values.clone().unwrap()
+}
+
+/// Where the controller does not use the estimate, the whole world run again and a replay show the same, bit for bit.
+#[test]
+fn closed_loop_and_replay_agree_beside_the_loop() {
+    let of_estimator = ["slope_rmse_deg", "mass_rmse_kg"];
+    for delta in [0.9, 0.97] {
+        let again = trial(&study("closed_loop", "none", &of_estimator), delta);
+        let replayed = trial(&study("replay", "none", &of_estimator), delta);
+        assert!(again.iter().all(|x| x.is_finite()), "{again:?}");
+        assert_eq!(again, replayed);
+    }
+}
+
+/// Where it does, a trial shows what the scenario shows with that parameter, and the parameter moves the train.
+#[test]
+fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
+    let metrics = ["slope_rmse_deg", "speed_rmse_mps", "jerk_rms_mps3"];
+    let study = study("closed_loop", "estimate", &metrics);
+    let mut seen = Vec::new();
+    for delta in ["0.9", "0.97"] {
+        let shown = trial(&study, delta.parse().unwrap());
+        let s = scenario(
+            "liu2023_section1",
+            &[
+                ("stop.after_s", "60"),
+                ("drive.controller.feedforward", "estimate"),
+                ("estimators.dffrls_aekf", &format!("{{delta: {delta}}}")),
+            ],
+        );
+        let mut series = Series::default();
+        run(
+            &mut Rig::build(s, 1).unwrap(),
+            &mut [&mut series],
+            &mut |_| true,
+        )
+        .unwrap();
+        let end = f64::INFINITY;
+        let alone = [
+            measure(&series, "dffrls_aekf", metrics[0], 10.0, end).unwrap(),
+            measure_run(&series, metrics[1], 10.0, end).unwrap(),
+            measure_run(&series, metrics[2], 10.0, end).unwrap(),
+        ];
+        assert_eq!(shown[..3], alone);
+        seen.push(alone);
+    }
+    assert!(
+        (0..3).all(|i| seen[0][i] != seen[1][i]),
+        "the parameter changes nothing: {seen:?}"
+    );
 }
 
 /// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least squares with
