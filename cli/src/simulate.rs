@@ -2,7 +2,7 @@
 
 use crate::arguments::Run;
 use crate::errors::CliError;
-use crate::output::note;
+use crate::note::note;
 use monorig_lab::series::Series;
 use monorig_lab::summary::Summary;
 use monorig_sim::error::Error;

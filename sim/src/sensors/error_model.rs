@@ -11,7 +11,7 @@
 //! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
 
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
-use super::sheet::{Errors, WarmUp};
+use super::sheet_file::{Errors, WarmUp};
 use super::stream::Stream;
 
 /// The errors of one axis during one run.
