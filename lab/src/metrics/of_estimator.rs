@@ -51,7 +51,7 @@ pub const METRICS: &[Metric<Sample>] = &[
     Metric {
         name: "mass_error_converged_rel_max",
         unit: "1",
-        doc: "the same over the total mass",
+        doc: "largest error of the total mass after convergence, over the total mass",
         value: |s| max(mass(settled(s)).map(|x| x.mass_rel)),
     },
     Metric {

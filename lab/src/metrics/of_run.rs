@@ -36,7 +36,7 @@ pub const RUN_METRICS: &[Metric<Tracking>] = &[
     Metric {
         name: "traction_energy_jpm",
         unit: "J/m",
-        doc: "the same over the way gone, ∫ \\|v\\| dt",
+        doc: "traction energy over the way gone, ∫ |v| dt",
         value: |s| energy(s) / integral(s, |x| x.way_speed.abs()),
     },
     Metric {
