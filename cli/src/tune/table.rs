@@ -1,8 +1,8 @@
 //! What a study has come to, as text.
 
 use crate::report::{lines, number, right, table};
+use monorig_lab::interval::Interval;
 use monorig_lab::tune::job::Done;
-use monorig_lab::tune::statistics::Interval;
 use monorig_lab::tune::study::Study;
 use monorig_lab::tune::validate::{Comparison, Validation};
 

@@ -15,7 +15,6 @@ pub mod report;
 pub mod search;
 pub mod sensitivity;
 pub mod space;
-pub mod statistics;
 pub mod store;
 pub mod study;
 pub mod validate;

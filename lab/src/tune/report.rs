@@ -2,10 +2,10 @@
 
 use super::job::Done;
 use super::sensitivity::{Curve, Map};
-use super::statistics::Interval;
 use super::store::Trial;
 use super::study::{Combine, Scale, Study};
 use super::validate::{Comparison, Verdict};
+use crate::interval::Interval;
 use crate::report::html::number;
 use crate::report::page::{Page, Section};
 use crate::report::plot::Figure;

@@ -65,7 +65,7 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
 }
 
 /// Every metric of every estimator and of the run over the seeds.
-fn numbers(runs: &[RunResult]) -> Table {
+pub fn numbers(runs: &[RunResult]) -> Table {
     let mut table = Table::new(
         &["", "metric"],
         &[
