@@ -1,5 +1,6 @@
 //! `monorig tune`: search for the parameters of an estimator.
 
+mod recording;
 mod table;
 
 use crate::arguments::Tune;
@@ -10,6 +11,7 @@ use crate::progress::Progress;
 use crate::run::prepare_out;
 use crate::{Outcome, interrupt, output};
 use monorig_lab::tune::job::{self, Audience, Job};
+use monorig_lab::tune::side_by_side;
 use monorig_lab::tune::store::Trial;
 use std::num::NonZeroUsize;
 use std::sync::{Mutex, PoisonError};
@@ -32,10 +34,16 @@ pub fn tune(task: &Tune) -> Result<Outcome, CliError> {
         progress: Mutex::new(Progress::new(&study.name)),
     };
     let done = job::run(&study, &job, &shown)?;
-    drop(shown);
     let Some(done) = done else {
         return Err(CliError::TuningInterrupted);
     };
+    if !task.no_rerun
+        && let Some(best) = done.best()
+        && let Some(rig) = side_by_side::rig(&study, &best.parameters)?
+    {
+        recording::write(rig, &job.folder, &mut |share| shown.say("recording", share))?;
+    }
+    drop(shown);
     note(&format!("results in {}", job.folder.display()));
     output::print(&table::text(&study, &done))?;
     Ok(if done.validation.is_some() {

@@ -123,7 +123,7 @@ pub const METRICS: &[Metric<Sample>] = &[
     Metric {
         name: "slope_effective_rmse_deg",
         unit: "°",
-        doc: "root mean square error of the slope against the effective grade of the whole train",
+        doc: "root mean square error of the slope against the effective grade of the whole vehicle",
         value: |s| rms(slope(s).map(|x| x.slope_effective / DEGREE)),
     },
     Metric {

@@ -278,7 +278,7 @@ mod tests {
                 noise_sd: n(0.1),
                 noise_density: n(0.02),
                 random_walk_of_integral: n(0.015),
-                gauss_markov: Some(super::super::sheet::Markov {
+                gauss_markov: Some(super::super::sheet_file::Markov {
                     sd: n(0.2),
                     time_s: Positive::try_from(0.02).unwrap(),
                 }),
