@@ -232,3 +232,45 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
     assert!(knows.0 < 0.02 && knows.1 < 0.3, "{knows:?}");
     assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
 }
+
+/// The range of the mass limits what is told. What is learnt does not know of it: wherever the range does not act, the mass is that of an
+/// estimator told a range of everything.
+#[test]
+fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
+    let near = [14_800.0, 15_200.0];
+    for (name, range_kg) in [
+        ("dffrls_aekf", near),
+        ("rls_ekf", near),
+        ("ffrls", near),
+        ("joint_ekf", [14_500.0, 16_900.0]),
+        ("imm_stf", near),
+        ("mmrls_sh_stf", [14_900.0, 15_100.0]),
+    ] {
+        let run = |mass_range_kg| {
+            let told = Vehicle {
+                mass_range_kg,
+                ..vehicle()
+            };
+            let mut estimator = build(name, &told, [("mass0_kg", 15_000.0)]).unwrap();
+            let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
+            World { speed, ..world(3) }.run(&mut estimator)
+        };
+        let (narrow, wide) = (run(range_kg), run([1e3, 1e6]));
+        let (mut limited, mut free) = (0, 0);
+        for (narrow, wide) in narrow.iter().zip(&wide) {
+            let (narrow, wide) = (narrow.estimate, wide.estimate);
+            if narrow.flags.saturated {
+                limited += 1;
+            } else {
+                free += usize::from(limited > 0);
+                let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
+                assert!(
+                    (narrow / wide - 1.0).abs() < 1e-9,
+                    "{name}: {narrow} {wide}"
+                );
+            }
+        }
+        std::println!("{name}: {limited} steps limited, {free} free after one");
+        assert!(limited > 100 && free > 100, "{name}: {limited} {free}");
+    }
+}
