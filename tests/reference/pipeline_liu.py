@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 from common import GRAVITY, jacobian
-from pipeline_parts import DT, LeastSquares, LoadWatch, Memory, Rail, SageHusa, Samples, dynamic, lag, readings, record_rail
+from pipeline_parts import DT, LeastSquares, LoadWatch, Rail, SageHusa, Samples, dynamic, lag, readings, record_rail
 
 M0 = 15e3
 Q_V, Q_THETA, SD = 1e-4, 3e-4, 0.005
@@ -37,15 +37,14 @@ class Deviation:
 class Mass:
     def __init__(self, factor, own):
         self.rls = LeastSquares([1.0, 0.0, 0.0, 0.0], [0.4, 0.3 * Rail.mu, 0.02, 0.05], factor, own)
-        self.samples, self.memory, self.curve = Samples(1.0, 2.0, 1.5), Memory(), 0.0
+        self.samples, self.curve = Samples(1.0, 2.0, 1.5), 0.0
         self.regressor, self.jolts, self.load, self.acted = Deviation(), Deviation(), LoadWatch(), set()
 
     def step(self, z):
         s = self.samples
         period = s.step(z)
-        self.memory.step(s.curve.value, s.speed.value, z.v)
         if abs(z.v) > Rail.standstill:
-            self.curve = self.memory.ahead()
+            self.curve = s.curve.value
         if period is None:
             return
         a, f = s.speed.rate, s.f.value

@@ -18,8 +18,10 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LongTrain {
     train: TrainOnRail,
-    /// A point is ahead by nothing, and that is certain.
+    /// A point is ahead by nothing, and that is certain; it needs no memory of the rail.
     point: bool,
+    /// What the instrument reads.
+    here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
     waiting: Waiting<(Conditioned, Real), 32>,
     standstill_mps: Real,
@@ -55,6 +57,16 @@ pub struct Ahead {
     pub sd: Real,
 }
 
+impl Now {
+    fn point([u, curvature]: AtPlace) -> Self {
+        Self {
+            felt: Felt::point([u, curvature]),
+            imu: u,
+            unit: u,
+        }
+    }
+}
+
 impl LongTrain {
     /// From the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
@@ -63,6 +75,7 @@ impl LongTrain {
             point: vehicle.tare_span_m == [0.0; 2]
                 && vehicle.load_span_m == [0.0; 2]
                 && vehicle.imu_arm_m == 0.0,
+            here: None,
             waiting: Waiting::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
@@ -80,14 +93,24 @@ impl LongTrain {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
-        let oldest = self.waiting.join((sample?, self.train.place_m()))?;
+        let now = (sample?, self.train.place_m());
+        if self.point {
+            return Some(self.ready(now));
+        }
+        let oldest = self.waiting.join(now)?;
         Some(self.ready(oldest))
     }
 
     /// The train moves on by one step; see [`TrainOnRail::step`].
     pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.here = place;
+        let moving = speed_mps.abs() > self.standstill_mps;
+        if self.point {
+            self.now = place.filter(|_| moving).map(Now::point).or(self.now);
+            return;
+        }
         self.train.step(place, delayed_mps, speed_mps, dt);
-        if speed_mps.abs() > self.standstill_mps
+        if moving
             && let Some((felt, imu)) = self.train.felt_now()
             && let Some(unit) = self.train.unit_now()
         {
@@ -108,15 +131,16 @@ impl LongTrain {
     fn ready(&self, (sample, place_m): (Conditioned, Real)) -> Ready {
         Ready {
             sample,
-            felt: sample
-                .specific_force_mps2
-                .and_then(|_| self.train.felt(place_m)),
+            felt: sample.specific_force_mps2.and_then(|_| match self.point {
+                true => self.here.map(Felt::point),
+                false => self.train.felt(place_m),
+            }),
         }
     }
 
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> Ahead {
-        let Some(Now { felt, imu, unit }) = self.now.filter(|_| !self.point) else {
+        let Some(Now { felt, imu, unit }) = self.now else {
             return Ahead::default();
         };
         let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
@@ -167,4 +191,4 @@ impl Blank for Ready {
 
 state!(Now { felt, imu, unit; });
 state!(Ready { sample, felt; });
-state!(LongTrain { train, waiting, now; point, standstill_mps });
+state!(LongTrain { train, here, waiting, now; point, standstill_mps });
