@@ -7,6 +7,7 @@ ffrls: v̇ = [(F − J v̇)/m₀, −g √(1 + μ²)] · [m₀/M, sin(θ + s ata
 """
 
 import math
+from copy import deepcopy
 
 import numpy as np
 from common import GRAVITY, jacobian
@@ -37,6 +38,7 @@ class Deviation:
 class Mass:
     def __init__(self, factor, own):
         self.rls = LeastSquares([1.0, 0.0, 0.0, 0.0], [0.4, 0.3 * Rail.mu, 0.02, 0.05], factor, own)
+        self.before = deepcopy(self.rls)
         self.samples, self.curve = Samples(1.0, 2.0, 1.5), 0.0
         self.regressor, self.jolts, self.load, self.acted = Deviation(), Deviation(), LoadWatch(), set()
 
@@ -58,7 +60,10 @@ class Mass:
         y = (s.force.value - Rail.J * a) / M0
         self.rls.update(y, [f + against * Rail.mu, against, 1.0, against * s.curve.value], r, not excited)
         if excited and self.load.changed(self.rls.normalised / max(1.0, self.rls.spread())):
-            self.rls.reopen_first()
+            self.rls = deepcopy(self.before)
+            self.rls.P = np.diag(self.rls.prior)
+        if self.load.up == self.load.down == 0.0:
+            self.before = deepcopy(self.rls)
 
     def value(self):
         return M0 * self.found(), M0 * math.sqrt(self.rls.widened()[0])

@@ -179,10 +179,6 @@ class LeastSquares:
         """Variances, widened where residuals are too large or hang together, but not beyond the prior's."""
         return np.minimum(np.diag(self.P) * max(1.0, self.variance) * self.correlation(), self.prior)
 
-    def reopen_first(self):
-        self.P[0, :] = self.P[:, 0] = 0.0
-        self.P[0, 0] = self.prior[0]
-
 
 def dynamic(first, floor, sharpness):
     return lambda k, size: first if k <= 10 else floor + (1.0 - floor) * math.exp(-sharpness * size)

@@ -87,6 +87,8 @@ pub struct MassRegression {
     signals: Conditioner,
     regressor: RunningDeviation,
     load: LoadWatch,
+    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    before: Rls<4>,
     excited: bool,
     saturated: bool,
     outcome: Outcome,
@@ -116,13 +118,12 @@ impl MassRegression {
             standstill_mps: vehicle.standstill_mps(params.standstill_mps),
             ..params
         };
+        let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
+        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root >= 0.5);
         Self {
             params,
-            rls: Rls::new(
-                Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd),
-                policy,
-            )
-            .in_square_root_form(params.square_root >= 0.5),
+            rls,
+            before: rls,
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
@@ -196,7 +197,13 @@ impl MassRegression {
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
-            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
+            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
+            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts.
+            self.rls = self.before;
+            self.rls.reopen(&Vector4::repeat(1.0));
+        }
+        if self.load.calm() {
+            self.before = self.rls;
         }
     }
 
@@ -297,5 +304,5 @@ impl MassStage for MassRegression {
         ]
     }
 }
-state!(MassRegression { rls, signals, regressor, load, excited, saturated, outcome, train, jolts;
+state!(MassRegression { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
     params, mass0_kg, mu0, range_kg });
