@@ -6,13 +6,15 @@ use monorig_estimators::crane;
 use monorig_estimators::forgetting::Forgetting;
 use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
+use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
+use monorig_lab::tune::evaluate::Bench;
 use monorig_lab::tune::optimise::{Search, minimise, random_point};
-use monorig_lab::tune::study::Optimiser;
+use monorig_lab::tune::study::{Optimiser, Study};
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
@@ -125,6 +127,97 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert_eq!(names, 1, "something was left behind");
 }
 
+/// A study of `dffrls_aekf` over one run of 60 s.
+fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
+    let folder = tempfile::tempdir().unwrap();
+    let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
+    let run = |seed: u64| {
+        format!(
+            "[{{scenario: '{scenarios}/liu2023_section1.yaml', set: {{drive.controller.feedforward: {feedforward}, stop.after_s: 60}}, seeds: [{seed}]}}]"
+        )
+    };
+    let metrics: Vec<String> = metrics
+        .iter()
+        .map(|m| format!("{{metric: {m}, after_s: 10}}"))
+        .collect();
+    let text = format!(
+        "version: 1\nwhy: A test.\nestimator: dffrls_aekf\nevaluation: {evaluation}\n\
+         parameters: {{delta: {{from: 0.9, to: 0.9999}}}}\ntuning: {}\nvalidation: {}\n\
+         objective: {{metrics: [{}]}}\nbudget: 5\n",
+        run(1),
+        run(2),
+        metrics.join(", ")
+    );
+    let path = folder.path().join("study.yaml");
+    std::fs::write(&path, text).unwrap();
+    Study::load(&path).unwrap()
+}
+
+/// What a trial shows with this `delta`.
+fn trial(study: &Study, delta: f64) -> Vec<f64> {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::new(folder.path());
+    let bench = Bench::prepare(study, &study.tuning, &cache, 1, &|_| true)
+        .unwrap()
+        .unwrap();
+    let wanted = monorig_lab::tune::loss::wanted(&study.file);
+    let values = [("delta".to_owned(), delta)].into();
+    let [shown] = &bench.evaluate(&values, &wanted)[..] else {
+        panic!("one run");
+    };
+    shown.values.clone().unwrap()
+}
+
+/// Where the controller does not use the estimate, the whole world run again and a replay show the same, bit for bit.
+#[test]
+fn closed_loop_and_replay_agree_beside_the_loop() {
+    let of_estimator = ["slope_rmse_deg", "mass_rmse_kg"];
+    for delta in [0.9, 0.97] {
+        let again = trial(&study("closed_loop", "none", &of_estimator), delta);
+        let replayed = trial(&study("replay", "none", &of_estimator), delta);
+        assert!(again.iter().all(|x| x.is_finite()), "{again:?}");
+        assert_eq!(again, replayed);
+    }
+}
+
+/// Where it does, a trial shows what the scenario shows with that parameter, and the parameter moves the train.
+#[test]
+fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
+    let metrics = ["slope_rmse_deg", "speed_rmse_mps", "jerk_rms_mps3"];
+    let study = study("closed_loop", "estimate", &metrics);
+    let mut seen = Vec::new();
+    for delta in ["0.9", "0.97"] {
+        let shown = trial(&study, delta.parse().unwrap());
+        let s = scenario(
+            "liu2023_section1",
+            &[
+                ("stop.after_s", "60"),
+                ("drive.controller.feedforward", "estimate"),
+                ("estimators.dffrls_aekf", &format!("{{delta: {delta}}}")),
+            ],
+        );
+        let mut series = Series::default();
+        run(
+            &mut Rig::build(s, 1).unwrap(),
+            &mut [&mut series],
+            &mut |_| true,
+        )
+        .unwrap();
+        let end = f64::INFINITY;
+        let alone = [
+            measure(&series, "dffrls_aekf", metrics[0], 10.0, end).unwrap(),
+            measure_run(&series, metrics[1], 10.0, end).unwrap(),
+            measure_run(&series, metrics[2], 10.0, end).unwrap(),
+        ];
+        assert_eq!(shown[..3], alone);
+        seen.push(alone);
+    }
+    assert!(
+        (0..3).all(|i| seen[0][i] != seen[1][i]),
+        "the parameter changes nothing: {seen:?}"
+    );
+}
+
 /// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least squares with
 /// forgetting is a filter of gain 1 − λ, and the best gain is Kalman's: K = (√(q² + 4 q) − q)/2. So the best λ is known.
 #[test]
@@ -188,21 +281,24 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
     }
 }
 
-fn candidates<const N: usize>() -> [Candidate; N] {
-    std::array::from_fn(|i| Candidate {
+fn candidates(count: usize) -> Vec<Candidate> {
+    let candidate = |i: usize| Candidate {
         lambda: 1.0 - 0.02 / (1.0 + i as f64),
         q_speed: 1e-7 * (1.0 + i as f64),
         q_slope: 1e-7 * (1.0 + (i % 5) as f64),
         r_speed: 2.5e-5,
-    })
+    };
+    (0..count).map(candidate).collect()
 }
 
 #[test]
 fn a_lane_does_not_know_its_neighbours() {
     let (model, samples) = made_up(3000);
-    let eight = lanes::run(&model, &candidates::<8>(), &samples);
-    for (candidate, score) in candidates::<8>().iter().zip(eight) {
-        let [alone] = lanes::run(&model, &[*candidate], &samples);
+    // more than any machine takes at once, and not a whole number of vectors
+    let all = lanes::run(&model, &candidates(37), &samples);
+    assert_eq!(all.len(), 37);
+    for (candidate, score) in candidates(37).iter().zip(all) {
+        let alone = lanes::run(&model, &[*candidate], &samples)[0];
         assert_eq!(alone.mass_mse.to_bits(), score.mass_mse.to_bits());
         assert_eq!(alone.slope_mse.to_bits(), score.slope_mse.to_bits());
     }
@@ -212,8 +308,8 @@ fn a_lane_does_not_know_its_neighbours() {
 #[test]
 fn lanes_agree_with_the_estimators() {
     let (model, samples) = made_up(30_000);
-    let scores = lanes::run(&model, &candidates::<4>(), &samples);
-    for (candidate, score) in candidates::<4>().iter().zip(&scores) {
+    let scores = lanes::run(&model, &candidates(4), &samples);
+    for (candidate, score) in candidates(4).iter().zip(&scores) {
         let one = one_at_a_time(&model, candidate, &samples);
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
         assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");

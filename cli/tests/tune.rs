@@ -141,6 +141,23 @@ fn threads_kills_and_torn_lines_change_nothing() {
     assert_eq!(rig.read("two/tune/study/trials.jsonl"), whole[1]);
 }
 
+/// The estimator in the loop, tuned for comfort: the same for any number of threads.
+#[test]
+fn the_closed_loop_is_tuned_too() {
+    let rig = rig();
+    let in_loop = STUDY
+        .replace(", drive.controller.feedforward: none", "")
+        .replace("metric: mass_rmse_kg", "metric: jerk_rms_mps3")
+        .replace("budget: 14", "budget: 5")
+        .replace("optimiser:", "evaluation: closed_loop\noptimiser:");
+    rig.write("study.yaml", in_loop.as_bytes());
+    for (out, jobs) in [("one", "1"), ("two", "2")] {
+        let (code, told, err) = rig.monorig(&["tune", "study.yaml", "--out", out, "--jobs", jobs]);
+        assert_eq!(code, Some(0), "{told}{err}");
+    }
+    assert_eq!(results(&rig, "one"), results(&rig, "two"));
+}
+
 /// Ranges in which the estimator fails everywhere, and bounds nobody can hold: no winner, code 1, no crash.
 #[test]
 fn a_study_without_a_good_trial_says_so() {

@@ -35,9 +35,11 @@ fn rate(n: usize, mut f: impl FnMut()) -> f64 {
     n as f64 / best
 }
 
-fn lanes<const N: usize>(model: &CoreModel, samples: &[CoreSample]) -> f64 {
-    let all: [Candidate; N] = std::array::from_fn(|i| candidate(i as f64 / N as f64));
-    rate(N, || {
+fn lanes(count: usize, model: &CoreModel, samples: &[CoreSample]) -> f64 {
+    let all: Vec<Candidate> = (0..count)
+        .map(|i| candidate(i as f64 / count as f64))
+        .collect();
+    rate(count, || {
         std::hint::black_box(run(model, std::hint::black_box(&all), samples));
     })
 }
@@ -50,22 +52,10 @@ fn main() {
         std::hint::black_box(one_at_a_time(&model, &c, &samples));
     });
     println!("  one at a time, estimators crate   {one:8.0}");
-    println!(
-        "  one lane                          {:8.0}",
-        lanes::<1>(&model, &samples)
-    );
-    println!(
-        "  4 lanes                           {:8.0}",
-        lanes::<4>(&model, &samples)
-    );
-    println!(
-        "  8 lanes                           {:8.0}",
-        lanes::<8>(&model, &samples)
-    );
-    println!(
-        "  16 lanes                          {:8.0}",
-        lanes::<16>(&model, &samples)
-    );
+    for count in [1, 8, 16, 64] {
+        let all = lanes(count, &model, &samples);
+        println!("  {count:2} in one call                    {all:8.0}");
+    }
 
     let work: Vec<f64> = (0..64).map(|i| f64::from(i) / 64.0).collect();
     let jobs = |n| {

@@ -36,16 +36,6 @@ pub fn measure(
         .estimators
         .iter()
         .find(|(name, _)| name == estimator)?;
-    measure_samples(samples, metric, after_s, until_s)
-}
-
-/// The same of samples at hand.
-pub fn measure_samples(
-    samples: &[Sample],
-    metric: &str,
-    after_s: f64,
-    until_s: f64,
-) -> Option<f64> {
     let metric = METRICS.iter().find(|m| m.name == metric)?;
     let window = between(samples, |x: &Sample| x.t_s, after_s, until_s);
     Some((metric.value)(window))

@@ -1,13 +1,14 @@
 //! Many candidates in one pass over the samples: two-parameter least squares with a constant forgetting factor, and a two-state
 //! extended Kalman filter with its mass.
 //!
-//! One candidate at a time waits for its own last result at every step; several side by side fill the waiting, and the
-//! compiler puts two or more into one instruction. The recursions are those of the estimators crate ([`monorig_estimators::rls`],
+//! One candidate at a time waits for its own last result at every step; several side by side fill the waiting, and one
+//! instruction works on two, four or eight, whatever the machine has. The recursions are those of the estimators crate ([`monorig_estimators::rls`],
 //! [`monorig_estimators::ekf`]) without their guards, written once for any number of lanes: a lane's numbers are the same, bit
 //! for bit, whatever runs beside it.
 //!
 //! The pipelines of [`monorig_estimators::crane`] are not run this way: they branch at every step.
 
+use fearless_simd::{Level, Select, Simd, SimdBase, dispatch};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// The signals of one sample.
@@ -68,131 +69,246 @@ const GRAVITY: f64 = 9.81;
 /// The sine and cosine below are good to the last bit or two up to here, rad; no rail is as steep.
 const STEEPEST: f64 = 0.6;
 
-/// Runs `N` candidates over the samples in one pass.
-pub fn run<const N: usize>(
-    model: &CoreModel,
-    candidates: &[Candidate; N],
-    samples: &[CoreSample],
-) -> [Score; N] {
-    let all = Lane::<N>::all;
-    let of = |f: fn(&Candidate) -> f64| Lane(std::array::from_fn(|i| f(&candidates[i])));
-    let (lambda, q_speed, q_slope, r) = (
-        of(|c| c.lambda),
-        of(|c| c.q_speed),
-        of(|c| c.q_slope),
-        of(|c| c.r_speed),
-    );
-    let memory = all(1.0) / lambda;
-    let (g_dt, mu) = (all(GRAVITY * model.dt_s), all(model.resistance));
+/// Runs any number of candidates over the samples, as many in one pass as the machine's widest instructions take; one alone
+/// goes without them.
+pub fn run(model: &CoreModel, candidates: &[Candidate], samples: &[CoreSample]) -> Vec<Score> {
+    if let [candidate] = candidates {
+        return vec![one(model, candidate, samples)];
+    }
+    dispatch!(Level::new(), simd => simd.vectorize(
+        #[inline(always)]
+        || many(simd, model, candidates, samples)
+    ))
+}
 
-    let [mut c1, mut c2] = [all(model.mass0_kg), all(0.0)];
-    let [mut p11, mut p12, mut p22] = [all(model.p0[0]), all(0.0), all(model.p0[1])];
-    let [mut v, mut theta] = [all(0.0), all(0.0)];
-    let [mut s11, mut s12, mut s22] = [all(model.s0[0]), all(0.0), all(model.s0[1])];
-    let [mut mass_sum, mut slope_sum] = [all(0.0), all(0.0)];
+fn one(model: &CoreModel, candidate: &Candidate, samples: &[CoreSample]) -> Score {
+    let [mass_sum, slope_sum] = pass(model, candidate.numbers(), samples, ());
+    Score::of_sums(mass_sum, slope_sum, samples.len())
+}
+
+#[inline(always)]
+fn many<S: Simd>(
+    simd: S,
+    model: &CoreModel,
+    candidates: &[Candidate],
+    samples: &[CoreSample],
+) -> Vec<Score> {
+    let width = S::f64s::LEN;
+    let mut scores = Vec::with_capacity(candidates.len());
+    for group in candidates.chunks(2 * width) {
+        // what is left over in the last group goes twice
+        let vector = |first: usize, which: usize| {
+            S::f64s::from_fn(simd, |i| {
+                group[(first + i).min(group.len() - 1)].numbers()[which]
+            })
+        };
+        let numbers = [0, 1, 2, 3].map(|which| Two::<S>(vector(0, which), vector(width, which)));
+        let [mass, slope] = pass(model, numbers, samples, simd).map(Two::to_vec);
+        let sums = mass.iter().zip(&slope).take(group.len());
+        scores.extend(sums.map(|(mass, slope)| Score::of_sums(*mass, *slope, samples.len())));
+    }
+    scores
+}
+
+impl Candidate {
+    fn numbers(&self) -> [f64; 4] {
+        [self.lambda, self.q_speed, self.q_slope, self.r_speed]
+    }
+}
+
+impl Score {
+    fn of_sums(mass: f64, slope: f64, count: usize) -> Self {
+        Self {
+            mass_mse: mass / count as f64,
+            slope_mse: slope / count as f64,
+        }
+    }
+}
+
+/// The recursions, for one candidate (`f64`) or several side by side ([`Two`]): sums of the squared errors of mass and slope.
+#[inline(always)]
+fn pass<N: Number>(
+    model: &CoreModel,
+    [lambda, q_speed, q_slope, r]: [N; 4],
+    samples: &[CoreSample],
+    token: N::Token,
+) -> [N; 2] {
+    let memory = N::all(token, 1.0) / lambda;
+    let (g_dt, mu) = (
+        N::all(token, GRAVITY * model.dt_s),
+        N::all(token, model.resistance),
+    );
+
+    let [mut c1, mut c2] = [N::all(token, model.mass0_kg), N::all(token, 0.0)];
+    let [mut p11, mut p12, mut p22] = [
+        N::all(token, model.p0[0]),
+        N::all(token, 0.0),
+        N::all(token, model.p0[1]),
+    ];
+    let [mut v, mut theta] = [N::all(token, 0.0), N::all(token, 0.0)];
+    let [mut s11, mut s12, mut s22] = [
+        N::all(token, model.s0[0]),
+        N::all(token, 0.0),
+        N::all(token, model.s0[1]),
+    ];
+    let [mut mass_sum, mut slope_sum] = [N::all(token, 0.0), N::all(token, 0.0)];
 
     for z in samples {
-        let (sine, cosine) = theta.sine_cosine();
-        let by_slope = all(0.0) - g_dt * (cosine - mu * sine);
-        let j = by_slope * s22;
-        s11 = s11 + by_slope * (s12 + s12 + j) + q_speed;
-        s12 = s12 + j;
-        s22 = s22 + q_slope;
-
-        // both innovation variances by one division: divisions are what takes longest
-        let (h1, h2) = (all(z.h[0]), all(z.h[1]));
-        let (g1, g2) = (p11 * h1 + p12 * h2, p12 * h1 + p22 * h2);
-        let (of_force, of_speed) = (lambda + h1 * g1 + h2 * g2, s11 + r);
-        let both = all(1.0) / (of_force * of_speed);
-        let (gain, sure) = (both * of_speed, both * of_force);
-
         // least squares: K = P h / (λ + hᵀ P h), P ← (P − K hᵀ P)/λ
-        let step = (all(z.y) - h1 * c1 - h2 * c2) * gain;
-        c1 = c1 + g1 * step;
-        c2 = c2 + g2 * step;
+        let (h1, h2) = (N::all(token, z.h[0]), N::all(token, z.h[1]));
+        let (g1, g2) = (p11 * h1 + p12 * h2, p12 * h1 + p22 * h2);
+        let gain = N::all(token, 1.0) / (lambda + h1 * g1 + h2 * g2);
         let (k1, k2) = (g1 * gain, g2 * gain);
+        let residual = N::all(token, z.y) - h1 * c1 - h2 * c2;
+        c1 = c1 + k1 * residual;
+        c2 = c2 + k2 * residual;
         p11 = (p11 - k1 * g1) * memory;
         p12 = (p12 - k1 * g2) * memory;
         p22 = (p22 - k2 * g2) * memory;
 
         // filter: v ← v + dt (F/M − g (sin θ + μ cos θ))
-        v = v + all(model.dt_s * z.traction_n) / c1 - g_dt * (sine + mu * cosine);
+        let (sine, cosine) = sine_cosine(theta, token);
+        v = v + N::all(token, model.dt_s * z.traction_n) / c1 - g_dt * (sine + mu * cosine);
+        // what the next slope waits for is kept short
+        let by_slope = g_dt * (mu * sine - cosine);
+        let j = by_slope * s22;
+        let more = by_slope * (s12 + s12 + j);
+        let sure = N::all(token, 1.0) / (s11 + (q_speed + r) + more);
+        s11 = (s11 + q_speed) + more;
+        s12 = s12 + j;
+        s22 = s22 + q_slope;
+
+        let innovation = N::all(token, z.speed_mps) - v;
+        v = v + s11 * innovation * sure;
+        theta = theta + s12 * innovation * sure;
+        theta = theta.within(N::all(token, -STEEPEST), N::all(token, STEEPEST));
         let (k1, k2) = (s11 * sure, s12 * sure);
-        let innovation = all(z.speed_mps) - v;
-        v = v + k1 * innovation;
-        theta = (theta + k2 * innovation).within(STEEPEST);
         s22 = s22 - k2 * s12;
         s12 = s12 - k1 * s12;
         s11 = s11 - k1 * s11;
 
-        let (mass, slope) = (c1 - all(z.mass_kg), theta - all(z.slope_rad));
+        let (mass, slope) = (
+            c1 - N::all(token, z.mass_kg),
+            theta - N::all(token, z.slope_rad),
+        );
         mass_sum = mass_sum + mass * mass;
         slope_sum = slope_sum + slope * slope;
     }
-    let count = samples.len() as f64;
-    std::array::from_fn(|i| Score {
-        mass_mse: mass_sum.0[i] / count,
-        slope_mse: slope_sum.0[i] / count,
-    })
+    [mass_sum, slope_sum]
 }
 
-/// One number of every candidate.
-#[derive(Clone, Copy)]
-struct Lane<const N: usize>([f64; N]);
-
-impl<const N: usize> Lane<N> {
-    #[inline(always)]
-    fn all(x: f64) -> Self {
-        Self([x; N])
-    }
-
-    #[inline(always)]
-    fn within(self, most: f64) -> Self {
-        Self(self.0.map(|x| {
-            let x = if x > most { most } else { x };
-            if x < -most { -most } else { x }
-        }))
-    }
-
-    /// Taylor's series, to 1e-16 for angles up to [`STEEPEST`].
-    #[inline(always)]
-    fn sine_cosine(self) -> (Self, Self) {
-        let series = |terms: [f64; 7]| {
-            let x2 = self * self;
-            let rest = terms
-                .into_iter()
-                .fold(Self::all(0.0), |sum, term| (sum + Self::all(term)) * x2);
-            rest + Self::all(1.0)
-        };
-        let sine = series([
-            -1.0 / 1_307_674_368_000.0,
-            1.0 / 6_227_020_800.0,
-            -1.0 / 39_916_800.0,
-            1.0 / 362_880.0,
-            -1.0 / 5040.0,
-            1.0 / 120.0,
+/// Taylor's series, to 1e-16 for angles up to [`STEEPEST`].
+#[inline(always)]
+fn sine_cosine<N: Number>(x: N, token: N::Token) -> (N, N) {
+    let x2 = x * x;
+    let sine = series(
+        x2,
+        [
             -1.0 / 6.0,
-        ]);
-        let cosine = series([
-            -1.0 / 87_178_291_200.0,
-            1.0 / 479_001_600.0,
-            -1.0 / 3_628_800.0,
-            1.0 / 40_320.0,
-            -1.0 / 720.0,
-            1.0 / 24.0,
+            1.0 / 120.0,
+            -1.0 / 5040.0,
+            1.0 / 362_880.0,
+            -1.0 / 39_916_800.0,
+            1.0 / 6_227_020_800.0,
+            -1.0 / 1_307_674_368_000.0,
+        ],
+        token,
+    );
+    let cosine = series(
+        x2,
+        [
             -1.0 / 2.0,
-        ]);
-        (sine * self, cosine)
+            1.0 / 24.0,
+            -1.0 / 720.0,
+            1.0 / 40_320.0,
+            -1.0 / 3_628_800.0,
+            1.0 / 479_001_600.0,
+            -1.0 / 87_178_291_200.0,
+        ],
+        token,
+    );
+    (sine * x, cosine)
+}
+
+/// 1 + a x + b x² + … + g x⁷, in pairs (Estrin 1960): one after the other, each term would wait for the last.
+#[inline(always)]
+fn series<N: Number>(x: N, [a, b, c, d, e, f, g]: [f64; 7], token: N::Token) -> N {
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let pair_1 = N::all(token, 1.0) + N::all(token, a) * x;
+    let pair_2 = N::all(token, b) + N::all(token, c) * x;
+    let pair_3 = N::all(token, d) + N::all(token, e) * x;
+    let pair_4 = N::all(token, f) + N::all(token, g) * x;
+    (pair_1 + pair_2 * x2) + (pair_3 + pair_4 * x2) * x4
+}
+
+/// A number of one candidate, or of each of several.
+trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// What making a number takes.
+    type Token: Copy;
+    /// The same for every candidate.
+    fn all(token: Self::Token, x: f64) -> Self;
+    /// Limited to `least` … `most`; what is not a number stays so.
+    fn within(self, least: Self, most: Self) -> Self;
+}
+
+impl Number for f64 {
+    type Token = ();
+
+    #[inline(always)]
+    fn all((): (), x: f64) -> Self {
+        x
     }
+
+    #[inline(always)]
+    fn within(self, least: Self, most: Self) -> Self {
+        let x = if self > most { most } else { self };
+        if x < least { least } else { x }
+    }
+}
+
+/// Two vectors of the machine's width: one fills the other's waiting, three would not stay in registers.
+#[derive(Clone, Copy)]
+struct Two<S: Simd>(S::f64s, S::f64s);
+
+impl<S: Simd> Two<S> {
+    fn to_vec(self) -> Vec<f64> {
+        [self.0.as_slice(), self.1.as_slice()].concat()
+    }
+}
+
+impl<S: Simd> Number for Two<S> {
+    type Token = S;
+
+    #[inline(always)]
+    fn all(token: S, x: f64) -> Self {
+        Self(S::f64s::splat(token, x), S::f64s::splat(token, x))
+    }
+
+    #[inline(always)]
+    fn within(self, least: Self, most: Self) -> Self {
+        Self(
+            limit::<S>(self.0, least.0, most.0),
+            limit::<S>(self.1, least.1, most.1),
+        )
+    }
+}
+
+#[inline(always)]
+fn limit<S: Simd>(x: S::f64s, least: S::f64s, most: S::f64s) -> S::f64s {
+    let x = x.simd_gt(most).select(most, x);
+    x.simd_lt(least).select(least, x)
 }
 
 macro_rules! lane_by_lane {
     ($($operation:ident $name:ident $sign:tt,)*) => {
-        $(impl<const N: usize> $operation for Lane<N> {
+        $(impl<S: Simd> $operation for Two<S> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i] $sign other.0[i]))
+                Self(self.0 $sign other.0, self.1 $sign other.1)
             }
         })*
     };
@@ -222,8 +338,9 @@ pub fn one_at_a_time(model: &CoreModel, candidate: &Candidate, samples: &[CoreSa
         // A sample that allows no update leaves things as they are; the score shows it.
         let _ = rls.update(z.y, &Vector2::from(z.h), 1.0, false);
         let mass = rls.belief.x.x;
-        let (sine, cosine) = (libm::sin(belief.x.y), libm::cos(belief.x.y));
+        let (sine, cosine) = libm::sincos(belief.x.y);
         let accel = z.traction_n / mass - GRAVITY * (sine + mu * cosine);
+        // what the next slope waits for is kept short
         let by_slope = -dt * GRAVITY * (cosine - mu * sine);
         let next = Vector2::new(belief.x.x + dt * accel, belief.x.y);
         ekf::predict(

@@ -185,12 +185,14 @@ fn metrics(study: &Study) -> Result<(), Error> {
     };
     for (i, term) in file.objective.metrics.iter().enumerate() {
         let at = format!("objective.metrics[{i}]");
-        known::metric(&term.metric).map_err(|w| study.error(format!("{at}.metric"), w))?;
+        known::metric(&term.metric, file.evaluation)
+            .map_err(|w| study.error(format!("{at}.metric"), w))?;
         window(&at, term.after_s.get(), term.until_s.map(f64::from))?;
     }
     for (i, c) in file.constraints.iter().enumerate() {
         let at = format!("constraints[{i}]");
-        known::metric(&c.metric).map_err(|w| study.error(format!("{at}.metric"), w))?;
+        known::metric(&c.metric, file.evaluation)
+            .map_err(|w| study.error(format!("{at}.metric"), w))?;
         window(&at, c.after_s.get(), c.until_s.map(f64::from))?;
         match (c.at_least, c.at_most) {
             (None, None) => {

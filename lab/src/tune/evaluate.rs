@@ -119,11 +119,11 @@ impl Bench {
     /// All runs with these parameters; the order is that of the study, whatever the number of threads.
     pub fn evaluate(&self, values: &Values, wanted: &[Wanted]) -> Vec<Shown> {
         parallel(&self.runs, self.jobs, |run| {
-            let samples = self.samples(run, values);
+            let series = self.series(run, values);
             Shown {
                 group: run.group,
                 seed: run.seed,
-                values: samples.and_then(|samples| measure(&samples, wanted)),
+                values: series.and_then(|series| self.measure(&series, wanted)),
             }
         })
     }
@@ -131,18 +131,36 @@ impl Bench {
     /// The samples of the first run of a group with these parameters.
     pub fn trace(&self, group: usize, values: &Values) -> Result<Vec<Sample>, String> {
         match self.runs.iter().find(|run| run.group == group) {
-            Some(run) => self.samples(run, values),
+            Some(run) => self.samples(self.series(run, values)?),
             None => Err("there is no such run".into()),
         }
     }
 
+    /// The estimator's samples.
+    fn samples(&self, series: Series) -> Result<Vec<Sample>, String> {
+        let mut estimators = series.estimators.into_iter();
+        match estimators.find(|(name, _)| *name == self.estimator) {
+            Some((_, samples)) => Ok(samples),
+            None => Err("the run has no samples".into()),
+        }
+    }
+
+    fn measure(&self, series: &Series, wanted: &[Wanted]) -> Result<Vec<f64>, String> {
+        let one = |w: &Wanted| {
+            metrics::measure(series, &self.estimator, &w.metric, w.after_s, w.until_s)
+                .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
+                .ok_or_else(|| format!("there is no metric {}", w.metric))
+        };
+        wanted.iter().map(one).collect()
+    }
+
     /// A panic is an error like any other: it fails the trial, not the study.
-    fn samples(&self, run: &OneRun, values: &Values) -> Result<Vec<Sample>, String> {
+    fn series(&self, run: &OneRun, values: &Values) -> Result<Series, String> {
         catch_unwind(AssertUnwindSafe(|| self.run(run, values)))
             .unwrap_or_else(|_| Err("it panicked".into()))
     }
 
-    fn run(&self, run: &OneRun, values: &Values) -> Result<Vec<Sample>, String> {
+    fn run(&self, run: &OneRun, values: &Values) -> Result<Series, String> {
         let settings = || self.fixed.iter().chain(values);
         match &run.source {
             Source::Replay(columns) => {
@@ -151,7 +169,10 @@ impl Bench {
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
                 play(columns, estimator, &mut samples);
-                Ok(samples)
+                Ok(Series {
+                    estimators: vec![(self.estimator.clone(), samples)],
+                    tracking: Vec::new(),
+                })
             }
             Source::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
@@ -162,22 +183,10 @@ impl Bench {
                 let mut rig = Rig::build(scenario, run.seed).map_err(|e| e.to_string())?;
                 let mut series = Series::default();
                 run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
-                let mut estimators = series.estimators.into_iter();
-                let found = estimators.find(|(name, _)| *name == self.estimator);
-                found
-                    .map(|(_, samples)| samples)
-                    .ok_or_else(|| "the run has no samples".into())
+                Ok(series)
             }
         }
     }
-}
-
-fn measure(samples: &[Sample], wanted: &[Wanted]) -> Result<Vec<f64>, String> {
-    let one = |w: &Wanted| {
-        metrics::measure_samples(samples, &w.metric, w.after_s, w.until_s)
-            .ok_or_else(|| format!("there is no metric {}", w.metric))
-    };
-    wanted.iter().map(one).collect()
 }
 
 /// The same for every item, on so many threads; results in the order of the items.

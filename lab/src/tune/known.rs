@@ -1,6 +1,7 @@
 //! Which estimators, parameters and metrics there are, and what to say to one that is not.
 
-use crate::metrics::METRICS;
+use super::study::Evaluation;
+use crate::metrics::{METRICS, RUN_METRICS};
 use monorig_estimators::crane;
 use monorig_estimators::crane::params::Key;
 use monorig_sim::error::Error;
@@ -47,14 +48,25 @@ pub fn value(estimator: &str, key: &str, value: f64) -> Result<(), Wrong> {
     ))
 }
 
-/// The metric's name must be one of an estimator.
-pub fn metric(name: &str) -> Result<(), Wrong> {
-    let names: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
+/// The metric's name must be one of an estimator or, where trials move the train, one of the run.
+pub fn metric(name: &str, evaluation: Evaluation) -> Result<(), Wrong> {
+    let mut names: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
+    let of_run = || RUN_METRICS.iter().map(|m| m.name);
+    if evaluation == Evaluation::ClosedLoop {
+        names.extend(of_run());
+    } else if of_run().any(|n| n == name) {
+        return Err((
+            format!(
+                "`{name}` is a metric of the train and the controller, which a replay does not move"
+            ),
+            "`evaluation: closed_loop`, or a metric of the estimator".to_owned(),
+        ));
+    }
     if names.contains(&name) {
         return Ok(());
     }
     Err((
-        format!("there is no metric `{name}` of an estimator"),
+        format!("there is no metric `{name}`"),
         choice(name, &names, "known metrics"),
     ))
 }
