@@ -4,6 +4,7 @@
 use super::{
     conditioner::{Conditioned, Conditioner},
     front_end::Reading,
+    silence::Silence,
     train_on_rail::{AtPlace, Felt, TrainOnRail},
     waiting::Waiting,
 };
@@ -26,6 +27,7 @@ pub struct LongTrain {
     waiting: Waiting<(Conditioned, Real), 32>,
     standstill_mps: Real,
     now: Option<Now>,
+    silence: Silence,
 }
 
 /// What was felt when the train last moved.
@@ -79,6 +81,7 @@ impl LongTrain {
             waiting: Waiting::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
+            silence: Silence::new(vehicle),
         }
     }
 
@@ -105,6 +108,7 @@ impl LongTrain {
     pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
         self.here = place;
         let moving = speed_mps.abs() > self.standstill_mps;
+        self.silence.step(place.is_some(), speed_mps.abs() * dt);
         if self.point {
             self.now = place.filter(|_| moving).map(Now::point).or(self.now);
             return;
@@ -133,21 +137,36 @@ impl LongTrain {
             sample,
             felt: sample.specific_force_mps2.and_then(|_| match self.point {
                 true => self.here.map(Felt::point),
-                false => self.train.felt(place_m),
+                false => self.felt(place_m),
             }),
         }
     }
 
+    fn felt(&self, place_m: Real) -> Option<Felt> {
+        let mut felt = self.train.felt(place_m)?;
+        for mean in [&mut felt.tare, &mut felt.load] {
+            mean.doubt_mps2 += GRAVITY * self.silence.under_rad();
+        }
+        Some(felt)
+    }
+
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> Ahead {
+        let blind = match self.point {
+            true => 0.0,
+            false => self.silence.here_rad() + self.silence.under_rad(),
+        };
         let Some(Now { felt, imu, unit }) = self.now else {
-            return Ahead::default();
+            return Ahead {
+                sd: blind,
+                ..Ahead::default()
+            };
         };
         let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
         Ahead {
             imu: (imu - mean) / GRAVITY,
             unit: (unit - mean) / GRAVITY,
-            sd: doubt / GRAVITY,
+            sd: doubt / GRAVITY + blind,
         }
     }
 
@@ -191,4 +210,4 @@ impl Blank for Ready {
 
 state!(Now { felt, imu, unit; });
 state!(Ready { sample, felt; });
-state!(LongTrain { train, here, waiting, now; point, standstill_mps });
+state!(LongTrain { train, here, waiting, now, silence; point, standstill_mps });

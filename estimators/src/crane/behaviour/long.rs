@@ -2,10 +2,10 @@
 
 use super::*;
 
-const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
-const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
+pub const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
+pub const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
 
-fn long(seed: u64) -> World {
+pub fn long(seed: u64) -> World {
     World {
         tare_span_m: TARE_SPAN_M,
         load_span_m: LOAD_SPAN_M,
@@ -104,4 +104,46 @@ fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
     let long = errors("mmrls_sh_stf", &settings, true);
     let point = errors("mmrls_sh_stf", &settings, false);
     assert!(long.mass < 0.02 && point.mass > 0.05);
+}
+
+/// The first ramp begins at 20 m, which the instrument reaches after some 23 s.
+#[test]
+fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
+    let vehicle = Vehicle {
+        tare_span_m: TARE_SPAN_M,
+        load_span_m: LOAD_SPAN_M,
+        ..vehicle()
+    };
+    for name in [
+        "dffrls_aekf",
+        "rls_ekf",
+        "ffrls",
+        "joint_ekf",
+        "mmrls_sh_stf",
+    ] {
+        let tamper = |z: &mut Measurements, _: &mut Command| {
+            if (62.0..72.0).contains(&z.t_s) {
+                z.specific_force_mps2 = None;
+            }
+        };
+        let mut blind: Real = 0.0;
+        for seed in 1..=4 {
+            let estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
+            let rows = long(seed).run(&mut Tampered { estimator, tamper });
+            for row in rows.iter().filter(|row| row.t > 62.0) {
+                let [grade, whole] = [row.estimate.grade_rad, row.estimate.effective_grade_rad];
+                let lead = grade.value.sin() - whole.value.sin();
+                let of_lead = (lead - (row.theta.sin() - row.effective.sin())).abs();
+                blind = blind.max(of_lead);
+                assert!(
+                    !grade.valid || of_lead < 2.0 * grade.sd + 0.01,
+                    "{name} at {} s: {of_lead} rad, sd {}",
+                    row.t,
+                    grade.sd
+                );
+            }
+        }
+        std::println!("{name}: up to {:.1}° off", blind.to_degrees());
+        assert!(blind > 0.06, "{name}: the ramp is not met blind");
+    }
 }
