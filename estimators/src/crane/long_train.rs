@@ -28,7 +28,17 @@ pub struct LongTrain {
     standstill_mps: Real,
     now: Option<Now>,
     silence: Silence,
+    /// What the instrument reads more than g sin θ, m/s², and for how long it has been learnt, s.
+    bias_mps2: Real,
+    learnt_s: Real,
 }
+
+/// Doubt up to which the rail under the train counts as seen, m/s².
+const SEEN_MPS2: Real = 1e-3;
+/// Memory of the instrument's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
+const BIAS_MEMORY_S: Real = 20.0;
+const BIAS_KNOWN_S: Real = 5.0;
+const BIAS_SD_MPS2: Real = 0.03;
 
 /// What was felt when the train last moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,6 +92,8 @@ impl LongTrain {
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
             silence: Silence::new(vehicle),
+            bias_mps2: 0.0,
+            learnt_s: 0.0,
         }
     }
 
@@ -170,6 +182,39 @@ impl LongTrain {
         }
     }
 
+    /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
+    /// the instrument.
+    pub fn vouched_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+        let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
+        let Some(now) = self.now.filter(|_| seen) else {
+            return;
+        };
+        let (mean, doubt) = now.felt.whole(self.train.tare_kg(), mass_kg);
+        if doubt < SEEN_MPS2 {
+            self.learnt_s = (self.learnt_s + dt).min(BIAS_MEMORY_S);
+            let share = dt / self.learnt_s.max(dt);
+            self.bias_mps2 += share * (mean - GRAVITY * sin(theta) - self.bias_mps2);
+        }
+    }
+
+    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
+    /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
+    /// the bias known from before.
+    pub fn lead(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
+        let ahead = self.ahead(mass_kg);
+        match self.now {
+            Some(now)
+                if self.learnt_s >= BIAS_KNOWN_S
+                    && self.silence.here_rad() == 0.0
+                    && ahead.sd * GRAVITY >= SEEN_MPS2 =>
+            {
+                let reads = (now.imu - self.bias_mps2) / GRAVITY;
+                (reads - sin(theta), BIAS_SD_MPS2 / GRAVITY)
+            }
+            _ => (ahead.imu, ahead.sd),
+        }
+    }
+
     /// Mean curvature under the train, 1/m.
     pub fn curvature_per_m(&self) -> Real {
         self.now.map_or(0.0, |now| now.felt.curvature_per_m())
@@ -210,4 +255,4 @@ impl Blank for Ready {
 
 state!(Now { felt, imu, unit; });
 state!(Ready { sample, felt; });
-state!(LongTrain { train, here, waiting, now, silence; point, standstill_mps });
+state!(LongTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });

@@ -276,10 +276,13 @@ impl MassStage for MassRegression {
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
-    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
-    fn grade_lead(&self) -> (Real, Real) {
-        let ahead = self.train.ahead(self.found() * self.mass0_kg);
-        (ahead.imu, ahead.sd)
+    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+        self.train.lead(self.found() * self.mass0_kg, theta)
+    }
+
+    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+        self.train
+            .vouched_grade(self.found() * self.mass0_kg, theta, dt);
     }
 
     fn excited(&self) -> bool {

@@ -263,10 +263,13 @@ impl MassStage for MultiModelMass {
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
     }
 
-    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
-    fn grade_lead(&self) -> (Real, Real) {
-        let ahead = self.train.ahead(self.fused() * self.mass0_kg);
-        (ahead.imu, ahead.sd)
+    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+        self.train.lead(self.fused() * self.mass0_kg, theta)
+    }
+
+    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+        self.train
+            .vouched_grade(self.fused() * self.mass0_kg, theta, dt);
     }
 
     fn bend_n(&self) -> Real {
