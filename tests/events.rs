@@ -273,3 +273,34 @@ fn methods_as_printed_can_be_named_beside_the_others() {
     });
     assert_eq!((members, whole), (6, true));
 }
+
+/// A fault of an instrument that nobody reads changes nothing, to the bit; that of one that is read does.
+#[test]
+fn no_estimate_depends_on_the_clamp_pressure() {
+    let estimates = |events: &str| {
+        let mut all = Vec::new();
+        let set = [("stop.after_s", "12"), ("events", events), ("expect", "[]")];
+        watch(scenario("fault_clamp_pressure", &set), |f| {
+            let e = f.bank[0].estimate;
+            all.push(
+                [e.total_mass_kg, e.grade_rad, e.effective_grade_rad]
+                    .map(|x| [x.value.to_bits(), x.sd.to_bits()]),
+            );
+        });
+        all
+    };
+    let sound = estimates("[]");
+    for sensor in ["clamp_pressure", "gyro"] {
+        let faults = [
+            "off}",
+            "stuck}",
+            "drift, size: 1}",
+            "scale, size: 2}",
+            "spikes, size: 5}",
+        ];
+        for (fault, changes) in faults.map(|f| (f, sensor == "gyro")) {
+            let faulty = estimates(&format!("[{{from_s: 3, sensor: {sensor}, fault: {fault}]"));
+            assert_eq!(faulty != sound, changes, "{sensor}: {fault}");
+        }
+    }
+}

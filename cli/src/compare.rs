@@ -2,14 +2,15 @@
 
 use crate::arguments::Compare;
 use crate::errors::CliError;
+use crate::note::note;
 use crate::output;
 use crate::progress::Progress;
 use crate::report::{lines, number, right, table};
 use crate::{Outcome, interrupt, prepare};
-use monorig_lab::compare::{Cell, Interval, compare as cells};
-use monorig_lab::metrics::{self, METRICS};
+use monorig_lab::compare::{Cell, Comparison, compare as cells};
+use monorig_lab::interval::Interval;
+use monorig_lab::metrics;
 use monorig_lab::study::{RunResult, RunSpec, in_order, run_one};
-use serde_json::json;
 
 /// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
 pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
@@ -49,10 +50,15 @@ pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
         &scenario.file.published,
     );
     if let Some(path) = &task.json {
-        let all = json!({
-            "version": 1, "kind": "compare", "monorig": env!("CARGO_PKG_VERSION"), "scenario": scenario.name,
-            "reference": reference, "table": cells, "runs": runs,
-        });
+        let all = Comparison {
+            version: 1,
+            kind: "compare".into(),
+            monorig: env!("CARGO_PKG_VERSION").into(),
+            scenario: scenario.name.clone(),
+            reference: reference.clone(),
+            table: cells.clone(),
+            runs: runs.clone(),
+        };
         let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
         output::write(path, &(text + "\n"))?;
     }
@@ -63,7 +69,7 @@ pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
     let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
     for run in &unfinished {
         let why = run.error.as_deref().unwrap_or("it did not come to its end");
-        output::note(&format!("seed {} is left out: {why}", run.seed));
+        note(&format!("seed {} is left out: {why}", run.seed));
     }
     Ok(match unfinished.len() {
         0 => Outcome::Held,
@@ -178,17 +184,4 @@ fn csv(cells: &[Cell]) -> String {
         );
     }
     text
-}
-
-/// A metric of estimators by its name, for the command line.
-pub fn metric(name: &str) -> Result<String, String> {
-    let known = METRICS.iter().map(|m| m.name);
-    if known.clone().any(|k| k == name) {
-        return Ok(name.to_owned());
-    }
-    let list: Vec<&str> = known.clone().collect();
-    Err(match monorig_sim::file::nearest(name, known) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("known metrics: {}", list.join(", ")),
-    })
 }

@@ -1,6 +1,6 @@
 //! Ctrl-C: the first ends the task in good order, the second at once.
 
-use crate::output;
+use crate::note::note;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -13,7 +13,7 @@ pub fn listen() {
         }
     });
     if let Err(e) = heard {
-        output::note(&format!("Ctrl-C will end the program at once: {e}"));
+        note(&format!("Ctrl-C will end the program at once: {e}"));
     }
 }
 

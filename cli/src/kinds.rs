@@ -1,7 +1,6 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
 use crate::prepare;
-use crate::tune;
 use clap::ValueEnum;
 use monorig_lab::study::{Plan, StudyFile};
 use monorig_lab::tune::{StudyFile as TuningFile, known};
@@ -13,7 +12,7 @@ use monorig_sim::road::Car;
 use monorig_sim::road::car_file::CarFile;
 use monorig_sim::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::sensors::Sheet;
-use monorig_sim::sensors::sheet::SheetFile;
+use monorig_sim::sensors::sheet_file::SheetFile;
 use monorig_sim::train::Train;
 use monorig_sim::train::train_file::TrainFile;
 use monorig_sim::train::unit::Unit;
@@ -190,7 +189,7 @@ pub const KINDS: &[Row] = &[
             "optimiser",
         ],
         schema: || schema_for!(TuningFile),
-        check: |path| tune::check(path).map(drop),
+        check: |path| prepare::tuning(path).map(drop),
     },
     Row {
         kind: Kind::Parameters,

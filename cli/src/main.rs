@@ -6,6 +6,7 @@ mod compare;
 mod errors;
 mod interrupt;
 mod kinds;
+mod note;
 mod output;
 mod prepare;
 mod progress;

@@ -16,11 +16,6 @@ pub fn print(text: &str) -> Result<(), CliError> {
         })
 }
 
-/// Write a line to standard error; there is nobody to tell if that fails.
-pub fn note(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
-}
-
 /// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need be.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     let failed = |source| Error::Io {

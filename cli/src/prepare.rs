@@ -1,6 +1,7 @@
-//! Everything about a scenario that can be found wrong without running it.
+//! Everything about a scenario or a tuning study that can be found wrong without running it.
 
 use monorig_lab::expected;
+use monorig_lab::tune::Study;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_sim::scenario::Scenario;
@@ -13,4 +14,14 @@ pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Rig, Error> {
     expected::check(&scenario)?;
     let seed = scenario.seeds().first().copied().unwrap_or(1);
     Rig::build(scenario, seed)
+}
+
+/// Read a tuning study and every file it names; check them by building the rig of each of its scenarios.
+pub fn tuning(path: &Path) -> Result<Study, Error> {
+    let study = Study::load(path)?;
+    for group in study.tuning.iter().chain(&study.validation) {
+        let seed = group.seeds.first().copied().unwrap_or(1);
+        Rig::build(group.scenario.clone(), seed)?;
+    }
+    Ok(study)
 }

@@ -1,6 +1,6 @@
 //! How far a run has come: a bar on a terminal, plain lines otherwise. All of it goes to standard error.
 
-use crate::output::note;
+use crate::note::note;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};

@@ -3,7 +3,7 @@
 use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::interrupt;
-use crate::output::note;
+use crate::note::note;
 use crate::prepare;
 use crate::progress::Progress;
 use crate::report;

@@ -2,7 +2,7 @@
 
 use crate::arguments::Run;
 use crate::errors::CliError;
-use crate::output::note;
+use crate::note::note;
 use monorig_lab::series::Series;
 use monorig_lab::summary::Summary;
 use monorig_sim::error::Error;
@@ -13,8 +13,7 @@ use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::tape::{self, Tape};
 use monorig_sim::record::{Layout, Sink};
 use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Observer};
-use monorig_sim::scenario::Scenario;
+use monorig_sim::run::{self, Observer, Outcome};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -52,15 +51,11 @@ pub fn simulate(
     let mut rerun = rerun_sink(task, folder.path().join("run.rrd"));
     let mut series = Series::default();
     let started = Instant::now();
-    let outcome = {
-        let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
-        if let Some(rerun) = &mut rerun {
-            sinks.push(rerun);
-        }
-        let mut tape = start_tape(&rig, &scenario, sinks, task.live)?;
-        let observers: &mut [&mut dyn Observer] = &mut [&mut tape, &mut series];
-        run::run(&mut rig, observers, go_on)?
-    };
+    let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
+    if let Some(rerun) = &mut rerun {
+        sinks.push(rerun);
+    }
+    let outcome = record(&mut rig, sinks, task.live, &mut series, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = Summary::new(&scenario, seed, &outcome, &series);
@@ -79,12 +74,20 @@ pub fn simulate(
     })
 }
 
-fn start_tape<'a>(
-    rig: &Rig,
-    scenario: &Scenario,
-    sinks: Vec<&'a mut dyn Sink>,
+/// Run a rig into sinks. `live`: someone is watching.
+pub fn record(
+    rig: &mut Rig,
+    sinks: Vec<&mut dyn Sink>,
     live: bool,
-) -> Result<Tape<'a>, Error> {
+    also: &mut dyn Observer,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<Outcome, Error> {
+    let mut tape = start_tape(rig, sinks, live)?;
+    run::run(rig, &mut [&mut tape, also], go_on)
+}
+
+fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result<Tape<'a>, Error> {
+    let scenario = &rig.scenario;
     let channels = tape::channels(
         rig.train.drives.len(),
         rig.plant.truth().road.is_some(),

@@ -2,7 +2,8 @@
 
 use crate::arguments::{Merge, Study};
 use crate::errors::CliError;
-use crate::output::{self, note};
+use crate::note::note;
+use crate::output;
 use crate::progress::Progress;
 use crate::report::{lines, number, right, table};
 use crate::{Outcome, interrupt};

@@ -5,7 +5,8 @@ mod junit;
 
 use crate::arguments::Test;
 use crate::errors::{self, CliError};
-use crate::output::{self, note};
+use crate::note::note;
+use crate::output;
 use crate::{Outcome, interrupt};
 use monorig_lab::study::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::verdict::Judged;

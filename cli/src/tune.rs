@@ -1,34 +1,24 @@
 //! `monorig tune`: search for the parameters of an estimator.
 
+mod recording;
 mod table;
 
 use crate::arguments::Tune;
 use crate::errors::CliError;
+use crate::note::note;
+use crate::prepare;
 use crate::progress::Progress;
 use crate::run::prepare_out;
 use crate::{Outcome, interrupt, output};
 use monorig_lab::tune::job::{self, Audience, Job};
+use monorig_lab::tune::side_by_side;
 use monorig_lab::tune::store::Trial;
-use monorig_lab::tune::study::Study;
-use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
 use std::num::NonZeroUsize;
-use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-
-/// Read a study and everything it names, and check it all by building the rig of every scenario.
-pub fn check(path: &Path) -> Result<Study, Error> {
-    let study = Study::load(path)?;
-    for group in study.tuning.iter().chain(&study.validation) {
-        let seed = group.seeds.first().copied().unwrap_or(1);
-        Rig::build(group.scenario.clone(), seed)?;
-    }
-    Ok(study)
-}
 
 /// Run a study. Nothing is written before the whole input has been found good.
 pub fn tune(task: &Tune) -> Result<Outcome, CliError> {
-    let study = check(&task.file)?;
+    let study = prepare::tuning(&task.file)?;
     prepare_out(&task.out)?;
     interrupt::listen();
     let folder = task.out.join("tune");
@@ -44,11 +34,17 @@ pub fn tune(task: &Tune) -> Result<Outcome, CliError> {
         progress: Mutex::new(Progress::new(&study.name)),
     };
     let done = job::run(&study, &job, &shown)?;
-    drop(shown);
     let Some(done) = done else {
         return Err(CliError::TuningInterrupted);
     };
-    output::note(&format!("results in {}", job.folder.display()));
+    if !task.no_rerun
+        && let Some(best) = done.best()
+        && let Some(rig) = side_by_side::rig(&study, &best.parameters)?
+    {
+        recording::write(rig, &job.folder, &mut |share| shown.say("recording", share))?;
+    }
+    drop(shown);
+    note(&format!("results in {}", job.folder.display()));
     output::print(&table::text(&study, &done))?;
     Ok(if done.validation.is_some() {
         Outcome::Held

@@ -3,7 +3,8 @@
 use crate::Outcome;
 use crate::arguments::Report;
 use crate::errors::CliError;
-use crate::output::{self, note};
+use crate::note::note;
+use crate::output;
 use monorig_lab::report::{run, study};
 use std::path::{Component, Path, PathBuf};
 

@@ -158,6 +158,48 @@ fn the_closed_loop_is_tuned_too() {
     assert_eq!(results(&rig, "one"), results(&rig, "two"));
 }
 
+/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something else.
+#[test]
+fn before_and_after_are_recorded_side_by_side() {
+    let rig = rig();
+    let (code, told, err) = rig.monorig(&["tune", "study.yaml"]);
+    assert_eq!(code, Some(0), "{told}{err}");
+    let recording = "runs/tune/study/before_after.rrd";
+    let (code, told, err) = rig.monorig(&["check", recording]);
+    assert_eq!(code, Some(0), "{told}{err}");
+    assert!(
+        told.contains("study-scenario-7") && told.contains("complete"),
+        "{told}"
+    );
+    // the study's changes to the scenario, and its `fixed`
+    let (code, told, err) = rig.monorig(&[
+        "run",
+        "scenario.yaml",
+        "--seed=7",
+        "--set=start.chainage_m=58",
+        "--set=stop.after_s=30",
+        "--set=events=[]",
+        "--set=expect=[]",
+        "--set=drive.controller.feedforward=none",
+        "--set=estimators.dffrls_aekf={cutoff_hz: 2}",
+    ]);
+    assert_eq!(code, Some(0), "{told}{err}");
+    let masses = |file: &str, name: &str| {
+        let recorded = monorig_viz::readback::read(&rig.path(file)).unwrap();
+        let entity = format!("/estimates/{name}/total_mass");
+        recorded.entities[&entity].scalars.clone()
+    };
+    let alone = masses("runs/scenario/7/run.rrd", "dffrls_aekf");
+    assert!(alone.len() > 1000);
+    assert_eq!(masses(recording, "default"), alone);
+    for other in ["published", "winner"] {
+        assert_ne!(masses(recording, other), alone, "{other}");
+    }
+    let (code, told, err) = rig.monorig(&["tune", "study.yaml", "--no-rerun", "--out", "without"]);
+    assert_eq!(code, Some(0), "{told}{err}");
+    assert!(!rig.path("without/tune/study/before_after.rrd").exists());
+}
+
 /// Ranges in which the estimator fails everywhere, and bounds nobody can hold: no winner, code 1, no crash.
 #[test]
 fn a_study_without_a_good_trial_says_so() {

@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod expected;
+pub mod interval;
 pub mod metrics;
 pub mod replay;
 pub mod report;

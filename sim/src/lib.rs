@@ -1,6 +1,7 @@
 //! monorig-sim: truth → sensors → estimators → controller.
 
 pub mod bank;
+mod believed;
 pub mod checked;
 pub mod control;
 pub mod error;

@@ -1,10 +1,10 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file.
 //!
 //! Three tabs. *Overview*: the train from a camera that follows it, events, and estimates against truth. *Sensors*:
-//! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot follows from its
-//! path and unit, so a new channel finds its place.
+//! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot is told in `plots`.
 
 use crate::columns::follow_entity;
+use crate::plots::{OVERVIEW, Plot, SENSORS, plot};
 use crate::series::Series;
 use crate::stream::{TIMELINE, entity};
 use rerun::blueprint::components::{
@@ -35,83 +35,19 @@ const EYE: [f32; 3] = [-0.28, -0.74, 0.16];
 /// m: shorter trains are not looked at from nearer.
 const LEAST_LENGTH: f64 = 6.0;
 
-/// The plots, in order. A plot that no line goes to is left out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Plot {
-    Mass,
-    Slope,
-    Speed,
-    Traction,
-    Sway,
-    Rail,
-    SpecificForce,
-    AngularRate,
-    Torque,
-    WheelSpeed,
-    Slip,
-    Clamp,
-    DriveForce,
-}
-
-const OVERVIEW: [(Plot, &str); 5] = [
-    (Plot::Mass, "Total mass, kg (truth, estimates ±2σ)"),
-    (Plot::Slope, "Slope, ° (truth, estimates ±2σ)"),
-    (
-        Plot::Speed,
-        "Speed, m/s (reference, truth, measured, estimates)",
-    ),
-    (Plot::Traction, "Traction, resistance, brake, N"),
-    (Plot::Sway, "Sway of the load, °"),
-];
-const SENSORS: [(Plot, &str); 8] = [
-    (Plot::SpecificForce, "Specific force, m/s²"),
-    (Plot::AngularRate, "Angular rate, rad/s"),
-    (Plot::Torque, "Motor torque, N·m"),
-    (Plot::WheelSpeed, "Wheel speed, m/s"),
-    (Plot::Slip, "Slip, m/s"),
-    (Plot::DriveForce, "Traction of each drive, N"),
-    (Plot::Clamp, "Clamp pressure, MPa"),
-    (Plot::Rail, "Off the rail and clearance, m"),
-];
-
-/// Where a line is drawn outside the *Filters* tab.
-fn plot(s: &Series) -> Option<Plot> {
-    let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
-    let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
-    if matches!(group, "internals") || leaf.ends_with("_sd") {
-        return None;
-    }
-    match (s.unit.as_str(), group) {
-        ("kg", "truth") if is(&["total"]) => Some(Plot::Mass),
-        ("kg", "estimates") if !s.is_raw() => Some(Plot::Mass),
-        ("°", _) if is(&["grade", "pitch", "slope"]) => Some(Plot::Slope),
-        ("°", _) if is(&["sway"]) => Some(Plot::Sway),
-        ("m/s", _) if is(&["slip"]) => Some(Plot::Slip),
-        ("m/s", "sensors") => Some(Plot::WheelSpeed),
-        ("m/s", "truth" | "control") if whole => Some(Plot::Speed),
-        ("m/s", "estimates") if is(&["speed"]) => Some(Plot::Speed),
-        ("N", _) if whole => Some(Plot::Traction),
-        ("N", _) => Some(Plot::DriveForce),
-        ("N·m", _) => Some(Plot::Torque),
-        ("MPa", _) => Some(Plot::Clamp),
-        ("m/s²", "sensors") => Some(Plot::SpecificForce),
-        ("rad/s", "sensors") => Some(Plot::AngularRate),
-        ("m", "truth") if is(&["off_rail", "clearance"]) => Some(Plot::Rail),
-        _ => None,
-    }
-}
-
-/// The whole layout.
-pub fn entities(series: &[Series], train_length_m: f64) -> Entities {
+/// The whole layout. `load`: whether the vehicle has one that can swing.
+pub fn entities(series: &[Series], vehicle_length_m: f64, load: bool) -> Entities {
     let mut b = Builder {
         next: FIRST_ID,
         out: Vec::new(),
     };
-    let world = b.world(train_length_m);
+    let car = series.iter().any(Series::is_of_car);
+    let vehicle = if car { "Car" } else { "Train" };
+    let world = b.world(vehicle, vehicle_length_m);
     let events = b.text_views();
     let scene = b.container(
         ContainerKind::Vertical,
-        "Train",
+        vehicle,
         vec![world, events],
         &[4.0, 1.0],
     );
@@ -121,6 +57,7 @@ pub fn entities(series: &[Series], train_length_m: f64) -> Entities {
     speeds.extend(on(Plot::WheelSpeed).into_iter().take(1));
     let plots = OVERVIEW
         .iter()
+        .filter(|(p, _)| load || *p != Plot::Sway)
         .map(|&(p, title)| match p {
             Plot::Speed => (title, speeds.clone()),
             p => (title, on(p)),
@@ -228,14 +165,14 @@ impl Builder {
     /// The scene. Its id is the first.
     ///
     /// Its origin is a frame that moves with the train, and in that frame the camera stands still: so it follows.
-    fn world(&mut self, train_length_m: f64) -> Placed {
+    fn world(&mut self, name: &str, vehicle_length_m: f64) -> Placed {
         let place = self.view(
             "3D",
-            "Train",
+            name,
             &follow_entity().to_string(),
             &["/world/**".into()],
         );
-        let far = train_length_m.max(LEAST_LENGTH) as f32;
+        let far = vehicle_length_m.max(LEAST_LENGTH) as f32;
         let controls = EyeControls3D::new()
             .with_position(EYE.map(|x| x * far))
             .with_look_target([0.0, 0.0, -0.02 * far])
@@ -345,29 +282,6 @@ mod tests {
     use crate::series::plan;
     use monorig_sim::record::Channel;
 
-    fn of(path: &str, unit: &'static str) -> Vec<Option<Plot>> {
-        let channels = [Channel {
-            path: path.into(),
-            unit,
-        }];
-        plan(&channels).iter().map(plot).collect()
-    }
-
-    #[test]
-    fn lines_find_their_plots() {
-        assert_eq!(of("truth/total_mass", "kg"), [Some(Plot::Mass)]);
-        assert_eq!(of("estimates/jekf/total_mass_sd", "kg"), [None]);
-        // Radians are for the computer, degrees for the eye.
-        assert_eq!(of("truth/grade_at_imu", "rad"), [None, Some(Plot::Slope)]);
-        assert_eq!(of("control/reference_speed", "m/s"), [Some(Plot::Speed)]);
-        assert_eq!(
-            of("sensors/drive_1/wheel_speed", "m/s"),
-            [Some(Plot::WheelSpeed)]
-        );
-        assert_eq!(of("truth/drive_1/traction", "N"), [Some(Plot::DriveForce)]);
-        assert_eq!(of("internals/jekf/gain", "kg"), [None]);
-    }
-
     /// Every view and container is the content of exactly one container, but for the root: nothing is lost, nothing
     /// is there twice.
     #[test]
@@ -383,7 +297,7 @@ mod tests {
             unit,
         });
         let paths = || -> Vec<String> {
-            let all = entities(&plan(&channels), 18.0);
+            let all = entities(&plan(&channels), 18.0, true);
             all.iter().map(|(path, _)| path.to_string()).collect()
         };
         assert_eq!(paths(), paths());

@@ -18,6 +18,7 @@
 mod blueprint;
 mod columns;
 mod live;
+mod plots;
 pub mod readback;
 mod scene;
 mod series;

@@ -136,6 +136,11 @@ impl Series {
         inner.rsplit_once('/').map_or("", |(owner, _)| owner)
     }
 
+    /// Whether it is of a car, and of nothing else that moves.
+    pub fn is_of_car(&self) -> bool {
+        self.path.starts_with("truth/road/")
+    }
+
     /// Whether it is the unchanged channel.
     pub fn is_raw(&self) -> bool {
         matches!(

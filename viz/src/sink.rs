@@ -70,8 +70,8 @@ impl Sink for RerunSink {
         let mut stream = Stream::create(&self.path, &id, self.live.take())?;
         let wheels = scene::log(&mut stream, layout)?;
         let columns = Columns::begin(&mut stream, layout, wheels)?;
-        let length_m = layout.train.limits.length_m;
-        stream.blueprint(blueprint::entities(columns.series(), length_m))?;
+        let (length_m, load) = (layout.train.limits.length_m, layout.train.load.is_some());
+        stream.blueprint(blueprint::entities(columns.series(), length_m, load))?;
         self.open = Some(Open { stream, columns });
         Ok(())
     }

@@ -8,14 +8,19 @@ Examples:
   monorig report runs/minimal/1                          writes runs/minimal/1/report.html
   monorig test scenarios/minimal.yaml --json out/verdicts.json
   monorig report out/verdicts.json                       writes out/verdicts.html
+  monorig compare scenarios/liu2023_section1.yaml --seeds 1..20 --json out/compared.json
+  monorig report out/compared.json                       writes out/compared.html
+  monorig study scenarios/studies/vehicle_test_spread.yaml
+  monorig report runs/vehicle_test_spread/results.jsonl
 
+`monorig tune` writes its report by itself.
 The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper.";
 
 /// `monorig report`
 #[derive(Debug, clap::Args)]
 #[command(after_help = REPORT_EXAMPLES)]
 pub struct Report {
-    /// Folder of a run, results of `monorig test --json`, or results of a study
+    /// Folder of a run, results of `monorig test --json`, of `monorig compare --json`, or of a study
     pub path: PathBuf,
     /// Write the report here instead of into or beside what it is about
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! Tasks that make many runs.
 
+use monorig_lab::metrics::METRICS;
 use monorig_lab::study::Shard;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -84,7 +85,7 @@ pub struct Compare {
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seeds: Option<String>,
     /// Metrics to compare
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = crate::compare::metric,
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
         default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,slope_valid_share")]
     pub metrics: Vec<String>,
     /// Estimator that the others are held against; without it the first
@@ -98,6 +99,19 @@ pub struct Compare {
     /// Write the table as CSV
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+}
+
+/// A metric of estimators by its name.
+fn metric(name: &str) -> Result<String, String> {
+    let known = METRICS.iter().map(|m| m.name);
+    if known.clone().any(|k| k == name) {
+        return Ok(name.to_owned());
+    }
+    let list: Vec<&str> = known.clone().collect();
+    Err(match monorig_sim::file::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known metrics: {}", list.join(", ")),
+    })
 }
 
 const STUDY_EXAMPLES: &str = "\

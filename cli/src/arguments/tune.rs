@@ -9,7 +9,8 @@ Examples:
   monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
   monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
 
-Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json.";
+Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
+and before_after.rrd to open in the Rerun viewer: a validation run with defaults, published constants and winner side by side.";
 
 /// `monorig tune`
 #[derive(Debug, clap::Args)]
@@ -26,6 +27,9 @@ pub struct Tune {
     /// Folder the results go to
     #[arg(long, value_name = "DIR", default_value = "runs")]
     pub out: PathBuf,
+    /// Do not write before_after.rrd
+    #[arg(long)]
+    pub no_rerun: bool,
     /// Folder of the recorded runs [default: OUT/tune/.cache]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,

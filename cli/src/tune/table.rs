@@ -1,8 +1,8 @@
 //! What a study has come to, as text.
 
 use crate::report::{lines, number, right, table};
-use monorig_lab::tune::job::Done;
-use monorig_lab::tune::statistics::Interval;
+use monorig_lab::interval::Interval;
+use monorig_lab::tune::done::Done;
 use monorig_lab::tune::study::Study;
 use monorig_lab::tune::validate::{Comparison, Validation};
 
@@ -38,7 +38,7 @@ pub fn text(study: &Study, done: &Done) -> String {
 fn parameters(study: &Study, done: &Done) -> String {
     let mut table = table(["parameter", "default", "published", "winner"]);
     let defaults = study.defaults();
-    let winner = done.found.winner.and_then(|i| done.found.trials.get(i));
+    let winner = done.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
         let published = study.file.published.get(name).map(|x| x.get());
         table.add_row([

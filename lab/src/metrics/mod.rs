@@ -57,6 +57,15 @@ pub fn unit(metric: &str) -> Option<&'static str> {
         .find_map(|(name, unit)| (name == metric).then_some(unit))
 }
 
+/// Whether a metric is the better the less it is; none of those that should be 1 on average, neither less nor more.
+pub fn less_is_better(metric: &str) -> Option<bool> {
+    match metric {
+        m if m.ends_with("_valid_share") => Some(false),
+        m if m.ends_with("_mean") || m.ends_with("_in_band") => None,
+        _ => Some(true),
+    }
+}
+
 fn between<T>(samples: &[T], t_s: fn(&T) -> f64, after_s: f64, until_s: f64) -> &[T] {
     let from = samples.partition_point(|x| t_s(x) < after_s);
     let to = samples.partition_point(|x| t_s(x) <= until_s);
@@ -76,7 +85,8 @@ mod tests {
         let of_run = RUN_METRICS.iter().map(|m| (m.name, m.unit, m.doc));
         let mut rows: Vec<String> = of_estimator
             .chain(of_run)
-            .map(|(name, unit, doc)| format!("| `{name}` | {unit} | {doc} |"))
+            // a bar within a cell of Markdown's tables is written \|
+            .map(|(name, unit, doc)| format!("| `{name}` | {unit} | {} |", doc.replace('|', "\\|")))
             .collect();
         let mut there: Vec<&str> = page.lines().filter(|l| l.starts_with("| `")).collect();
         rows.sort();

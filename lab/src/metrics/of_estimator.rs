@@ -51,7 +51,7 @@ pub const METRICS: &[Metric<Sample>] = &[
     Metric {
         name: "mass_error_converged_rel_max",
         unit: "1",
-        doc: "the same over the total mass",
+        doc: "largest error of the total mass after convergence, over the total mass",
         value: |s| max(mass(settled(s)).map(|x| x.mass_rel)),
     },
     Metric {
@@ -123,7 +123,7 @@ pub const METRICS: &[Metric<Sample>] = &[
     Metric {
         name: "slope_effective_rmse_deg",
         unit: "°",
-        doc: "root mean square error of the slope against the effective grade of the whole train",
+        doc: "root mean square error of the slope against the effective grade of the whole vehicle",
         value: |s| rms(slope(s).map(|x| x.slope_effective / DEGREE)),
     },
     Metric {

@@ -18,7 +18,7 @@ pub const RUN_METRICS: &[Metric<Tracking>] = &[
     Metric {
         name: "accel_rms_mps2",
         unit: "m/s²",
-        doc: "root mean square acceleration along the rail: comfort",
+        doc: "root mean square acceleration along the track: comfort",
         value: |s| rms(s.iter().map(|x| x.accel)),
     },
     Metric {
@@ -30,19 +30,19 @@ pub const RUN_METRICS: &[Metric<Tracking>] = &[
     Metric {
         name: "traction_energy_j",
         unit: "J",
-        doc: "work that the wheels do on the train while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off",
+        doc: "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off",
         value: energy,
     },
     Metric {
         name: "traction_energy_jpm",
         unit: "J/m",
-        doc: "the same over the way gone, ∫ \\|v\\| dt",
+        doc: "traction energy over the way gone, ∫ |v| dt",
         value: |s| energy(s) / integral(s, |x| x.way_speed.abs()),
     },
     Metric {
         name: "off_rail_max_m",
         unit: "m",
-        doc: "largest distance of a wheel from its place on the rail",
+        doc: "largest distance of a wheel from its place on the rail; of a car from the middle of its lane",
         value: |s| max(s.iter().map(|x| x.off_rail)),
     },
 ];

@@ -39,6 +39,8 @@ pub enum Block {
     Link(String, String),
     /// Long text that is folded away: what it is, and the text as it is.
     Folded(String, String),
+    /// A long table that is folded away: what it is, and the table. In print it is open.
+    FoldedTable(String, Table),
 }
 
 impl Page {
@@ -107,6 +109,12 @@ impl Section {
         self
     }
 
+    /// With a table that is folded away.
+    pub fn folded(mut self, what: impl Into<String>, table: Table) -> Self {
+        self.blocks.push(Block::FoldedTable(what.into(), table));
+        self
+    }
+
     /// With a figure, beside the last one if that was one too.
     pub fn figure(mut self, figure: Figure) -> Self {
         match self.blocks.last_mut() {
@@ -138,6 +146,11 @@ impl Block {
                 "<details><summary>{}</summary><pre>{}</pre></details>\n",
                 escape(what),
                 escape(text)
+            ),
+            Self::FoldedTable(what, table) => format!(
+                "<details class=\"table\"><summary>{}</summary>{}</details>\n",
+                escape(what),
+                table.to_html()
             ),
         }
     }

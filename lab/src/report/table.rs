@@ -74,7 +74,6 @@ impl Table {
         }
         out += "<thead><tr>";
         for (i, (title, _)) in self.columns.iter().enumerate() {
-            // long names of metrics may be broken
             let title = escape(title).replace('_', "_<wbr/>");
             out += &format!("<th{}>{title}</th>", class(i));
         }
@@ -82,7 +81,8 @@ impl Table {
         for row in &self.rows {
             out += "<tr>";
             for (i, cell) in row.iter().enumerate() {
-                let text = escape(&cell.text);
+                // long names may be broken
+                let text = escape(&cell.text).replace('_', "_<wbr/>");
                 let text = match cell.good {
                     Some(true) => format!("<span class=\"good\">{text}</span>"),
                     Some(false) => format!("<span class=\"bad\">{text}</span>"),

@@ -1,12 +1,13 @@
 //! A whole study: recordings, search, validation, sensitivity, files.
 
+use super::done::{Done, Trace};
 use super::evaluate::Bench;
-use super::report::{self, Trace};
-use super::search::{self, Found, Watcher};
+use super::report;
+use super::search::{self, Watcher};
 use super::sensitivity::{self, Sensitivity};
 use super::store::Trial;
 use super::study::{Group, Study};
-use super::validate::{self, Validation};
+use super::validate;
 use super::write;
 use crate::replay::cache::Cache;
 use monorig_sim::error::Error;
@@ -23,20 +24,6 @@ pub struct Job {
     pub jobs: usize,
     /// Go on with the trials that are there.
     pub resume: bool,
-}
-
-/// What a study has found.
-pub struct Done {
-    /// The trials.
-    pub found: Found,
-    /// The winner on unseen runs; none without a winner.
-    pub validation: Option<Validation>,
-    /// Its neighbourhood.
-    pub sensitivity: Sensitivity,
-    /// A validation run of each scenario, with the defaults and with the winner.
-    pub traces: Vec<Trace>,
-    /// The parameter file.
-    pub winner: Option<PathBuf>,
 }
 
 /// Someone who watches a study. Asked from several threads.

@@ -6,6 +6,7 @@
 //! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); as a page ([`report`]) too; [`job`] does all of it.
 
 pub mod check;
+pub mod done;
 pub mod evaluate;
 pub mod job;
 pub mod known;
@@ -14,8 +15,8 @@ pub mod optimise;
 pub mod report;
 pub mod search;
 pub mod sensitivity;
+pub mod side_by_side;
 pub mod space;
-pub mod statistics;
 pub mod store;
 pub mod study;
 pub mod validate;

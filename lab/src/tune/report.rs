@@ -1,11 +1,11 @@
 //! A study as one HTML page.
 
-use super::job::Done;
+use super::done::{Done, Trace};
 use super::sensitivity::{Curve, Map};
-use super::statistics::Interval;
 use super::store::Trial;
 use super::study::{Combine, Scale, Study};
 use super::validate::{Comparison, Verdict};
+use crate::interval::Interval;
 use crate::report::html::number;
 use crate::report::page::{Page, Section};
 use crate::report::plot::Figure;
@@ -21,17 +21,6 @@ use crate::report::table::{Cell, Table};
 use crate::series::Sample;
 
 const LOSS: &str = "loss (defaults = 1)";
-
-/// A run with the defaults and with the winner.
-#[derive(Clone, Debug)]
-pub struct Trace {
-    /// Scenario.
-    pub scenario: String,
-    /// With the defaults.
-    pub before: Vec<Sample>,
-    /// With the winner.
-    pub after: Vec<Sample>,
-}
 
 /// The page.
 pub fn page(study: &Study, done: &Done) -> String {
@@ -89,7 +78,7 @@ pub fn page(study: &Study, done: &Done) -> String {
 fn found(study: &Study, done: &Done) -> Section {
     let mut table = Table::new(&["parameter"], &["default", "published", "winner"]);
     let defaults = study.defaults();
-    let winner = winner(done);
+    let winner = done.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
         let published = study.file.published.get(name).map(|x| x.get());
         table.row([
@@ -112,10 +101,6 @@ fn found(study: &Study, done: &Done) -> Section {
         }
     }
     Section::new("Found").table(table).table(losses)
-}
-
-fn winner(done: &Done) -> Option<&Trial> {
-    done.found.winner.and_then(|i| done.found.trials.get(i))
 }
 
 fn comparison(c: &Comparison) -> Table {
@@ -267,7 +252,7 @@ fn map(space: &Space<'_>, m: &Map, done: &Done) -> Figure {
             })
             .collect(),
         marks: [
-            mark("winner", winner(done)),
+            mark("winner", done.best()),
             mark("default", done.found.trials.first()),
         ]
         .into_iter()
@@ -354,7 +339,7 @@ impl Space<'_> {
         };
         let named = |origin: &str| done.found.trials.iter().find(|t| t.origin == origin);
         let marks = [
-            of("winner", winner(done)),
+            of("winner", done.best()),
             of("default", named("default")),
             of("published", named("published")),
         ];

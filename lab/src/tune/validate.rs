@@ -3,8 +3,8 @@
 use super::evaluate::{Bench, Shown};
 use super::loss::{Judge, own_loss, wanted};
 use super::space::Values;
-use super::statistics::{Interval, interval};
 use super::study::{Group, Study};
+use crate::interval::Interval;
 use serde::Serialize;
 
 /// What validation has shown.
@@ -122,7 +122,7 @@ fn compare(
     let differences: Option<Vec<f64>> = pairs()
         .map(|(w, o)| Some(judge.run_loss(w)? - judge.run_loss(o)?))
         .collect();
-    let loss = differences.map(|d| interval(&d));
+    let loss = differences.map(|d| Interval::student(&d));
     let mut rows = Vec::new();
     for (i, term) in study.file.objective.metrics.iter().enumerate() {
         for (g, group) in study.validation.iter().enumerate() {
@@ -135,9 +135,9 @@ fn compare(
             rows.push(Row {
                 metric: term.metric.clone(),
                 scenario: name(group),
-                winner: interval(&column(|p| p.0)).mean,
-                other: interval(&column(|p| p.1)).mean,
-                difference: interval(&column(|p| p.0 - p.1)),
+                winner: Interval::student(&column(|p| p.0)).mean,
+                other: Interval::student(&column(|p| p.1)).mean,
+                difference: Interval::student(&column(|p| p.0 - p.1)),
             });
         }
     }

@@ -158,7 +158,7 @@ impl Car {
                 start_s: -self.nose_m(),
                 start_pose: Isometry3::identity(),
                 stations: Vec::new(),
-                shapes: super::look::shapes(self),
+                shapes: super::look::shapes(d, self.nose_m()),
             }],
             drives: self.drives().into(),
             mounts: vec![Mount {

@@ -1,6 +1,6 @@
 //! What a car looks like.
 
-use super::car::Car;
+use super::car_file::CarFile;
 use crate::train::{Geometry, Shape};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
@@ -9,10 +9,13 @@ const PAINT: [f32; 4] = [0.35, 0.02, 0.03, 1.0];
 const GLASS: [f32; 4] = [0.05, 0.06, 0.08, 1.0];
 const RUBBER: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
-/// A body, a cabin on it, and four wheels that turn.
-pub(super) fn shapes(car: &Car) -> Vec<Shape> {
-    let (w, [length, width, height]) = (&car.data.wheels, car.data.body.size_m.map(|x| x.get()));
-    let (radius, middle) = (w.radius_m.get(), car.nose_m() - 0.5 * length);
+/// The wheels stand out of the body by so much, so that both can be seen, m.
+const OUT: f64 = 0.02;
+
+/// A body, a cabin on it, and four wheels that turn. `nose_m`: from the car's origin to its front, m.
+pub(super) fn shapes(car: &CarFile, nose_m: f64) -> Vec<Shape> {
+    let (w, [length, width, height]) = (&car.wheels, car.body.size_m.map(|x| x.get()));
+    let (radius, middle) = (w.radius_m.get(), nose_m - 0.5 * length);
     let block = |link: &str, at: [f64; 3], size: [f64; 3], rgba| Shape {
         link: link.into(),
         pose: Isometry3::translation(at[0], at[1], at[2]),
@@ -47,7 +50,7 @@ pub(super) fn shapes(car: &Car) -> Vec<Shape> {
                 ),
                 // the cylinder's axis, z, to the left (a turn by −90° about x), so that a positive angle rolls forward
                 pose: Isometry3::from_parts(
-                    Translation3::new(x, y * (width - tread), radius),
+                    Translation3::new(x, y * (width - tread + 2.0 * OUT), radius),
                     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
                 ),
                 geometry: Geometry::Cylinder(radius, tread),

@@ -11,7 +11,7 @@
 //! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
 
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
-use super::sheet::{Errors, WarmUp};
+use super::sheet_file::{Errors, WarmUp};
 use super::stream::Stream;
 
 /// The errors of one axis during one run.
@@ -278,7 +278,7 @@ mod tests {
                 noise_sd: n(0.1),
                 noise_density: n(0.02),
                 random_walk_of_integral: n(0.015),
-                gauss_markov: Some(super::super::sheet::Markov {
+                gauss_markov: Some(super::super::sheet_file::Markov {
                     sd: n(0.2),
                     time_s: Positive::try_from(0.02).unwrap(),
                 }),

@@ -8,7 +8,7 @@ use super::error_model::ErrorModel;
 use super::fault::{Faults, Window};
 use super::low_pass::LowPass;
 use super::sampling::{DelayLine, Reading, Schedule};
-use super::sheet::{Errors, Sampling};
+use super::sheet_file::{Errors, Sampling};
 use crate::error::Error;
 use monorig_estimators::signals::Sample;
 use nalgebra::{Matrix3, Vector3};

@@ -2,7 +2,7 @@
 //!
 //! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues 1840).
 
-use super::sheet::InertialSensor;
+use super::sheet_file::InertialSensor;
 use super::stream::Stream;
 use nalgebra::{Matrix3, Vector3};
 

@@ -6,7 +6,7 @@
 //! | `instrument` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
-//! | `sheet` `mount` | the data sheet in YAML; finding the link it names |
+//! | `sheet_file` `sheet` `mount` | the data sheet in YAML; its checks; finding the link it names |
 //! | `suite` | all instruments of a train |
 
 pub mod accelerometer;
@@ -23,6 +23,7 @@ pub mod noise;
 mod per_drive;
 pub mod sampling;
 pub mod sheet;
+pub mod sheet_file;
 pub mod steering_angle;
 pub mod stream;
 mod suite;

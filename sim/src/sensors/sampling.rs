@@ -4,7 +4,7 @@
 //! is *taken* at the due instant plus jitter, but *stamped* with the due instant: the sensor does not know its jitter.
 //! Arrival is the instant of taking plus the latency. Lost samples never arrive.
 
-use super::sheet::Sampling;
+use super::sheet_file::Sampling;
 use super::stream::Stream;
 use std::collections::VecDeque;
 

@@ -85,17 +85,10 @@ impl Axis {
         match self.range {
             Some((a, b)) => (low, high) = (shown(a), shown(b)),
             None => {
-                let room = (high - low) * margin;
-                // a line that is level still needs some height
-                let least = if log {
-                    0.15
-                } else {
-                    (low.abs() * 0.01).max(1e-9)
-                };
-                let room = if high - low > least * 0.01 {
-                    room
-                } else {
-                    least
+                let least = if log { 0.15 } else { least_room(low, high) };
+                let room = match high - low > least * 0.01 {
+                    true => (high - low) * margin,
+                    false => least,
                 };
                 (low, high) = (low - room, high + room);
             }
@@ -145,6 +138,7 @@ impl Fixed {
                 };
                 match x.abs() {
                     a if a >= 1e6 => number(x),
+                    a if a > 0.0 && self.decimals > 5 => format!("{x:.1e}"),
                     _ => format!("{x:.0$}", self.decimals),
                 }
             }
@@ -197,6 +191,15 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Room above and below a line that is level: it still needs some height.
+fn least_room(low: f64, high: f64) -> f64 {
+    match low.abs().max(high.abs()) {
+        // zero, but for rounding
+        size if size < 1e-9 => 1.0,
+        size => size * 0.01,
+    }
+}
+
 /// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its opposite,
 /// with `margin` of room, but no wider than the values.
 pub fn without_outliers(
@@ -209,12 +212,10 @@ pub fn without_outliers(
     let last = all.len().checked_sub(1)?;
     let at = |p: f64| all[(p * last as f64).round() as usize];
     let (low, high) = (at(share), at(1.0 - share));
-    let room = (high - low) * margin;
-    let least = (low.abs() * 0.01).max(1e-9);
-    let room = if high - low > least * 0.01 {
-        room
-    } else {
-        least
+    let least = least_room(low, high);
+    let room = match high - low > least * 0.01 {
+        true => (high - low) * margin,
+        false => least,
     };
     let edge = room.min((high - low).max(least) * 0.06);
     Some((
@@ -254,7 +255,11 @@ mod tests {
         );
         assert!(Axis::log("x").fix([0.0, -1.0].into_iter(), 0.0).is_none());
         assert!(axis.fix([3.0].into_iter(), 0.05).is_some());
-        assert!(axis.fix([0.0, 0.0].into_iter(), 0.05).is_some());
+        // what is zero all along needs no tiny numbers
+        let level = axis.fix([0.0, 1e-17].into_iter(), 0.05).unwrap();
+        let labels = level.ticks.iter().map(|t| level.label(*t));
+        assert!(labels.clone().any(|l| l == "0.0"));
+        assert!(labels.clone().all(|l| l.len() <= 4), "{level:?}");
     }
 
     #[test]

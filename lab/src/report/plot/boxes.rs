@@ -45,6 +45,7 @@ impl Boxes {
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
         let svg = canvas::draw(x, y, |c| {
+            c.level(0.0, Ink::Muted, 2);
             for (i, (group, values)) in self.groups.iter().zip(&sorted).enumerate() {
                 let (at, ink) = (i as f64, group.ink);
                 let q = [0.05, 0.25, 0.5, 0.75, 0.95].map(|p| quantile(values, p));
@@ -70,10 +71,11 @@ impl Boxes {
         let groups = self.groups.iter().enumerate();
         let groups =
             groups.map(|(i, g)| Key::new(format!("{} {}", i + 1, g.name), Look::Area(g.ink)));
-        let references = self
-            .references
-            .iter()
-            .map(|r| Key::new(format!("× {}", r.0), Look::Dot(Ink::Text)));
+        let mut named: Vec<&str> = self.references.iter().map(|r| r.0.as_str()).collect();
+        named.dedup();
+        let references = named
+            .into_iter()
+            .map(|n| Key::new(n, Look::Cross(Ink::Text)));
         Figure {
             svg,
             legend: groups.chain(references).collect(),

@@ -59,7 +59,7 @@ impl HeatMap {
             }
         });
         let marks = self.marks.iter().enumerate();
-        let marks = marks.map(|(i, m)| Key::new(&m.0, Look::Dot(Ink::series(i + 1))));
+        let marks = marks.map(|(i, m)| Key::new(&m.0, Look::Cross(Ink::series(i + 1))));
         Figure {
             svg,
             legend: std::iter::once(Key::new(&self.score, Look::Scale(best, high)))

@@ -4,6 +4,7 @@ use super::Figure;
 use super::axis::Axis;
 use super::line::{Line, LineChart};
 use super::theme::Ink;
+use crate::report::html::number;
 
 /// A history; lower is better.
 #[derive(Clone, Debug)]
@@ -21,23 +22,23 @@ pub struct History {
 impl History {
     /// Draw it.
     pub fn figure(self) -> Figure {
-        let number = |i: usize| (i + 1) as f64;
+        let trial = |i: usize| (i + 1) as f64;
         let mut best = f64::INFINITY;
         let mut steps = Vec::new();
         for (i, &score) in self.scores.iter().enumerate() {
             if score.is_finite() && score < best {
                 if best.is_finite() {
-                    steps.push((number(i), best));
+                    steps.push((trial(i), best));
                 }
                 best = score;
-                steps.push((number(i), best));
+                steps.push((trial(i), best));
             }
         }
         if best.is_finite() {
             steps.push((self.scores.len() as f64, best));
         }
         let trials = self.scores.iter().enumerate();
-        let trials: Vec<_> = trials.map(|(i, &s)| (number(i), s)).collect();
+        let trials: Vec<_> = trials.map(|(i, &s)| (trial(i), s)).collect();
         let failed = self.scores.iter().filter(|s| !s.is_finite()).count();
         let mut chart = LineChart::new(self.title, Axis::linear("trial"), self.y);
         if chart.y.range.is_none() {
@@ -72,7 +73,14 @@ impl History {
         chart
             .lines
             .push(Line::new("best so far", Ink::Series(0), steps));
-        chart.levels = self.references;
+        let inks = [Ink::Muted, Ink::Series(4), Ink::Series(3)];
+        for (i, (name, score)) in self.references.into_iter().enumerate() {
+            let level = vec![(1.0, score), (self.scores.len() as f64, score)];
+            let name = format!("{name} {}", number(score));
+            chart
+                .lines
+                .push(Line::new(name, inks[i % inks.len()], level));
+        }
         chart.figure()
     }
 }

@@ -136,7 +136,8 @@ impl LineChart {
                     _ => 1.0,
                 };
                 if line.dots {
-                    c.dots(&line.points, line.ink, 4, 0.6 * opacity);
+                    let radius = if line.points.len() > 100 { 4 } else { 7 };
+                    c.dots(&line.points, line.ink, radius, 0.6 * opacity);
                 } else {
                     c.line(&line.points, line.ink, 3, opacity);
                 }

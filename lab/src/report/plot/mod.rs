@@ -72,6 +72,8 @@ pub enum Look {
     Area(Ink),
     /// A dot.
     Dot(Ink),
+    /// A cross.
+    Cross(Ink),
     /// The colour scale from one value to another.
     Scale(f64, f64),
 }
@@ -99,6 +101,10 @@ impl Key {
             Look::Dot(ink) => format!(
                 "<svg viewBox=\"0 0 26 12\"><circle cx=\"13\" cy=\"6\" r=\"5\" fill=\"{}\"/></svg>",
                 ink.css()
+            ),
+            Look::Cross(ink) => format!(
+                "<svg viewBox=\"0 0 26 12\"><path d=\"M8 1L18 11M18 1L8 11\" stroke-width=\"2.5\" {}/></svg>",
+                ink.stroke()
             ),
             Look::Scale(from, to) => {
                 return format!(

@@ -163,8 +163,23 @@ pub(super) fn themed(svg: &str) -> String {
         }
     }
     out.push_str(rest);
-    // inside HTML the name space is known
-    out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
+    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest count
+    let out = out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+    fill_opacity(&out.replace(" stroke=\"none\" stroke-width=\"1\"", ""))
+}
+
+/// Opacity of fills as such: opacity of whole elements makes a printed page a hundred times as large.
+fn fill_opacity(svg: &str) -> String {
+    const WHOLE: &str = " opacity=\"";
+    let mut parts = svg.split(WHOLE);
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let next = part.split_once('"').map_or("", |p| p.1);
+        let filled = next.starts_with(" fill=\"") && !next.starts_with(" fill=\"none");
+        out.push_str(if filled { " fill-opacity=\"" } else { WHOLE });
+        out.push_str(part);
+    }
+    out
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub fn section(run: &Recorded) -> Section {
                     Ink::Series(1),
                     at("control/reference_speed", 1.0),
                 ),
-                Line::new("train", Ink::Text, at("truth/speed", 1.0)),
+                Line::new("true", Ink::Text, at("truth/speed", 1.0)),
             ],
         ))
         .figure(chart(
@@ -36,29 +36,39 @@ pub fn section(run: &Recorded) -> Section {
             "Motor torque",
             "torque at a motor shaft, N·m",
             vec![
-                Line::new("acting, mean of the drive units", Ink::Text, torque(run)),
+                Line::new("acting, mean of the motors", Ink::Text, torque(run)),
                 Line::new("command", Ink::Series(0), at("control/motor_torque", 1.0)),
             ],
-        ))
-        .figure(chart(
-            "Swing of the load",
-            "angle, °",
-            vec![
-                Line::new(
-                    "forward",
-                    Ink::Series(0),
-                    at("truth/sway_longitudinal", DEGREES),
-                ),
-                Line::new("left", Ink::Series(1), at("truth/sway_lateral", DEGREES)),
-            ],
         ));
+    let swing = ["truth/sway_longitudinal", "truth/sway_lateral"];
+    if swing.iter().any(|name| run.exceeds(name, 0.0)) {
+        let [forward, left] = swing.map(|name| at(name, DEGREES));
+        let lines = vec![
+            Line::new("forward", Ink::Series(0), forward),
+            Line::new("left", Ink::Series(1), left),
+        ];
+        section = section.figure(chart("Swing of the load", "angle, °", lines));
+    }
+    let offset = at("truth/road/offset", 1.0);
+    if !offset.is_empty() {
+        let steering = at("truth/road/steering_angle", DEGREES);
+        let steering = vec![Line::new("", Ink::Series(2), steering)];
+        let offset = vec![Line::new("", Ink::Series(2), offset)];
+        section = section
+            .figure(chart("Steering", "angle of the front wheels, °", steering))
+            .figure(chart(
+                "Beside the lane's middle",
+                "offset, + left, m",
+                offset,
+            ));
+    }
     if run.exceeds("control/brake", 0.0) {
         let brake = vec![Line::new(
             "command",
             Ink::Series(1),
             at("control/brake", 100.0),
         )];
-        let axis = Axis::linear("share of the clamp-brake force, %").between(-2.0, 105.0);
+        let axis = Axis::linear("share of the brake force, %").between(-2.0, 105.0);
         let mut chart = LineChart::new("Brake", Axis::linear("time, s"), axis);
         chart.lines = brake;
         section = section.figure(chart.figure());

@@ -21,7 +21,7 @@ pub fn section(run: &Recorded) -> Section {
     Section::new("Errors")
         .text(format!(
             "Estimate minus truth where the estimator vouches for its value; distributions from {after_s} s on. The slope's \
-             truth is the grade of the rail at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
+             truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
         ))
         .figure(over_time("Slope error", "slope error, °", &slope))
         .figure(over_time("Mass error", "mass error, %", &mass))

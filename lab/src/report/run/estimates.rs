@@ -93,7 +93,7 @@ fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> LineChart
         let effective = run.over_time("truth/grade_effective", quantity.factor);
         chart
             .lines
-            .push(Line::new("truth, whole train", Ink::Muted, effective));
+            .push(Line::new("truth, whole vehicle", Ink::Muted, effective));
     }
     chart.lines.push(Line::new("truth", Ink::Text, truth));
     chart

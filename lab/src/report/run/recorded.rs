@@ -35,7 +35,7 @@ impl Recorded {
                     folder,
                     "",
                     format!("this is not the folder of a run: there is no {name} in it"),
-                    "name a folder that `monorig run` has filled, such as runs/minimal/1",
+                    super::super::TAKES,
                 )),
             }
         };

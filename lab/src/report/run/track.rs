@@ -1,4 +1,4 @@
-//! Where the train went: slope, height and curvature along the chainage.
+//! Where the vehicle went: slope, height and curvature along the chainage.
 
 use super::recorded::{DEGREES, Recorded};
 use crate::report::page::Section;
@@ -7,7 +7,7 @@ use crate::report::plot::axis::Axis;
 use crate::report::plot::line::{Line, LineChart};
 use crate::report::plot::theme::Ink;
 
-/// Plots of the track, as far as the train went.
+/// Plots of the track, as far as the vehicle went.
 pub fn section(run: &Recorded) -> Section {
     let at = |name: &str, factor: f64| {
         let rows = run.column("truth/chainage").iter().zip(run.column(name));
@@ -15,7 +15,7 @@ pub fn section(run: &Recorded) -> Section {
     };
     let effective = at("truth/grade_effective", DEGREES);
     let slope = vec![
-        Line::new("whole train", Ink::Muted, effective),
+        Line::new("of the whole vehicle", Ink::Muted, effective),
         Line::new(
             "at the IMU",
             Ink::Series(0),
@@ -36,9 +36,9 @@ pub fn section(run: &Recorded) -> Section {
     ];
     let height = vec![Line::new("", Ink::Series(0), heights(run))];
     Section::new("Track")
-        .figure(chart("Slope of the rail", "slope, °", slope))
+        .figure(chart("Slope", "slope, °", slope))
         .figure(chart("Height", "height above the start, m", height))
-        .figure(chart("Curvature of the rail", "curvature, 1/m", curvature))
+        .figure(chart("Curvature", "curvature, 1/m", curvature))
 }
 
 fn chart(title: &str, y: &str, lines: Vec<Line>) -> Figure {

@@ -86,7 +86,7 @@ fn key_figures(summary: &Summary) -> Table {
 }
 
 fn of_the_run(summary: &Summary) -> Table {
-    let mut table = Table::new(&["train and controller", ""], &["value"]);
+    let mut table = Table::new(&["vehicle and controller", ""], &["value"]);
     for metric in RUN_METRICS {
         let value = summary.run.get(metric.name).copied().flatten();
         table.row([

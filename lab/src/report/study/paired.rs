@@ -1,7 +1,7 @@
 //! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
 
 use super::values::{Values, estimators, value};
-use crate::metrics::METRICS;
+use crate::metrics::{METRICS, less_is_better};
 use crate::report::table::{Cell, Table};
 use crate::study::RunResult;
 use crate::summary::MAIN;
@@ -36,14 +36,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
                 continue;
             }
             let (low, high) = all.interval();
-            let mean = Cell::number(all.mean());
-            // shares are better when larger, everything else when smaller
-            let larger_is_better = metric.name.ends_with("_share");
-            let mean = match (low > 0.0, high < 0.0) {
-                (true, _) => mean.judged(larger_is_better),
-                (_, true) => mean.judged(!larger_is_better),
-                _ => mean,
-            };
+            let mean = difference(metric.name, all.mean(), low, high);
             let larger = all.measured.iter().filter(|d| **d > 0.0).count();
             table.row([
                 name.clone().into(),
@@ -56,4 +49,18 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
         }
     }
     Some(table)
+}
+
+/// A mean difference of a metric, judged where zero is not in its interval.
+pub fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Cell {
+    let cell = Cell::number(mean);
+    let less = match (low > 0.0, high < 0.0) {
+        (true, _) => Some(false),
+        (_, true) => Some(true),
+        _ => None,
+    };
+    match less.zip(less_is_better(metric)) {
+        Some((less, less_is_better)) => cell.judged(less == less_is_better),
+        None => cell,
+    }
 }

@@ -22,7 +22,7 @@ pub fn verdicts(section: Section, all: &[Check]) -> Section {
 /// Metrics over the runs: distributions, differences, and all numbers.
 pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
     if runs.len() < 2 {
-        return section.table(numbers(runs));
+        return numbers(section, runs);
     }
     let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
     let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
@@ -30,7 +30,7 @@ pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
         Some(table) => section.table(table),
         None => section,
     };
-    section.table(numbers(runs))
+    numbers(section, runs)
 }
 
 fn checks(checks: &[Check]) -> Table {
@@ -64,24 +64,38 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
     .figure()
 }
 
-/// Every metric of every estimator and of the run over the seeds.
-fn numbers(runs: &[RunResult]) -> Table {
-    let mut table = Table::new(
-        &["", "metric"],
-        &[
-            "mean",
-            "95 % interval of the mean",
-            "median",
-            "least",
-            "greatest",
-            "measured",
-        ],
-    );
-    table.caption = "Metrics over the runs".into();
-    let mut add = |owner: &str, name: String, values: Values| {
+/// Every metric of every estimator and of the run over the seeds, a table each.
+pub fn numbers(mut section: Section, runs: &[RunResult]) -> Section {
+    for name in estimators(runs) {
+        let metrics = METRICS.iter().map(|m| (m.name, m.unit));
+        let table = over_runs(runs, Some(&name), metrics);
+        section = section.folded(format!("Every metric of {name}"), table);
+    }
+    let metrics = RUN_METRICS.iter().map(|m| (m.name, m.unit));
+    section.folded(
+        "Every metric of vehicle and controller",
+        over_runs(runs, None, metrics),
+    )
+}
+
+fn over_runs<'a>(
+    runs: &[RunResult],
+    estimator: Option<&str>,
+    metrics: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Table {
+    let titles = [
+        "mean",
+        "95 % interval of the mean",
+        "median",
+        "least",
+        "greatest",
+        "measured",
+    ];
+    let mut table = Table::new(&["metric"], &titles);
+    for (metric, unit) in metrics {
+        let values = Values::of(runs, estimator, metric);
         table.row([
-            owner.into(),
-            name.into(),
+            with_unit(metric, unit).into(),
             Cell::number(values.mean()),
             values.interval_text().into(),
             Cell::number(values.quantile(0.5)),
@@ -89,16 +103,6 @@ fn numbers(runs: &[RunResult]) -> Table {
             Cell::number(values.quantile(1.0)),
             format!("{} of {}", values.measured.len(), values.runs).into(),
         ]);
-    };
-    for name in estimators(runs) {
-        for metric in METRICS {
-            let values = Values::of(runs, Some(&name), metric.name);
-            add(&name, metric.name.to_owned(), values);
-        }
-    }
-    for metric in RUN_METRICS {
-        let values = Values::of(runs, None, metric.name);
-        add("train", metric.name.to_owned(), values);
     }
     table
 }

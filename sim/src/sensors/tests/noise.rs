@@ -1,6 +1,6 @@
 //! Noise through the whole suite: levels, slopes, independence.
 
-use super::super::sheet::SheetFile;
+use super::super::sheet_file::SheetFile;
 use super::*;
 use crate::checked::Positive;
 use monorig_estimators::signals::MAX_DRIVES;

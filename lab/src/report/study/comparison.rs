@@ -1,0 +1,222 @@
+//! The report of a comparison: estimators on the same runs, beside each other and beside what was published.
+
+use super::paired::difference;
+use super::runs;
+use crate::compare::{Cell as Figures, Comparison, values};
+use crate::interval::Interval;
+use crate::metrics::{self, METRICS};
+use crate::report::html::{number, with_unit};
+use crate::report::page::{Page, Section};
+use crate::report::plot::axis::Axis;
+use crate::report::plot::boxes::Boxes;
+use crate::report::plot::theme::Ink;
+use crate::report::plot::{Figure, Group};
+use crate::report::table::{Cell, Table};
+use std::collections::BTreeSet;
+
+/// Lay it out.
+pub fn page(all: &Comparison) -> Page {
+    let (runs, estimators) = (all.runs.len(), names(all, |c| &c.estimator));
+    let mut page = Page::new(format!("Comparison on {}", all.scenario));
+    page.subtitle = format!(
+        "{} estimators on the same {runs} runs, one for each seed; differences are to {}; monorig {}",
+        estimators.len(),
+        all.reference,
+        all.monorig
+    );
+    let finished = all.runs.iter().filter(|r| r.finished()).count();
+    page.banner = Some(match runs - finished {
+        0 => (format!("All {runs} runs came to their end"), true),
+        n => (
+            format!("{n} of {runs} runs did not come to their end and are left out"),
+            false,
+        ),
+    });
+    page.sections.push(overview(all));
+    for metric in names(all, |c| &c.metric) {
+        page.sections.push(section(all, metric));
+    }
+    if finished < runs {
+        page.sections.push(left_out(all));
+    }
+    let section = Section::new("All metrics").text(
+        "Of all estimators that ran, also of those not compared. Intervals here are after Student.",
+    );
+    page.sections.push(runs::numbers(section, &all.runs));
+    page
+}
+
+/// Names in the order of the table, each once.
+fn names<'a>(all: &'a Comparison, of: impl Fn(&'a Figures) -> &'a String) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in all.table.iter().map(of) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+fn unit(metric: &str) -> &'static str {
+    metrics::unit(metric).unwrap_or("1")
+}
+
+/// Means in one table, each with the published figure beside it.
+fn overview(all: &Comparison) -> Section {
+    let published = |metric: &str| {
+        let of_metric = all.table.iter().filter(|c| c.metric == metric);
+        of_metric.into_iter().any(|c| c.published.is_some())
+    };
+    let mut table = Table::new(&["estimator"], &[]);
+    table.caption = "Means over the runs".into();
+    let shown = names(all, |c| &c.metric);
+    for metric in &shown {
+        table.columns.push((with_unit(metric, unit(metric)), true));
+        if published(metric) {
+            table.columns.push(("published".into(), true));
+        }
+    }
+    for estimator in names(all, |c| &c.estimator) {
+        let mut row = vec![Cell::from(estimator)];
+        for metric in &shown {
+            let mut of_both = all.table.iter();
+            let figures = of_both.find(|c| c.estimator == estimator && c.metric == *metric);
+            let mean = figures.and_then(|c| c.mean);
+            row.push(Cell::number(mean.map_or(f64::NAN, |i| i.mean)));
+            if published(metric) {
+                row.push(figures.map_or(Cell::number(f64::NAN), theirs));
+            }
+        }
+        table.row(row);
+    }
+    let sources: BTreeSet<&str> = all
+        .table
+        .iter()
+        .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
+        .collect();
+    let section = Section::new("Overview").table(table).text(
+        "Below, each metric by itself. Intervals are of the mean, by the percentile bootstrap over the runs. A difference is taken \
+         run by run and coloured where zero is not in its interval.",
+    );
+    if sources.is_empty() {
+        return section.text("Nothing was published for these estimators on this scenario.");
+    }
+    let sources: Vec<&str> = sources.into_iter().collect();
+    section.text(format!("Published: {}.", sources.join("; ")))
+}
+
+fn theirs(c: &Figures) -> Cell {
+    let value = c.published.as_ref().map(|p| p.value.get());
+    Cell::number(value.unwrap_or(f64::NAN))
+}
+
+/// One metric: table, distribution over the runs, differences run by run.
+fn section(all: &Comparison, metric: &str) -> Section {
+    let rows = || all.table.iter().filter(move |c| c.metric == metric);
+    let published = rows().any(|c| c.published.is_some());
+    let against = format!("minus {}", all.reference);
+    let mut numbers = vec!["mean", "95 % interval", "median"];
+    if published {
+        numbers.insert(0, "published");
+    }
+    numbers.extend([against.as_str(), "95 % interval", "measured"]);
+    let mut table = Table::new(&["estimator"], &numbers);
+    for c in rows() {
+        let mut row = vec![Cell::from(c.estimator.as_str())];
+        if published {
+            row.push(theirs(c));
+        }
+        let [mean, range] = words(c.mean);
+        row.extend([
+            mean,
+            range,
+            Cell::number(c.median.unwrap_or(f64::NAN)),
+            c.difference.map_or(Cell::number(f64::NAN), |i| {
+                difference(metric, i.mean, i.low, i.high)
+            }),
+            words(c.difference)[1].clone(),
+            format!("{} of {}", c.measured, c.runs).into(),
+        ]);
+        table.row(row);
+    }
+    let doc = METRICS.iter().find(|m| m.name == metric);
+    Section::new(with_unit(metric, unit(metric)))
+        .text(doc.map_or(String::new(), |m| format!("{}.", capital(m.doc))))
+        .table(table)
+        .figure(distribution(all, metric))
+        .figure(differences(all, metric))
+}
+
+fn words(interval: Option<Interval>) -> [Cell; 2] {
+    match interval {
+        Some(i) => [
+            Cell::number(i.mean),
+            format!("{} … {}", number(i.low), number(i.high)).into(),
+        ],
+        None => [Cell::number(f64::NAN), Cell::number(f64::NAN)],
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// An estimator has the same colour in every figure of the page.
+fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
+    let names = names(all, |c| &c.estimator).into_iter().enumerate();
+    names.map(|(i, name)| (name, Ink::series(i)))
+}
+
+fn distribution(all: &Comparison, metric: &str) -> Figure {
+    let groups: Vec<Group<f64>> = inks(all)
+        .map(|(name, ink)| {
+            let values = values(&all.runs, name, metric);
+            Group::new(name, ink, values.into_iter().flatten().collect())
+        })
+        .filter(|g| !g.values.is_empty())
+        .collect();
+    let place = |c: &Figures| {
+        let group = groups.iter().position(|g| g.name == c.estimator)?;
+        let value = c.published.as_ref()?.value.get();
+        Some(("published".to_owned(), group, value))
+    };
+    let of_metric = all.table.iter().filter(|c| c.metric == metric);
+    Boxes {
+        title: "Over the runs".into(),
+        y: Axis::linear(with_unit(metric, unit(metric))),
+        references: of_metric.filter_map(place).collect(),
+        groups,
+    }
+    .figure()
+}
+
+fn differences(all: &Comparison, metric: &str) -> Figure {
+    let reference = values(&all.runs, &all.reference, metric);
+    let others = inks(all).filter(|(name, _)| *name != all.reference);
+    let groups = others.map(|(name, ink)| {
+        let own = values(&all.runs, name, metric);
+        let pairs = own.iter().zip(&reference);
+        let both = pairs.filter_map(|(a, b)| Some((*a)? - (*b)?));
+        Group::new(name, ink, both.collect::<Vec<f64>>())
+    });
+    Boxes {
+        title: format!("Run by run, minus {}", all.reference),
+        y: Axis::linear(with_unit("difference", unit(metric))),
+        groups: groups.filter(|g| !g.values.is_empty()).collect(),
+        references: Vec::new(),
+    }
+    .figure()
+}
+
+/// Why runs are not in any figure.
+fn left_out(all: &Comparison) -> Section {
+    let mut table = Table::new(&["seed", "why"], &[]);
+    for run in all.runs.iter().filter(|r| !r.finished()) {
+        let why = run.error.as_deref();
+        let why = why.unwrap_or("it did not come to its end");
+        table.row([run.seed.to_string().into(), why.into()]);
+    }
+    Section::new("Left out").table(table)
+}

@@ -1,0 +1,110 @@
+//! Results of many runs, read back.
+
+use crate::compare::Comparison;
+use crate::study::{Header, RunResult};
+use crate::verdict::Judged;
+use monorig_sim::error::{Error, InputError};
+use monorig_sim::file::read_text;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::error::Category;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+/// Results, by who has written them.
+pub enum Results {
+    /// `monorig test --json`.
+    Test(Tested),
+    /// `monorig compare --json`.
+    Compare(Comparison),
+    /// `monorig study`.
+    Study(Header, Vec<RunResult>),
+}
+
+/// The results of `monorig test --json`.
+#[derive(Deserialize)]
+pub struct Tested {
+    /// Version of monorig.
+    pub monorig: String,
+    /// Every scenario and its runs.
+    pub scenarios: Vec<Judged>,
+}
+
+/// What tells the results that are one piece of JSON apart.
+#[derive(Deserialize)]
+struct Kind {
+    version: u32,
+    kind: String,
+}
+
+/// Read results of any kind.
+pub fn read(path: &Path) -> Result<Results, Error> {
+    let failed = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
+    if !path.is_file() {
+        read_text(path)?; // says what is there instead
+    }
+    // studies may be long: line by line
+    let mut lines = BufReader::new(File::open(path).map_err(failed)?).split(b'\n');
+    let first = lines.next().transpose().map_err(failed)?;
+    let Ok(header) = serde_json::from_slice::<Header>(&first.unwrap_or_default()) else {
+        return one_piece(path);
+    };
+    if (header.format.as_str(), header.version) != ("monorig study", 1) {
+        let what = format!("version {} of `{}`", header.version, header.format);
+        return Err(wrong(path, Some(1), what));
+    }
+    let mut runs: Vec<RunResult> = Vec::new();
+    let mut lines = lines.zip(2..).peekable();
+    while let Some((line, number)) = lines.next() {
+        let line = line.map_err(failed)?;
+        match serde_json::from_slice(&line) {
+            Ok(run) => runs.push(run),
+            // a study that goes on, or was killed, may end in the middle of a line
+            Err(_) if lines.peek().is_none() => {}
+            Err(e) => return Err(wrong(path, Some(number), e.to_string())),
+        }
+    }
+    Ok(Results::Study(header, runs))
+}
+
+fn one_piece(path: &Path) -> Result<Results, Error> {
+    let text = read_text(path)?;
+    let kind: Kind = parse(path, &text)?;
+    match (kind.kind.as_str(), kind.version) {
+        ("test", 1) => Ok(Results::Test(parse(path, &text)?)),
+        ("compare", 1) => Ok(Results::Compare(parse(path, &text)?)),
+        (kind, version) => {
+            let what = format!("version {version} of kind `{kind}`");
+            Err(wrong(path, None, what))
+        }
+    }
+}
+
+fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
+    serde_json::from_str(text).map_err(|e| {
+        // the place stands before the message already
+        let told = e.to_string();
+        let told = told.split(" at line ").next().unwrap_or(&told);
+        let what = match e.classify() {
+            Category::Data => told.to_owned(),
+            _ => format!("it is no JSON ({told})"),
+        };
+        wrong(path, Some(e.line()), what)
+    })
+}
+
+fn wrong(path: &Path, line: Option<usize>, what: String) -> Error {
+    InputError {
+        file: path.into(),
+        line,
+        column: line.map(|_| 1),
+        key: String::new(),
+        message: format!("a report cannot be made of this: {what}"),
+        help: super::super::TAKES.into(),
+    }
+    .into()
+}
