@@ -83,6 +83,8 @@ impl Held {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontEnd {
     drives: usize,
+    /// How far the speeds of wheels that roll may be apart, m/s.
+    rolling_mps: Real,
     last_s: Option<Time>,
     torque: [Held; MAX_DRIVES],
     speed: [Held; MAX_DRIVES],
@@ -98,6 +100,7 @@ impl FrontEnd {
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             drives: vehicle.drives.min(MAX_DRIVES),
+            rolling_mps: vehicle.standstill_mps(0.0),
             last_s: None,
             torque: Default::default(),
             speed: Default::default(),
@@ -161,6 +164,7 @@ impl FrontEnd {
         let speed_mps = train_speed(
             fresh.filter_map(|held| held.fresh(now, dt)),
             motor_torque_nm.unwrap_or(0.0),
+            self.rolling_mps,
         );
         Ok(Reading {
             new_speed_mps: speed_mps.filter(|_| new_speed),
@@ -251,14 +255,17 @@ fn third([_, _, z]: [Real; 3]) -> Real {
     z
 }
 
-/// How far the speeds of wheels that roll may be apart, m/s and as a share of the speed: noise, worn wheels, errors of scale.
-const ROLLING_MPS: Real = 0.03;
+/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors of scale.
 const ROLLING_SHARE: Real = 0.03;
 
 /// Speed of the train from at most [`MAX_DRIVES`] wheel speeds: the median, which one slipping wheel does not move. Wheels run away in the
 /// direction of their torque: where the two middle ones are apart, the one that has run away less counts. Two wheels or more that have run
 /// away even less say that this one slips too: then nobody knows.
-fn train_speed(values: impl Iterator<Item = Real>, torque_nm: Real) -> Option<Real> {
+fn train_speed(
+    values: impl Iterator<Item = Real>,
+    torque_nm: Real,
+    rolling_mps: Real,
+) -> Option<Real> {
     let mut room = [0.0; MAX_DRIVES];
     let mut count = 0;
     for (place, value) in room.iter_mut().zip(values) {
@@ -272,7 +279,7 @@ fn train_speed(values: impl Iterator<Item = Real>, torque_nm: Real) -> Option<Re
     }
     let less = *sorted.get(count.checked_sub(1)? / 2)?;
     let more = *sorted.get(count / 2)?;
-    let apart = |a: Real, b: Real| (a - b).abs() > ROLLING_MPS + ROLLING_SHARE * less.abs();
+    let apart = |a: Real, b: Real| (a - b).abs() > rolling_mps + ROLLING_SHARE * less.abs();
     let middle = if apart(less, more) {
         less
     } else {
@@ -286,7 +293,7 @@ fn train_speed(values: impl Iterator<Item = Real>, torque_nm: Real) -> Option<Re
 }
 
 state!(Held { stamp_s, arrived_s, period_s, value; });
-state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives });
+state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives, rolling_mps });
 
 #[cfg(test)]
 mod tests {
@@ -306,7 +313,7 @@ mod tests {
 
     #[test]
     fn a_wheel_that_slips_or_errs_is_outvoted() {
-        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque);
+        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque, 0.05);
         assert_eq!(speed(&[1.0, 9.0, 1.01], 50.0), Some(1.01));
         assert_eq!(speed(&[1.0, 1.02], 50.0), Some(1.01));
         assert_eq!(speed(&[], 50.0), None);
@@ -315,7 +322,7 @@ mod tests {
 
     #[test]
     fn wheels_run_away_in_the_direction_of_their_torque() {
-        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque);
+        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque, 0.05);
         let half = [1.4, 1.0, 1.4, 1.0, 1.5, 1.0, 1.4, 1.0];
         assert_eq!(speed(&half, 50.0), Some(1.0));
         assert_eq!(speed(&half.map(|v| -v), -50.0), Some(-1.0));
