@@ -1,4 +1,5 @@
-//! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents.
+//! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents. Its tables are
+//! whole.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -122,9 +123,32 @@ fn every_page_of_the_book_is_in_its_table_of_contents() {
     assert_eq!(there.collect::<BTreeSet<_>>(), listed);
 }
 
+/// Rows that have another number of cells than the title of their table. A bar within a cell is written `\|`.
+fn torn(text: &str) -> Vec<&str> {
+    let bars = |line: &str| line.replace("\\|", "").matches('|').count();
+    let mut width = None;
+    prose(text)
+        .filter(|line| {
+            if !line.starts_with('|') {
+                width = None;
+                return false;
+            }
+            bars(line) != *width.get_or_insert(bars(line)) || !line.ends_with('|')
+        })
+        .collect()
+}
+
+#[test]
+fn rows_of_tables_have_as_many_cells_as_their_titles() {
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        assert_eq!(torn(&text), [""; 0], "{}", page.display());
+    }
+}
+
 /// The checks above see what is wrong.
 #[test]
-fn dead_links_are_found() {
+fn what_is_wrong_is_found() {
     let page = project().join("docs/src/made_up.md");
     let text = "# Two words, `code`\n[a](nowhere.md) [b](design.md) [c](design.md#nothing) ![d](images/none.png)\n\
                 [e](#two-words-code) [f](#three) [g](https://example.org/x)\n```\n[h](in_code.md)\n```\n";
@@ -138,4 +162,7 @@ fn dead_links_are_found() {
     assert_eq!(found, expected);
     let text = "monorig run scenarios/minimal.yaml, `scenarios/*.yaml`, assets/none.yaml.";
     assert_eq!(named(text), ["scenarios/minimal.yaml", "assets/none.yaml"]);
+    let text =
+        "| a | b |\n|---|---|\n| 1 | 2 |\n| \\|v\\| | 2 |\n| |v| | 2 |\n| 1 |\n\n| c |\n|---|\n";
+    assert_eq!(torn(text), ["| |v| | 2 |", "| 1 |"]);
 }

@@ -218,7 +218,8 @@ impl Builder {
             end: TimeRangeBoundary::Infinite,
         };
         self.property(&place, "TimeAxis", TimeAxis::new().with_view_range(whole));
-        let legend = PlotLegend::new().with_corner(Corner2D::RightTop);
+        // where the run begins: what it comes to is what one wants to see
+        let legend = PlotLegend::new().with_corner(Corner2D::LeftTop);
         self.property(&place, "PlotLegend", legend);
         place
     }

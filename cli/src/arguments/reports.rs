@@ -8,12 +8,10 @@ Examples:
   monorig report runs/minimal/1                          writes runs/minimal/1/report.html
   monorig test scenarios/minimal.yaml --json out/verdicts.json
   monorig report out/verdicts.json                       writes out/verdicts.html
-  monorig compare scenarios/liu2023_section1.yaml --seeds 1..20 --json out/compared.json
+  monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
   monorig report out/compared.json                       writes out/compared.html
-  monorig study scenarios/studies/vehicle_test_spread.yaml
-  monorig report runs/vehicle_test_spread/results.jsonl
 
-`monorig tune` writes its report by itself.
+In the same way the results of a study, such as runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by itself.
 The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper.";
 
 /// `monorig report`

@@ -88,7 +88,7 @@ fn found(study: &Study, done: &Done) -> Section {
                 .map_or("–".to_owned(), f64::to_string)
                 .into(),
             published.map_or("–".to_owned(), |x| x.to_string()).into(),
-            x.to_string().into(),
+            format!("{x}{}", edge(study, name, *x)).into(),
         ]);
     }
     let mut losses = Table::new(&["loss (defaults = 1)"], &["winner"]);
@@ -101,6 +101,17 @@ fn found(study: &Study, done: &Done) -> Section {
         }
     }
     Section::new("Found").table(table).table(losses)
+}
+
+/// A winner at an end of its range may want to go on beyond it.
+fn edge(study: &Study, name: &str, x: f64) -> &'static str {
+    let range = study.file.parameters.get(name);
+    let ends = range.map_or([None; 2], |r| [r.from, r.to]);
+    let near = |end: f64| (x - end).abs() <= 1e-6 * end.abs();
+    match ends.iter().flatten().any(|end| near(end.get())) {
+        true => ", an end of its range",
+        false => "",
+    }
 }
 
 fn comparison(c: &Comparison) -> Table {
