@@ -205,6 +205,13 @@ impl<const N: usize> Rls<N> {
         self.updates
     }
 
+    /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes on to.
+    pub fn loosen(&mut self, shares: &SVector<Real, N>) {
+        self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
+        self.belief.limit_variance(&self.prior);
+        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
+    }
+
     /// Gives the parameters for which `which` is not 0 their prior variance back and forgets their correlations.
     pub fn reopen(&mut self, which: &SVector<Real, N>) {
         let kept = which.map(|w| if w == 0.0 { 1.0 } else { 0.0 });

@@ -61,7 +61,7 @@ class Mass:
         self.rls.update(y, [f + against * Rail.mu, against, 1.0, against * s.curve.value], r, not excited)
         if excited and self.load.changed(self.rls.normalised / max(1.0, self.rls.spread())):
             self.rls = deepcopy(self.before)
-            self.rls.P = np.diag(self.rls.prior)
+            self.rls.other_load(0.05)
         if self.load.up == self.load.down == 0.0:
             self.before = deepcopy(self.rls)
 

@@ -179,6 +179,13 @@ class LeastSquares:
         """Variances, widened where residuals are too large or hang together, but not beyond the prior's."""
         return np.minimum(np.diag(self.P) * max(1.0, self.variance) * self.correlation(), self.prior)
 
+    def other_load(self, share):
+        """Forgets the first parameter and loosens the others by a share of their prior variances, up to these."""
+        self.P[0, :] = self.P[:, 0] = 0.0
+        self.P += np.diag(np.append(self.prior[0], share * self.prior[1:]))
+        shrink = np.sqrt(np.minimum(1.0, self.prior / np.diag(self.P)))
+        self.P = shrink[:, None] * self.P * shrink[None, :]
+
 
 def dynamic(first, floor, sharpness):
     return lambda k, size: first if k <= 10 else floor + (1.0 - floor) * math.exp(-sharpness * size)

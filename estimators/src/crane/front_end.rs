@@ -1,5 +1,6 @@
 //! From samples to signals: checks every number, holds each channel while it is fresh, merges the drive units.
 
+use super::frozen::Repeats;
 use crate::{
     Error, Real, Time,
     signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle},
@@ -41,13 +42,14 @@ const LATEST_S: Time = 1e10;
 /// Silence after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
 const CLOCK_SET_BACK_S: Time = 1.0;
 
-/// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock.
+/// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock, unless the sensor hangs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Held {
     stamp_s: Time,
     arrived_s: Time,
     period_s: Real,
     value: Option<Real>,
+    repeats: Repeats,
 }
 
 impl Held {
@@ -55,13 +57,14 @@ impl Held {
     /// must have been set back. Tells whether it was taken.
     fn take(&mut self, sample: Option<Sample<Real>>, now_s: Time) -> bool {
         let Some(sample) = sample else { return false };
-        if self.value.is_some() {
+        if let Some(before) = self.value {
             let silence = now_s - self.arrived_s;
             let gap = silence as Real;
             let set_back = sample.t_s < self.stamp_s && silence > CLOCK_SET_BACK_S;
             if !(sample.t_s > self.stamp_s || set_back) {
                 return false;
             }
+            self.repeats.take(sample.value, before, now_s);
             // A gap after lost samples must not pass for a long sample period.
             self.period_s = if self.period_s > 0.0 {
                 gap.min(1.1 * self.period_s)
@@ -75,6 +78,7 @@ impl Held {
 
     fn fresh(&self, now_s: Time, dt_s: Real) -> Option<Real> {
         self.value
+            .filter(|_| !self.repeats.frozen(now_s))
             .filter(|_| (now_s - self.arrived_s) as Real <= 3.0 * self.period_s.max(dt_s) + 1e-9)
     }
 }
@@ -292,7 +296,7 @@ fn train_speed(
     }
 }
 
-state!(Held { stamp_s, arrived_s, period_s, value; });
+state!(Held { stamp_s, arrived_s, period_s, value, repeats; });
 state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives, rolling_mps });
 
 #[cfg(test)]

@@ -72,6 +72,9 @@ params! {
     }
 }
 
+/// Share of their first variance that another load gives running resistance and bias term.
+const OTHER_LOAD: Real = 0.05;
+
 /// A swing of the load dies out in this time, s.
 const SWAY_MEMORY_S: Real = 3.0;
 
@@ -198,9 +201,12 @@ impl MassRegression {
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
             // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
-            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts.
+            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
+            // may be false, and on a steady grade nothing else tells the mass.
             self.rls = self.before;
-            self.rls.reopen(&Vector4::repeat(1.0));
+            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
+            self.rls
+                .loosen(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
         }
         if self.load.calm() {
             self.before = self.rls;

@@ -137,7 +137,11 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
         let effective_grade_rad = Value {
             value: belief.x.y,
             sd: effective_sd,
-            valid: running && mass_kg.valid && effective_sd < 0.05 && self.slope.wheels_obey(),
+            valid: running
+                && mass_kg.valid
+                && effective_sd < 0.05
+                && self.slope.wheels_obey()
+                && self.slope.sighted(),
         };
         if effective_grade_rad.valid {
             self.mass.vouched_grade(belief.x.y, dt);

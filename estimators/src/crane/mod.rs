@@ -17,6 +17,7 @@ pub mod ffrls;
 pub mod ffrls_aukf;
 pub mod force_balance;
 pub mod front_end;
+pub mod frozen;
 pub mod hosted;
 pub mod imm_ekf;
 pub mod imm_ekf_fixed;

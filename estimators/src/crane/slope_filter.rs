@@ -40,6 +40,9 @@ const OBEDIENT: Real = 3.0;
 /// Growth of the slope's variance while moving blind, rad²/s: 3° after a second, 14° after twenty.
 const BLIND_RAD2_PER_S: Real = 3e-3;
 
+/// Standard deviation below which a slope counts as found again, rad: twice that of a steady run.
+const FOUND_AGAIN_RAD: Real = 0.01;
+
 /// Speed no crane reaches, m/s.
 const FASTEST: Real = 10.0;
 
@@ -103,6 +106,8 @@ pub struct SlopeFilter {
     process: Real,
     started: bool,
     saturated: bool,
+    /// Whether it has moved blind and has not found the slope again.
+    blind: bool,
     last: Option<Correction<1, 2>>,
 }
 
@@ -144,6 +149,7 @@ impl SlopeFilter {
             process: 0.0,
             started: false,
             saturated: false,
+            blind: false,
             last: None,
         }
     }
@@ -167,6 +173,7 @@ impl SlopeFilter {
 
     /// Moving blind (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
     pub fn drift(&mut self, dt: Real) {
+        self.blind = true;
         self.belief.P.m22 = (self.belief.P.m22 + BLIND_RAD2_PER_S * dt).min(STEEPEST * STEEPEST);
     }
 
@@ -206,6 +213,7 @@ impl SlopeFilter {
             return;
         };
         self.last = Some(correction);
+        self.blind &= self.belief.P.m22 > FOUND_AGAIN_RAD * FOUND_AGAIN_RAD;
         let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
         self.saturated = inside != self.belief.x.y;
         self.belief.x.y = inside;
@@ -253,6 +261,11 @@ impl SlopeFilter {
         sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
     }
 
+    /// Whether the slope has been found again since the train last moved blind.
+    pub fn sighted(&self) -> bool {
+        !self.blind
+    }
+
     /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
     /// standard deviation then rises to several times the nominal one.
     pub fn wheels_obey(&self) -> bool {
@@ -292,6 +305,7 @@ impl State for SlopeFilter {
             process,
             started,
             saturated,
+            blind,
             last,
         } = self;
         belief.visit(archive);
@@ -302,6 +316,7 @@ impl State for SlopeFilter {
         process.visit(archive);
         started.visit(archive);
         saturated.visit(archive);
+        blind.visit(archive);
         last.visit(archive);
     }
 }
