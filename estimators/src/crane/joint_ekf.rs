@@ -19,7 +19,7 @@ use super::{
     hosted::{Pipeline, copy_into},
     long_train::{LongTrain, steeper},
     mass_then_slope::motion,
-    params::params,
+    params::{param_groups, params},
     running_deviation::RunningDeviation,
     slope_filter::STEEPEST,
 };
@@ -32,9 +32,9 @@ use crate::{
 };
 
 params! {
-    /// Parameters of `joint_ekf`. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
+    /// What `joint_ekf` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
     /// slope does for a matter of mass, and is sure of it.
-    Params {
+    Own {
         mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
@@ -44,6 +44,11 @@ params! {
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
     }
+}
+
+param_groups! {
+    /// Parameters of `joint_ekf`.
+    Params { own: Own }
 }
 
 /// Corner of the low-pass before the grades along the rail, Hz.
@@ -80,27 +85,29 @@ pub struct JointEkf {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
-    let mass0 = vehicle.first_mass_kg(params.mass0_kg);
+    let mass0 = vehicle.first_mass_kg(params.own.mass0_kg);
     let w0 = SCALE / mass0;
     let rad = PI / 180.0;
-    let x = vector![0.0, params.grade0_deg * rad, w0];
+    let x = vector![0.0, params.own.grade0_deg * rad, w0];
     let sd = vector![
-        params.wheel_speed_sd_mps,
-        params.grade0_sd_deg * rad,
-        w0 * params.mass_sd
+        params.own.wheel_speed_sd_mps,
+        params.own.grade0_sd_deg * rad,
+        w0 * params.own.mass_sd
     ];
     JointEkf {
         params: Params {
-            standstill_mps: vehicle.standstill_mps(params.standstill_mps),
-            ..*params
+            own: Own {
+                standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
+                ..params.own
+            },
         },
         balance: ForceBalance::new(vehicle),
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
         belief: Gaussian::independent(x, sd),
         signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
-        train: LongTrain::new(vehicle, params.standstill_mps),
-        earned: w0 * params.mass_sd * w0 * params.mass_sd,
+        train: LongTrain::new(vehicle, params.own.standstill_mps),
+        earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
         speed: RunningDeviation::default(),
         excited: false,
         started: false,
@@ -152,8 +159,8 @@ impl JointEkf {
             dt,
         );
         let Q = Matrix3::from_diagonal(&vector![
-            self.params.q_v * dt,
-            self.params.q_theta * dt,
+            self.params.own.q_v * dt,
+            self.params.own.q_theta * dt,
             0.0
         ]);
         ekf::predict(&mut self.belief, x_next, &F, &Q);
@@ -165,7 +172,7 @@ impl JointEkf {
             self.started = true;
         }
         let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
-        let sd = self.params.wheel_speed_sd_mps;
+        let sd = self.params.own.wheel_speed_sd_mps;
         let z_predicted = H * self.belief.x;
         let before = self.belief.P.m33;
         let Some(correction) = ekf::update(
@@ -210,7 +217,7 @@ impl Pipeline for JointEkf {
         &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.params.standstill_mps);
+        let (moving, running) = motion(reading, self.params.own.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
         if let Some(speed) = reading.speed_mps {
