@@ -200,6 +200,32 @@ fn before_and_after_are_recorded_side_by_side() {
     assert!(!rig.path("without/tune/study/before_after.rrd").exists());
 }
 
+/// Defaults that vouch for nothing in the window are no measure: refused before the search, and the same on validation runs alone.
+#[test]
+fn defaults_that_cannot_be_measured_are_refused() {
+    let blind = "{metric: mass_rmse_kg, after_s: 0, until_s: 1}";
+    let stands = STUDY.replace("seeds: [7, 8]", "seeds: [7]").replacen(
+        "stop.after_s: 30, events: [], expect: [], drive.controller.feedforward: none}, seeds: [7]",
+        "stop.after_s: 19, events: [], expect: [], drive.controller.feedforward: none}, seeds: [7]",
+        1,
+    );
+    for (study, key) in [
+        (
+            STUDY.replace("{metric: mass_rmse_kg, after_s: 20}", blind),
+            "validation[0]",
+        ),
+        (stands, "validation[0]"),
+    ] {
+        let rig = rig();
+        rig.write("study.yaml", study.as_bytes());
+        let (code, told, err) = rig.monorig(&["tune", "study.yaml"]);
+        assert_eq!(code, Some(2), "{told}{err}");
+        for part in [key, "mass_rmse_kg is not a number", "help:"] {
+            assert!(err.contains(part), "no {part}: {err}");
+        }
+    }
+}
+
 /// Ranges in which the estimator fails everywhere, and bounds nobody can hold: no winner, code 1, no crash.
 #[test]
 fn a_study_without_a_good_trial_says_so() {

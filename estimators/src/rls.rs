@@ -26,6 +26,9 @@ use crate::{
     ud::Factors,
 };
 
+/// Where a parameter that should be about 1 is stopped.
+const BEYOND_REASON: Real = 1e3;
+
 /// Number of updates the running deviation of the residual looks back on.
 const SPREAD_MEMORY: Real = 50.0;
 
@@ -185,6 +188,16 @@ impl<const N: usize> Rls<N> {
         belief.P *= spread * spread * self.correlation_factor();
         belief.limit_variance(&self.prior);
         belief.P
+    }
+
+    /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at a thousand. Limits
+    /// of what is plausible do not belong here but where the parameters are told: a parameter cut back without those it hangs together with
+    /// contradicts all samples before.
+    pub fn keep_usable(&mut self) {
+        self.belief.x = self
+            .belief
+            .x
+            .map(|x| within(x, -BEYOND_REASON, BEYOND_REASON));
     }
 
     /// Updates made so far.

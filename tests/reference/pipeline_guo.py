@@ -37,7 +37,7 @@ class Mass:
 
     def step(self, z):
         if self.lateral:
-            self.bend.step(z, M0 * self.rls.x[0])
+            self.bend.step(z, self.found())
         s = self.samples
         if s.step(z) is not None:
             gained, taken, drift, _, _ = self.bend.filtered()
@@ -52,10 +52,12 @@ class Mass:
         if abs(slope) < 0.2 and abs(force) > 0.05 * M0:
             self.used += 1
             self.rls.update((force - Road.J * faster) / M0, faster + taken, 0.03**2)
-            self.rls.x[0] = min(max(self.rls.x[0], Road.low / M0), Road.high / M0)
+
+    def found(self):
+        return min(max(M0 * self.rls.x[0], Road.low), Road.high)
 
     def value(self):
-        return M0 * self.rls.x[0], M0 * math.sqrt(self.rls.widened()[0])
+        return self.found(), M0 * math.sqrt(self.rls.widened()[0])
 
 
 def mixture(weights, beliefs):

@@ -44,10 +44,9 @@ class Curvature:
             self.since = 0.0
             h = [GRAVITY * math.cos(theta) * self.again.value, 1.0][: len(self.rls.x)]
             self.rls.update(self.excess.rate, h, 0.1**2)
-            self.rls.x[0] = min(max(self.rls.x[0], -0.25), 0.25)
 
     def rho(self):
-        return self.rls.x[0] if self.running >= 1.0 else 0.0
+        return min(max(self.rls.x[0], -0.25), 0.25) if self.running >= 1.0 else 0.0
 
 
 def weights(P):

@@ -7,10 +7,11 @@ ffrls: v̇ = [(F − J v̇)/m₀, −g √(1 + μ²)] · [m₀/M, sin(θ + s ata
 """
 
 import math
+from copy import deepcopy
 
 import numpy as np
 from common import GRAVITY, jacobian
-from pipeline_parts import DT, LeastSquares, LoadWatch, Memory, Rail, SageHusa, Samples, dynamic, lag, readings, record_rail
+from pipeline_parts import DT, LeastSquares, LoadWatch, Rail, SageHusa, Samples, dynamic, lag, readings, record_rail
 
 M0 = 15e3
 Q_V, Q_THETA, SD = 1e-4, 3e-4, 0.005
@@ -37,15 +38,15 @@ class Deviation:
 class Mass:
     def __init__(self, factor, own):
         self.rls = LeastSquares([1.0, 0.0, 0.0, 0.0], [0.4, 0.3 * Rail.mu, 0.02, 0.05], factor, own)
-        self.samples, self.memory, self.curve = Samples(1.0, 2.0, 1.5), Memory(), 0.0
+        self.before = deepcopy(self.rls)
+        self.samples, self.curve = Samples(1.0, 2.0, 1.5), 0.0
         self.regressor, self.jolts, self.load, self.acted = Deviation(), Deviation(), LoadWatch(), set()
 
     def step(self, z):
         s = self.samples
         period = s.step(z)
-        self.memory.step(s.curve.value, s.speed.value, z.v)
         if abs(z.v) > Rail.standstill:
-            self.curve = self.memory.ahead()
+            self.curve = s.curve.value
         if period is None:
             return
         a, f = s.speed.rate, s.f.value
@@ -58,16 +59,21 @@ class Mass:
         r = (0.02**2 + 0.3**2 * self.jolts.variance) / (1.0 if excited else 0.02)
         y = (s.force.value - Rail.J * a) / M0
         self.rls.update(y, [f + against * Rail.mu, against, 1.0, against * s.curve.value], r, not excited)
-        self.rls.x[0] = min(max(self.rls.x[0], Rail.low / M0), Rail.high / M0)
         if excited and self.load.changed(self.rls.normalised / max(1.0, self.rls.spread())):
-            self.rls.reopen_first()
+            self.rls = deepcopy(self.before)
+            self.rls.P = np.diag(self.rls.prior)
+        if self.load.up == self.load.down == 0.0:
+            self.before = deepcopy(self.rls)
 
     def value(self):
-        return M0 * self.rls.x[0], M0 * math.sqrt(self.rls.widened()[0])
+        return M0 * self.found(), M0 * math.sqrt(self.rls.widened()[0])
+
+    def found(self):
+        return min(max(self.rls.x[0], Rail.low / M0), Rail.high / M0)
 
     def mu(self):
         x = self.rls.x
-        return min(max(Rail.mu + (x[1] + x[3] * self.curve) / x[0], 0.0), 1.0)
+        return min(max(Rail.mu + (x[1] + x[3] * self.curve) / self.found(), 0.0), 1.0)
 
 
 def speed_rate(F, mass, theta, resistance):
@@ -125,12 +131,12 @@ def coupled(zs):
             a = samples.speed.rate
             sign = math.copysign(1.0, samples.speed.value)
             rls.update(a, [(samples.force.value - Rail.J * a) / M0, -GRAVITY * root], 0.02**2)
-            rls.x = np.array([min(max(rls.x[0], M0 / Rail.high), M0 / Rail.low), min(max(rls.x[1], -0.85), 0.85)])
-        theta = math.asin(rls.x[1]) - sign * math.atan(mu)
+        chi1, chi2 = min(max(rls.x[0], M0 / Rail.high), M0 / Rail.low), min(max(rls.x[1], -0.85), 0.85)
+        theta = math.asin(chi2) - sign * math.atan(mu)
         chi_sd = np.minimum(max(1.0, rls.spread()) * np.sqrt(np.diag(rls.P)), [0.5, 0.1])
-        sd = M0 / rls.x[0] ** 2 * chi_sd[0]
+        sd = M0 / chi1**2 * chi_sd[0]
         theta_sd = chi_sd[1] / max(math.cos(theta), 0.1)
-        yield [M0 / rls.x[0], sd, theta, z.v, rls.residual, rls.normalised**2, theta_sd, rls.x[0], rls.x[1]]
+        yield [M0 / chi1, sd, theta, z.v, rls.residual, rls.normalised**2, theta_sd, rls.x[0], rls.x[1]]
 
 
 def joint(zs):
@@ -159,10 +165,11 @@ def joint(zs):
             x, P = x + K * y, P - np.outer(K, K) * S
             if z.running and math.sqrt(changing.variance) > 0.05:
                 earned *= P[2, 2] / before
-            x = np.array([x[0], min(max(x[1], -STEEPEST), STEEPEST), min(max(x[2], 1e4 / Rail.high), 1e4 / Rail.low)])
-        mass = 1e4 / x[2]
+            x = np.array([x[0], min(max(x[1], -STEEPEST), STEEPEST), min(max(x[2], 1e2 / Rail.high), 1e6 / Rail.low)])
+        w = min(max(x[2], 1e4 / Rail.high), 1e4 / Rail.low)
+        mass = 1e4 / w
         correlation = P[1, 2] / math.sqrt(P[1, 1] * P[2, 2])
-        yield [mass, mass * math.sqrt(max(P[2, 2], earned)) / x[2], x[1], x[0], y, nis, math.sqrt(P[1, 1]), math.sqrt(P[2, 2]), correlation]
+        yield [mass, mass * math.sqrt(max(P[2, 2], earned)) / w, x[1], x[0], y, nis, math.sqrt(P[1, 1]), math.sqrt(P[2, 2]), correlation]
 
 
 def oracle(table):

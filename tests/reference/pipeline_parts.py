@@ -135,35 +135,6 @@ class Samples:
         return self.running > 0.0 and self.running >= self.settle
 
 
-class Memory:
-    """Curvature by place, in cells of 0.1 m, at most 128 of them; what lies beyond is as the nearest known."""
-
-    def __init__(self):
-        self.cells, self.low, self.high, self.place, self.now = {}, None, None, 0.0, 0.0
-
-    def step(self, value, delayed, speed):
-        self.place += delayed * DT
-        self.now += speed * DT
-        self.now = self.place + min(max(self.now - self.place, -2.0), 2.0)
-        here = math.floor(self.place / 0.1)
-        if self.low is None or here < self.low - 128 or here > self.high + 128:
-            self.low = self.high = here
-        end = min(max(here, self.low), self.high)
-        start = self.cells.get(end % 128, 0.0)
-        steps = abs(here - end)
-        for k in range(1, steps):
-            self.cells[(end + int(np.sign(here - end)) * k) % 128] = start + k / steps * (value - start)
-        self.cells[here % 128] = value
-        self.low, self.high = min(self.low, here), max(self.high, here)
-        if here == self.low:
-            self.high = min(self.high, self.low + 127)
-        else:
-            self.low = max(self.low, self.high - 127)
-
-    def ahead(self):
-        return self.cells[min(max(math.floor(self.now / 0.1), self.low), self.high) % 128]
-
-
 class LeastSquares:
     """χ, P with forgetting; `factor(k, size)` gives λ (or one for each parameter) at update k for a residual of `size` deviations."""
 
@@ -207,10 +178,6 @@ class LeastSquares:
     def widened(self):
         """Variances, widened where residuals are too large or hang together, but not beyond the prior's."""
         return np.minimum(np.diag(self.P) * max(1.0, self.variance) * self.correlation(), self.prior)
-
-    def reopen_first(self):
-        self.P[0, :] = self.P[:, 0] = 0.0
-        self.P[0, 0] = self.prior[0]
 
 
 def dynamic(first, floor, sharpness):

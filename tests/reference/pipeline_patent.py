@@ -40,7 +40,7 @@ class Mass:
         self.weight, self.sums, self.turns = 1.0, np.zeros(2), 0
 
     def fused(self):
-        return self.weight * self.straight.x[0] + (1.0 - self.weight) * self.turning.x[0]
+        return self.weight * found(self.straight) + (1.0 - self.weight) * found(self.turning)
 
     def step(self, z):
         self.bend.step(z, M0 * self.fused())
@@ -60,8 +60,6 @@ class Mass:
             self.turning.update((s.force.value + gained - Road.J * rate) / M0, h, R_MASS)
             s_log, t_log = likelihood(self.straight, a), likelihood(self.turning, h)
             self.weight = min(max(1.0 / (1.0 + math.exp(t_log - s_log)), 0.02), 0.98)
-        for rls in (self.straight, self.turning):
-            rls.x = np.clip(rls.x, Road.low / M0, Road.high / M0)
         if self.load.changed(self.straight.normalised / max(1.0, self.straight.spread())):
             self.straight, self.turning, self.sums = again(self.straight), again(self.turning), np.zeros(2)
 
@@ -69,14 +67,18 @@ class Mass:
         mean, w = self.fused(), self.weight
         variance = 0.0
         for share, rls in ((w, self.straight), (1.0 - w, self.turning)):
-            variance += share * (rls.widened()[0] + (rls.x[0] - mean) ** 2)
+            variance += share * (rls.widened()[0] + (found(rls) - mean) ** 2)
         level = math.hypot(0.3 * Road.mu * GRAVITY, 0.02) * abs(self.sums[0]) / (self.sums[1] + (0.02 / 0.4) ** 2)
         return M0 * mean, M0 * math.hypot(math.sqrt(variance), mean * level)
 
 
+def found(rls):
+    return min(max(rls.x[0], Road.low / M0), Road.high / M0)
+
+
 def again(old):
     rls = fresh([1.0])
-    rls.x = old.x
+    rls.x = np.array([found(old)])
     return rls
 
 
@@ -142,7 +144,7 @@ def oracle(table):
         mass.step(z)
         m = mass.value()
         slope.step(z, m[0], z.net - mass.bend.force(m[0]))
-        own = [M0 * mass.straight.x[0], M0 * mass.turning.x[0], mass.weight, math.sqrt(slope.noise.R), math.sqrt(slope.P[1, 1])]
+        own = [M0 * found(mass.straight), M0 * found(mass.turning), mass.weight, math.sqrt(slope.noise.R), math.sqrt(slope.P[1, 1])]
         rows.append([*m, slope.x[1], slope.x[0], slope.y, slope.nis, *own, slope.fading])
     assert mass.turns > 10 and 0 < slope.stf < len(rows) / 3, f"{mass.turns} turning samples, {slope.stf} updates of strong tracking"
     header = ["mass", "mass_sd", "grade", "speed", "innovation", "nis", "straight", "turning", "weight", "wheel_speed_sd"]

@@ -36,6 +36,8 @@ pub struct Conditioner {
     settle_s: Real,
     running_s: Real,
     since_s: Real,
+    /// Whether the wheels spoke in the last step: without them nothing is known of the place.
+    fresh: bool,
 }
 
 impl Conditioner {
@@ -51,6 +53,7 @@ impl Conditioner {
             settle_s,
             running_s: 0.0,
             since_s: 0.0,
+            fresh: false,
         }
     }
 
@@ -63,18 +66,29 @@ impl Conditioner {
         running: bool,
         dt: Real,
     ) -> Option<Conditioned> {
-        let Some((torque, speed)) = reading.motor_torque_nm.zip(reading.speed_mps) else {
+        let spoke = self.fresh;
+        self.fresh = reading.speed_mps.is_some();
+        let Some(speed) = reading.speed_mps else {
             self.running_s = 0.0;
             return None;
         };
-        self.force.step(balance.net_traction(torque, speed), dt);
+        if !spoke {
+            // What the speed has become meanwhile must not pass for an acceleration.
+            self.speed.empty();
+        }
         self.speed.step(speed, dt);
+        if let Some(torque) = reading.motor_torque_nm {
+            self.force.step(balance.net_traction(torque, speed), dt);
+        } else {
+            self.force.empty();
+        }
         if let Some(f) = reading.specific_force_mps2 {
             self.specific_force.step(f, dt);
         } else {
             self.specific_force.empty();
         }
         self.curvature.step(curvature_per_m(reading), dt);
+        let running = running && reading.motor_torque_nm.is_some();
         self.running_s = if running { self.running_s + dt } else { 0.0 };
         self.since_s += dt;
         if !self.settled() || self.since_s * self.rate_hz < 1.0 - 1e-9 {
@@ -93,8 +107,9 @@ impl Conditioner {
     }
 
     /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the horizontal
-    /// curvature without its sign, 1/m. `None` without an accelerometer.
+    /// curvature without its sign, 1/m. `None` without an accelerometer or wheels.
     pub fn at_place(&self) -> Option<[Real; 2]> {
+        self.fresh.then_some(())?;
         let u = self.specific_force.value()? - self.speed.rate();
         Some([u, self.curvature.value()?])
     }
@@ -131,7 +146,7 @@ impl Blank for Conditioned {
 }
 
 state!(Conditioned { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
-state!(Conditioner { force, speed, specific_force, curvature, running_s, since_s; rate_hz, settle_s });
+state!(Conditioner { force, speed, specific_force, curvature, running_s, since_s, fresh; rate_hz, settle_s });
 
 #[cfg(test)]
 mod tests {

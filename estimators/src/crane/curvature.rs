@@ -147,10 +147,7 @@ impl<const N: usize> Curvature<N> {
                 .rls
                 .update(self.excess.rate(), &first_then(h, 1.0), r, false)
                 .unwrap_or(self.outcome);
-            let most = self.params.curvature_max_per_m;
-            if let Some(rho) = self.rls.belief.x.get_mut(0) {
-                *rho = within(*rho, -most, most);
-            }
+            self.rls.keep_usable();
         }
     }
 
@@ -160,7 +157,11 @@ impl<const N: usize> Curvature<N> {
             let belief = &self.rls.belief;
             let first = |values: &SVector<Real, N>| values.iter().next().copied().unwrap_or(0.0);
             let variance = first(&belief.P.diagonal());
-            (first(&belief.x), sqrt(variance) * self.rls.spread())
+            let most = self.params.curvature_max_per_m;
+            (
+                within(first(&belief.x), -most, most),
+                sqrt(variance) * self.rls.spread(),
+            )
         } else {
             (0.0, self.params.curvature_sd_per_m)
         }

@@ -89,7 +89,7 @@ impl DifferencedMass {
 
     /// One step.
     pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        let mass_kg = self.rls.belief.x.x * self.mass0_kg;
+        let mass_kg = self.found_kg();
         self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
         let mut ready = self.train.step(&self.signals, sample, reading, dt);
@@ -110,10 +110,8 @@ impl DifferencedMass {
         (now, bend): &(Ready, Bend),
         balance: &ForceBalance,
     ) {
-        let slope = |ready: &Ready| {
-            let mass_kg = self.rls.belief.x.x * self.mass0_kg;
-            Some(ready.felt?.whole(self.train.tare_kg(), mass_kg).0)
-        };
+        let slope =
+            |ready: &Ready| Some(ready.felt?.whole(self.train.tare_kg(), self.found_kg()).0);
         let slopes = slope(now).zip(slope(before));
         let (before, now) = (before.sample, now.sample);
         let faster = now.acceleration_mps2 - before.acceleration_mps2;
@@ -133,19 +131,20 @@ impl DifferencedMass {
             return;
         };
         self.outcome = outcome;
+        self.rls.keep_usable();
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        self.saturated = !(low..=high).contains(&self.rls.belief.x.x);
+    }
+
+    /// Mass within its range, kg. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found_kg(&self) -> Real {
         let [low, high] = self.range_kg;
-        let inside = within(
-            self.rls.belief.x.x,
-            low / self.mass0_kg,
-            high / self.mass0_kg,
-        );
-        self.saturated = inside != self.rls.belief.x.x;
-        self.rls.belief.x.x = inside;
+        within(self.rls.belief.x.x * self.mass0_kg, low, high)
     }
 
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Value {
-        let value = self.rls.belief.x.x * self.mass0_kg;
+        let value = self.found_kg();
         let sd = sqrt(self.rls.widened().x) * self.mass0_kg;
         Value {
             value,
@@ -156,7 +155,7 @@ impl DifferencedMass {
 
     /// By how much grades are ahead of the effective one.
     pub fn ahead(&self) -> Ahead {
-        self.train.ahead(self.rls.belief.x.x * self.mass0_kg)
+        self.train.ahead(self.found_kg())
     }
 
     /// The bend now; none where bends are not corrected for.

@@ -107,14 +107,17 @@ impl Ffrls {
             return;
         };
         self.outcome = outcome;
-        let [low, high] = self.range_kg;
-        let x = self.rls.belief.x;
-        let inside: Vector2<Real> = vector![
+        self.rls.keep_usable();
+        self.saturated = self.found() != self.rls.belief.x;
+    }
+
+    /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found(&self) -> Vector2<Real> {
+        let ([low, high], x) = (self.range_kg, self.rls.belief.x);
+        vector![
             within(x.x, self.mass0_kg / high, self.mass0_kg / low),
-            x.y.clamp(-0.85, 0.85)
-        ];
-        self.saturated = inside != x;
-        self.rls.belief.x = inside;
+            within(x.y, -0.85, 0.85)
+        ]
     }
 }
 
@@ -130,7 +133,7 @@ impl Pipeline for Ffrls {
             self.sample(sample);
         }
         self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
-        let Gaussian { x, P } = self.rls.belief;
+        let (x, P) = (self.found(), self.rls.belief.P);
         let spread = self.rls.spread().max(1.0);
         // Larger residuals than expected widen both, but not beyond what was known at the start.
         let widened = |sd: Real, prior: Real| (spread * sd).min(prior);

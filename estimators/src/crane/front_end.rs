@@ -9,9 +9,10 @@ use crate::{
 /// What the pipelines work with. `None` = not known now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Median wheel speed, m/s, if at least one drive unit sent a new sample.
+    /// Speed by the wheels, m/s, if at least one drive unit sent a new sample.
     pub new_speed_mps: Option<Real>,
-    /// Median of the fresh wheel speeds, m/s.
+    /// Speed by the fresh wheels, m/s: their median, or, where half of them run away, that of the others; `None` where even that cannot be
+    /// vouched for.
     pub speed_mps: Option<Real>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
@@ -82,6 +83,8 @@ impl Held {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontEnd {
     drives: usize,
+    /// How far the speeds of wheels that roll may be apart, m/s.
+    rolling_mps: Real,
     last_s: Option<Time>,
     torque: [Held; MAX_DRIVES],
     speed: [Held; MAX_DRIVES],
@@ -97,6 +100,7 @@ impl FrontEnd {
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             drives: vehicle.drives.min(MAX_DRIVES),
+            rolling_mps: vehicle.standstill_mps(0.0),
             last_s: None,
             torque: Default::default(),
             speed: Default::default(),
@@ -155,16 +159,17 @@ impl FrontEnd {
             new_speed |= held.take(sample, now);
         }
 
-        let speed_mps = median(
-            self.speed
-                .iter()
-                .take(self.drives)
-                .filter_map(|held| held.fresh(now, dt)),
+        let motor_torque_nm = self.total_torque(now, dt);
+        let fresh = self.speed.iter().take(self.drives);
+        let speed_mps = train_speed(
+            fresh.filter_map(|held| held.fresh(now, dt)),
+            motor_torque_nm.unwrap_or(0.0),
+            self.rolling_mps,
         );
         Ok(Reading {
             new_speed_mps: speed_mps.filter(|_| new_speed),
             speed_mps,
-            motor_torque_nm: self.total_torque(now, dt),
+            motor_torque_nm,
             front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
             lateral_force_mps2: self.left.fresh(now, dt),
@@ -250,8 +255,17 @@ fn third([_, _, z]: [Real; 3]) -> Real {
     z
 }
 
-/// Median of at most [`MAX_DRIVES`] numbers: one slipping wheel does not move it.
-fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
+/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors of scale.
+const ROLLING_SHARE: Real = 0.03;
+
+/// Speed of the train from at most [`MAX_DRIVES`] wheel speeds: the median, which one slipping wheel does not move. Wheels run away in the
+/// direction of their torque: where the two middle ones are apart, the one that has run away less counts. Two wheels or more that have run
+/// away even less say that this one slips too: then nobody knows.
+fn train_speed(
+    values: impl Iterator<Item = Real>,
+    torque_nm: Real,
+    rolling_mps: Real,
+) -> Option<Real> {
     let mut room = [0.0; MAX_DRIVES];
     let mut count = 0;
     for (place, value) in room.iter_mut().zip(values) {
@@ -260,13 +274,26 @@ fn median(values: impl Iterator<Item = Real>) -> Option<Real> {
     }
     let sorted = room.get_mut(..count)?;
     sorted.sort_unstable_by(Real::total_cmp);
-    let upper = *sorted.get(count / 2)?;
-    let lower = *sorted.get(count.checked_sub(1)? / 2)?;
-    Some(0.5 * (lower + upper))
+    if torque_nm < 0.0 {
+        sorted.reverse();
+    }
+    let less = *sorted.get(count.checked_sub(1)? / 2)?;
+    let more = *sorted.get(count / 2)?;
+    let apart = |a: Real, b: Real| (a - b).abs() > rolling_mps + ROLLING_SHARE * less.abs();
+    let middle = if apart(less, more) {
+        less
+    } else {
+        0.5 * (less + more)
+    };
+    let against = sorted.get(1).filter(|_| count > 3);
+    match against {
+        Some(against) if apart(*against, middle) => None,
+        _ => Some(middle),
+    }
 }
 
 state!(Held { stamp_s, arrived_s, period_s, value; });
-state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives });
+state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives, rolling_mps });
 
 #[cfg(test)]
 mod tests {
@@ -285,10 +312,25 @@ mod tests {
     }
 
     #[test]
-    fn median_ignores_one_slipping_wheel() {
-        assert_eq!(median([1.0, 9.0, 1.1].into_iter()), Some(1.1));
-        assert_eq!(median([1.0, 2.0].into_iter()), Some(1.5));
-        assert_eq!(median(core::iter::empty()), None);
+    fn a_wheel_that_slips_or_errs_is_outvoted() {
+        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque, 0.05);
+        assert_eq!(speed(&[1.0, 9.0, 1.01], 50.0), Some(1.01));
+        assert_eq!(speed(&[1.0, 1.02], 50.0), Some(1.01));
+        assert_eq!(speed(&[], 50.0), None);
+        assert_eq!(speed(&[0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 50.0), Some(1.0));
+    }
+
+    #[test]
+    fn wheels_run_away_in_the_direction_of_their_torque() {
+        let speed = |values: &[Real], torque| train_speed(values.iter().copied(), torque, 0.05);
+        let half = [1.4, 1.0, 1.4, 1.0, 1.5, 1.0, 1.4, 1.0];
+        assert_eq!(speed(&half, 50.0), Some(1.0));
+        assert_eq!(speed(&half.map(|v| -v), -50.0), Some(-1.0));
+        // Braked by their motors, wheels turn too slowly.
+        assert_eq!(speed(&half.map(|v| 2.0 - v), -50.0), Some(1.0));
+        // Six of eight: nobody knows.
+        let most = [1.4, 1.0, 1.4, 1.0, 1.5, 1.4, 1.4, 1.4];
+        assert_eq!(speed(&most, 50.0), None);
     }
 
     #[test]

@@ -51,6 +51,9 @@ const CUTOFF_HZ: Real = 1.0;
 const EXCITATION_MPS: Real = 0.05;
 const EXCITATION_MEMORY_S: Real = 5.0;
 
+/// How many times the range of the mass the filter itself goes beyond it.
+const BEYOND: Real = 100.0;
+
 /// M w, kg.
 const SCALE: Real = 1e4;
 
@@ -181,17 +184,23 @@ impl JointEkf {
         }
         self.last = Some(correction);
         let [low, high] = self.range_kg;
-        let inside = vector![
-            self.belief.x.x,
-            self.belief.x.y.clamp(-STEEPEST, STEEPEST),
-            within(self.belief.x.z, SCALE / high, SCALE / low)
-        ];
-        self.saturated = inside != self.belief.x;
-        self.belief.x = inside;
+        let x = self.belief.x;
+        let theta = within(x.y, -STEEPEST, STEEPEST);
+        self.saturated = theta != x.y || self.w() != x.z;
+        // The range of the mass limits what is told and not the filter: w cut back without the slope it hangs together with would contradict all
+        // measurements before. Only where the force balance loses its sense does it stop.
+        self.belief.x.y = theta;
+        self.belief.x.z = within(x.z, SCALE / (BEYOND * high), BEYOND * SCALE / low);
     }
 }
 
 impl JointEkf {
+    /// w within the range of the mass.
+    fn w(&self) -> Real {
+        let [low, high] = self.range_kg;
+        within(self.belief.x.z, SCALE / high, SCALE / low)
+    }
+
     /// Variance of w that can be stood for: what the filter has, or what it has earned, whichever is larger.
     fn known(&self) -> Real {
         self.belief.P.m33.max(self.earned)
@@ -217,7 +226,7 @@ impl Pipeline for JointEkf {
         let Gaussian { x, P } = self.belief;
         let [low, high] = self.range_kg;
         let mass = within(SCALE / x.z, low, high);
-        let mass_sd = mass * sqrt(self.known()) / x.z;
+        let mass_sd = mass * sqrt(self.known()) / self.w();
         let grade_sd = sqrt(P.m22);
         let mass_known = mass_sd < 0.1 * mass && !self.saturated;
         let ahead = self.train.ahead(mass);

@@ -38,6 +38,11 @@ impl LoadWatch {
         changed
     }
 
+    /// Whether residuals keep to no side: nothing has spoken for another load since the last such time.
+    pub fn calm(&self) -> bool {
+        self.up == 0.0 && self.down == 0.0
+    }
+
     /// How often it was another one.
     pub fn changes(&self) -> u32 {
         self.changes

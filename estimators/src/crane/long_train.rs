@@ -4,6 +4,7 @@
 use super::{
     conditioner::{Conditioned, Conditioner},
     front_end::Reading,
+    silence::Silence,
     train_on_rail::{AtPlace, Felt, TrainOnRail},
     waiting::Waiting,
 };
@@ -18,13 +19,26 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LongTrain {
     train: TrainOnRail,
-    /// A point is ahead by nothing, and that is certain.
+    /// A point is ahead by nothing, and that is certain; it needs no memory of the rail.
     point: bool,
+    /// What the instrument reads.
+    here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
     waiting: Waiting<(Conditioned, Real), 32>,
     standstill_mps: Real,
     now: Option<Now>,
+    silence: Silence,
+    /// What the instrument reads more than g sin θ, m/s², and for how long it has been learnt, s.
+    bias_mps2: Real,
+    learnt_s: Real,
 }
+
+/// Doubt up to which the rail under the train counts as seen, m/s².
+const SEEN_MPS2: Real = 1e-3;
+/// Memory of the instrument's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
+const BIAS_MEMORY_S: Real = 20.0;
+const BIAS_KNOWN_S: Real = 5.0;
+const BIAS_SD_MPS2: Real = 0.03;
 
 /// What was felt when the train last moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,6 +69,16 @@ pub struct Ahead {
     pub sd: Real,
 }
 
+impl Now {
+    fn point([u, curvature]: AtPlace) -> Self {
+        Self {
+            felt: Felt::point([u, curvature]),
+            imu: u,
+            unit: u,
+        }
+    }
+}
+
 impl LongTrain {
     /// From the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
@@ -63,9 +87,13 @@ impl LongTrain {
             point: vehicle.tare_span_m == [0.0; 2]
                 && vehicle.load_span_m == [0.0; 2]
                 && vehicle.imu_arm_m == 0.0,
+            here: None,
             waiting: Waiting::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
+            silence: Silence::new(vehicle),
+            bias_mps2: 0.0,
+            learnt_s: 0.0,
         }
     }
 
@@ -80,14 +108,25 @@ impl LongTrain {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
-        let oldest = self.waiting.join((sample?, self.train.place_m()))?;
+        let now = (sample?, self.train.place_m());
+        if self.point {
+            return Some(self.ready(now));
+        }
+        let oldest = self.waiting.join(now)?;
         Some(self.ready(oldest))
     }
 
     /// The train moves on by one step; see [`TrainOnRail::step`].
     pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.here = place;
+        let moving = speed_mps.abs() > self.standstill_mps;
+        self.silence.step(place.is_some(), speed_mps.abs() * dt);
+        if self.point {
+            self.now = place.filter(|_| moving).map(Now::point).or(self.now);
+            return;
+        }
         self.train.step(place, delayed_mps, speed_mps, dt);
-        if speed_mps.abs() > self.standstill_mps
+        if moving
             && let Some((felt, imu)) = self.train.felt_now()
             && let Some(unit) = self.train.unit_now()
         {
@@ -108,22 +147,71 @@ impl LongTrain {
     fn ready(&self, (sample, place_m): (Conditioned, Real)) -> Ready {
         Ready {
             sample,
-            felt: sample
-                .specific_force_mps2
-                .and_then(|_| self.train.felt(place_m)),
+            felt: sample.specific_force_mps2.and_then(|_| match self.point {
+                true => self.here.map(Felt::point),
+                false => self.felt(place_m),
+            }),
         }
+    }
+
+    fn felt(&self, place_m: Real) -> Option<Felt> {
+        let mut felt = self.train.felt(place_m)?;
+        for mean in [&mut felt.tare, &mut felt.load] {
+            mean.doubt_mps2 += GRAVITY * self.silence.under_rad();
+        }
+        Some(felt)
     }
 
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> Ahead {
-        let Some(Now { felt, imu, unit }) = self.now.filter(|_| !self.point) else {
-            return Ahead::default();
+        let blind = match self.point {
+            true => 0.0,
+            false => self.silence.here_rad() + self.silence.under_rad(),
+        };
+        let Some(Now { felt, imu, unit }) = self.now else {
+            return Ahead {
+                sd: blind,
+                ..Ahead::default()
+            };
         };
         let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
         Ahead {
             imu: (imu - mean) / GRAVITY,
             unit: (unit - mean) / GRAVITY,
-            sd: doubt / GRAVITY,
+            sd: doubt / GRAVITY + blind,
+        }
+    }
+
+    /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
+    /// the instrument.
+    pub fn vouched_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+        let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
+        let Some(now) = self.now.filter(|_| seen) else {
+            return;
+        };
+        let (mean, doubt) = now.felt.whole(self.train.tare_kg(), mass_kg);
+        if doubt < SEEN_MPS2 {
+            self.learnt_s = (self.learnt_s + dt).min(BIAS_MEMORY_S);
+            let share = dt / self.learnt_s.max(dt);
+            self.bias_mps2 += share * (mean - GRAVITY * sin(theta) - self.bias_mps2);
+        }
+    }
+
+    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
+    /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
+    /// the bias known from before.
+    pub fn lead(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
+        let ahead = self.ahead(mass_kg);
+        match self.now {
+            Some(now)
+                if self.learnt_s >= BIAS_KNOWN_S
+                    && self.silence.here_rad() == 0.0
+                    && ahead.sd * GRAVITY >= SEEN_MPS2 =>
+            {
+                let reads = (now.imu - self.bias_mps2) / GRAVITY;
+                (reads - sin(theta), BIAS_SD_MPS2 / GRAVITY)
+            }
+            _ => (ahead.imu, ahead.sd),
         }
     }
 
@@ -167,4 +255,4 @@ impl Blank for Ready {
 
 state!(Now { felt, imu, unit; });
 state!(Ready { sample, felt; });
-state!(LongTrain { train, waiting, now; point, standstill_mps });
+state!(LongTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });

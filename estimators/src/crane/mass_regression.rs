@@ -87,6 +87,8 @@ pub struct MassRegression {
     signals: Conditioner,
     regressor: RunningDeviation,
     load: LoadWatch,
+    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    before: Rls<4>,
     excited: bool,
     saturated: bool,
     outcome: Outcome,
@@ -116,13 +118,12 @@ impl MassRegression {
             standstill_mps: vehicle.standstill_mps(params.standstill_mps),
             ..params
         };
+        let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
+        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root >= 0.5);
         Self {
             params,
-            rls: Rls::new(
-                Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd),
-                policy,
-            )
-            .in_square_root_form(params.square_root >= 0.5),
+            rls,
+            before: rls,
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
@@ -149,7 +150,7 @@ impl MassRegression {
             (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
             (AccelSource::SpecificForce, Some(felt)) => {
                 let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
-                let (u, doubt) = felt.whole(tare, self.rls.belief.x.x);
+                let (u, doubt) = felt.whole(tare, self.found());
                 let f = acceleration + load_u;
                 let cosine = ForceBalance::cosine(acceleration + u, acceleration);
                 (f, tare * (tare_u - load_u), cosine, doubt)
@@ -189,26 +190,27 @@ impl MassRegression {
             return;
         };
         self.outcome = outcome;
-        self.clamp();
+        self.rls.keep_usable();
+        self.saturated = self.found() != self.rls.belief.x.x;
         if self.excited
             && self
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
-            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
+            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
+            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts.
+            self.rls = self.before;
+            self.rls.reopen(&Vector4::repeat(1.0));
+        }
+        if self.load.calm() {
+            self.before = self.rls;
         }
     }
 
-    /// Keeps the mass in its range.
-    fn clamp(&mut self) {
-        let [low, high] = self.range_kg;
-        let inside = within(
-            self.rls.belief.x.x,
-            low / self.mass0_kg,
-            high / self.mass0_kg,
-        );
-        self.saturated = inside != self.rls.belief.x.x;
-        self.rls.belief.x.x = inside;
+    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        within(self.rls.belief.x.x, low, high)
     }
 
     /// Which acceleration stands beside the mass.
@@ -249,7 +251,7 @@ impl MassStage for MassRegression {
 
     /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
     fn mass_kg(&self) -> Value {
-        let value = self.rls.belief.x.x * self.mass0_kg;
+        let value = self.found() * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
             value,
@@ -261,23 +263,26 @@ impl MassStage for MassRegression {
     /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
     fn running_resistance(&self) -> Real {
         let x = self.rls.belief.x;
-        (self.mu0 + (x.y + x.w * self.train.curvature_per_m()) / x.x).clamp(0.0, 1.0)
+        (self.mu0 + (x.y + x.w * self.train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
     }
 
     /// sin θ + s μ c = F/(M g) at steady speed.
     fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
-        let x = self.rls.belief.x;
-        let by_m = -traction_n / (self.mass0_kg * GRAVITY * x.x * x.x)
-            + direction * (x.y + x.w * self.train.curvature_per_m()) / (x.x * x.x);
-        let by_r = -direction / x.x;
+        let (x, m) = (self.rls.belief.x, self.found());
+        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + direction * (x.y + x.w * self.train.curvature_per_m()) / (m * m);
+        let by_r = -direction / m;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.train.curvature_per_m()];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
-    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
-    fn grade_lead(&self) -> (Real, Real) {
-        let ahead = self.train.ahead(self.rls.belief.x.x * self.mass0_kg);
-        (ahead.imu, ahead.sd)
+    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+        self.train.lead(self.found() * self.mass0_kg, theta)
+    }
+
+    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+        self.train
+            .vouched_grade(self.found() * self.mass0_kg, theta, dt);
     }
 
     fn excited(&self) -> bool {
@@ -289,7 +294,7 @@ impl MassStage for MassRegression {
     }
 
     fn internals(&self) -> [Real; 6] {
-        let bias = -self.rls.belief.x.z / self.rls.belief.x.x;
+        let bias = -self.rls.belief.x.z / self.found();
         let limited = if self.outcome.limited { 1.0 } else { 0.0 };
         let residual_n = self.outcome.residual * self.mass0_kg;
         [
@@ -302,5 +307,5 @@ impl MassStage for MassRegression {
         ]
     }
 }
-state!(MassRegression { rls, signals, regressor, load, excited, saturated, outcome, train, jolts;
+state!(MassRegression { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
     params, mass0_kg, mu0, range_kg });

@@ -48,9 +48,14 @@ pub trait MassStage: Copy {
 
     /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that: 0 for a stage that takes the
     /// train for a point.
-    fn grade_lead(&self) -> (Real, Real) {
+    ///
+    /// `theta` is that effective grade, rad.
+    fn grade_lead(&self, _theta: Real) -> (Real, Real) {
         (0.0, 0.0)
     }
+
+    /// An effective grade, rad, that is vouched for, `dt` seconds after the last step.
+    fn vouched_grade(&mut self, _theta: Real, _dt: Real) {}
 
     /// The grade angle, rad, that the second stage has found with this mass; most first stages need none.
     fn told_grade(&mut self, _theta: Real) {}
@@ -134,7 +139,10 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
             sd: effective_sd,
             valid: running && mass_kg.valid && effective_sd < 0.05 && self.slope.wheels_obey(),
         };
-        let (lead, lead_sd) = self.mass.grade_lead();
+        if effective_grade_rad.valid {
+            self.mass.vouched_grade(belief.x.y, dt);
+        }
+        let (lead, lead_sd) = self.mass.grade_lead(belief.x.y);
         let grade_sd = sqrt(effective_sd * effective_sd + lead_sd * lead_sd);
         Estimate {
             t_s,

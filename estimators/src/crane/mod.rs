@@ -38,6 +38,7 @@ pub mod resistance;
 pub mod rls_ekf;
 pub mod rls_mff_aukf;
 pub mod running_deviation;
+pub mod silence;
 pub mod single_track;
 pub mod slope_filter;
 pub mod slope_models;

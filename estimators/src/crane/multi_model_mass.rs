@@ -153,7 +153,12 @@ impl MultiModelMass {
             let (least, most) = WEIGHTS;
             self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
         }
-        self.clamp();
+        for rls in [&mut self.straight, &mut self.turning] {
+            rls.keep_usable();
+        }
+        self.saturated = [&self.straight, &self.turning]
+            .iter()
+            .any(|rls| self.found(rls) != rls.belief.x.x);
         if self
             .load
             .changed(straight.normalised / self.straight.spread().max(1.0))
@@ -164,26 +169,25 @@ impl MultiModelMass {
 
     /// M/M₀ of both models.
     fn fused(&self) -> Real {
-        let (s, t) = (self.straight.belief.x.x, self.turning.belief.x.x);
+        let (s, t) = (self.found(&self.straight), self.found(&self.turning));
         self.straight_weight * s + (1.0 - self.straight_weight) * t
     }
 
-    fn clamp(&mut self) {
-        let [low, high] = self.range_kg;
-        self.saturated = false;
-        for rls in [&mut self.straight, &mut self.turning] {
-            let inside = within(rls.belief.x.x, low / self.mass0_kg, high / self.mass0_kg);
-            self.saturated |= inside != rls.belief.x.x;
-            rls.belief.x.x = inside;
-        }
+    /// M/M₀ of a model within the range of the mass. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found(&self, rls: &Rls<1>) -> Real {
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        within(rls.belief.x.x, low, high)
     }
 
     /// Another load: both start again, from the mass they have.
     fn restart(&mut self) {
-        for rls in [&mut self.straight, &mut self.turning] {
-            let mean = rls.belief.x;
+        let means = [self.found(&self.straight), self.found(&self.turning)];
+        for (rls, mean) in [&mut self.straight, &mut self.turning]
+            .into_iter()
+            .zip(means)
+        {
             *rls = self.start;
-            rls.belief.x = mean;
+            rls.belief.x.x = mean;
         }
         self.sums = [0.0; 2];
     }
@@ -230,11 +234,11 @@ impl MassStage for MultiModelMass {
 
     /// Standard deviation: of the mixture, and of the level taken as known.
     fn mass_kg(&self) -> Value {
-        let (s, t) = (self.straight.belief, self.turning.belief);
+        let (s, t) = (self.found(&self.straight), self.found(&self.turning));
         let (w, mean) = (self.straight_weight, self.fused());
         let away = |x: Real| (x - mean) * (x - mean);
-        let variance = w * (self.straight.widened().x + away(s.x.x))
-            + (1.0 - w) * (self.turning.widened().x + away(t.x.x));
+        let variance = w * (self.straight.widened().x + away(s))
+            + (1.0 - w) * (self.turning.widened().x + away(t));
         let level = mean * self.level_error();
         let (value, sd) = (
             mean * self.mass0_kg,
@@ -259,10 +263,13 @@ impl MassStage for MultiModelMass {
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
     }
 
-    /// From what the accelerometer has read along the rail; its bias drops out of the difference.
-    fn grade_lead(&self) -> (Real, Real) {
-        let ahead = self.train.ahead(self.fused() * self.mass0_kg);
-        (ahead.imu, ahead.sd)
+    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+        self.train.lead(self.fused() * self.mass0_kg, theta)
+    }
+
+    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+        self.train
+            .vouched_grade(self.fused() * self.mass0_kg, theta, dt);
     }
 
     fn bend_n(&self) -> Real {
@@ -282,8 +289,8 @@ impl MassStage for MultiModelMass {
         [
             self.outcome.lambda,
             self.outcome.residual * kg,
-            self.straight.belief.x.x * kg,
-            self.turning.belief.x.x * kg,
+            self.found(&self.straight) * kg,
+            self.found(&self.turning) * kg,
             self.load.changes() as Real,
             self.straight_weight,
         ]
@@ -315,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
-        let kg = |rls: &Rls<1>, stage: &MultiModelMass| rls.belief.x.x * stage.mass0_kg;
+        let kg = |rls: &Rls<1>, stage: &MultiModelMass| stage.found(rls) * stage.mass0_kg;
         let stage = turning(&car());
         let (straight, right) = (kg(&stage.straight, &stage), kg(&stage.turning, &stage));
         assert!(straight > 2_900.0, "{straight}");

@@ -94,9 +94,6 @@ pub struct OneRegression {
     outcome: Outcome,
 }
 
-/// Where a parameter is stopped so that its numbers stay usable: far beyond any mass over M₀, acceleration or sine.
-const BEYOND_REASON: Real = 1e3;
-
 /// The whole number that a choice is.
 fn choice(value: Real) -> usize {
     (value + 0.5) as usize
@@ -198,16 +195,11 @@ impl OneRegression {
             return;
         };
         self.outcome = outcome;
-        self.rls.belief.x = self
-            .rls
-            .belief
-            .x
-            .map(|x| within(x, -BEYOND_REASON, BEYOND_REASON));
+        self.rls.keep_usable();
         self.saturated = self.found() != self.rls.belief.x.x;
     }
 
-    /// χ₁ within what there is. It limits what is told, not the recursion: a parameter cut back without those it hangs together with would
-    /// contradict all samples before.
+    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::keep_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg;
         let first = self.known.mass0_kg;

@@ -160,6 +160,8 @@ pub struct World {
     /// Load picked up or set down at an instant: (s, total mass after it).
     pub mass_change: Option<(Real, Real)>,
     pub mu: Real,
+    /// Running resistance that does not grow with the mass, N.
+    pub drag_n: Real,
     /// Horizontal curvature, 1/m, at a chainage, m, and what it adds to the running-resistance coefficient, times the radius, m.
     pub curve: fn(Real) -> Real,
     pub curve_resistance_m: Real,
@@ -188,6 +190,7 @@ pub fn world(seed: u64) -> World {
         mass_kg: 15_000.0,
         mass_change: None,
         mu: 0.02,
+        drag_n: 0.0,
         curve: |_| 0.0,
         curve_resistance_m: 0.0,
         accel_bias: 0.0,
@@ -258,7 +261,8 @@ impl World {
             let friction = (self.mu + self.curve_resistance_m * (self.curve)(s).abs())
                 * mass
                 * 9.81
-                * theta.cos();
+                * theta.cos()
+                + self.drag_n;
             let stands = v.abs() < 1e-9 && drive.abs() < friction;
             let direction = if v.abs() > 1e-9 {
                 v.signum()

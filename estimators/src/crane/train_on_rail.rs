@@ -19,11 +19,13 @@ use crate::{
     Real,
     real::{floor, within},
     signals::Vehicle,
-    snapshot::state,
+    snapshot::{Archive, State, state},
 };
 
 /// Places remembered.
 const CELLS: usize = 128;
+/// Cells whose values are kept added up; divides [`CELLS`].
+const BLOCK: usize = 8;
 /// Cells that the longest span is divided into: fewer than there are, so that a whole train fits.
 const CELLS_PER_SPAN: Real = 100.0;
 /// Shortest cell, m.
@@ -46,6 +48,8 @@ pub type AtPlace = [Real; 2];
 pub struct RailMemory {
     cell_m: Real,
     cells: [AtPlace; CELLS],
+    /// Sums over the cells, block by block: a mean over a train need not add up all of them.
+    blocks: [AtPlace; CELLS / BLOCK],
     /// First and last cell known.
     known: Option<[i64; 2]>,
 }
@@ -59,12 +63,24 @@ pub struct Mean {
     pub doubt_mps2: Real,
 }
 
+impl Mean {
+    fn add(&mut self, share: Real, [u, curvature]: AtPlace) {
+        let [sum_u, sum_curvature] = self.value;
+        self.value = [sum_u + share * u, sum_curvature + share * curvature];
+    }
+}
+
+fn plus([a, b]: AtPlace, [c, d]: &AtPlace) -> AtPlace {
+    [a + c, b + d]
+}
+
 impl RailMemory {
     /// Room for a stretch of `span_m` metres.
     pub fn new(span_m: Real) -> Self {
         Self {
             cell_m: (span_m / CELLS_PER_SPAN).max(SHORTEST_M),
             cells: [[0.0; 2]; CELLS],
+            blocks: [[0.0; 2]; CELLS / BLOCK],
             known: None,
         }
     }
@@ -84,9 +100,36 @@ impl RailMemory {
     }
 
     fn put(&mut self, cell: i64, value: AtPlace) {
-        if let Some(place) = self.cells.get_mut(Self::slot(cell)) {
+        let slot = Self::slot(cell);
+        if let Some(place) = self.cells.get_mut(slot) {
             *place = value;
         }
+        self.add_up(slot / BLOCK);
+    }
+
+    /// Adds up a block anew, so that no rounding gathers.
+    fn add_up(&mut self, block: usize) {
+        if let Some(cells) = self.cells.chunks_exact(BLOCK).nth(block)
+            && let Some(sum) = self.blocks.get_mut(block)
+        {
+            *sum = cells.iter().fold([0.0; 2], plus);
+        }
+    }
+
+    /// Sum over known cells.
+    fn sum(&self, first: i64, last: i64, known: [i64; 2]) -> AtPlace {
+        let (block, mut cell, mut sum) = (BLOCK as i64, first, [0.0; 2]);
+        while cell <= last {
+            let whole = cell.rem_euclid(block) == 0 && cell + block <= last + 1;
+            if whole && let Some(block) = self.blocks.get(Self::slot(cell) / BLOCK) {
+                sum = plus(sum, block);
+                cell += BLOCK as i64;
+            } else {
+                sum = plus(sum, &self.at(cell, known));
+                cell += 1;
+            }
+        }
+        sum
     }
 
     /// The instrument is at `place_m` and reads `value`. Cells passed over since the last visit are filled in between.
@@ -122,35 +165,49 @@ impl RailMemory {
         let known = self.known?;
         let [low, high] = known;
         let (first, last) = (self.cell(rear_m), self.cell(front_m));
-        if last - first > 2 * CELLS as i64 {
+        if !(0..=2 * CELLS as i64).contains(&(last - first)) {
             return None;
         }
+        // Share of the span that a cell has.
         let whole = front_m - rear_m;
-        let mut mean = Mean::default();
-        let [mut behind_m, mut ahead_m] = [0.0, 0.0];
-        let (at_low, at_high) = (self.gradient(known, low, 1), self.gradient(known, high, -1));
-        for cell in first..=last {
+        let share = |cell: i64| {
             let start = (cell as Real * self.cell_m).max(rear_m);
             let end = ((cell + 1) as Real * self.cell_m).min(front_m);
-            let share = if whole > 1e-9 {
+            if whole > 1e-9 {
                 ((end - start) / whole).max(0.0)
             } else {
                 1.0 / (last - first + 1) as Real
-            };
-            let [u, curvature] = self.at(cell, known);
-            let [behind, ahead] =
-                [low - cell, cell - high].map(|cells| cells.max(0) as Real * self.cell_m);
-            let onward = at_low * behind.min(ONWARD_M) + at_high * ahead.min(ONWARD_M);
-            let [sum_u, sum_curvature] = mean.value;
-            mean.value = [
-                sum_u + share * (u + onward),
-                sum_curvature + share * curvature,
-            ];
-            behind_m += share * behind;
-            ahead_m += share * ahead;
+            }
+        };
+        let mut mean = Mean::default();
+        // Known rail: its ends count by their shares, all between alike.
+        let (rear, front) = (low.max(first + 1), high.min(last - 1));
+        for end in [Some(first), Some(last).filter(|last| *last > first)] {
+            if let Some(end) = end.filter(|end| (low..=high).contains(end)) {
+                mean.add(share(end), self.at(end, known));
+            }
         }
-        mean.doubt_mps2 = behind_m * (UNSEEN_MPS2_PER_M + at_low.abs())
-            + ahead_m * (UNSEEN_MPS2_PER_M + at_high.abs());
+        if rear <= front {
+            mean.add(self.cell_m / whole, self.sum(rear, front, known));
+        }
+        // Unseen rail, behind and ahead: as the known ends, and their gradient for a while.
+        for (end, inward, unseen) in [
+            (low, 1, first..low.min(last + 1)),
+            (high, -1, first.max(high + 1)..last + 1),
+        ] {
+            if unseen.is_empty() {
+                continue;
+            }
+            let [u, curvature] = self.at(end, known);
+            let gradient = self.gradient(known, end, inward);
+            let mut beyond_m = 0.0;
+            for cell in unseen {
+                let (share, away_m) = (share(cell), (cell - end).abs() as Real * self.cell_m);
+                mean.add(share, [u + gradient * away_m.min(ONWARD_M), curvature]);
+                beyond_m += share * away_m;
+            }
+            mean.doubt_mps2 += beyond_m * (UNSEEN_MPS2_PER_M + gradient.abs());
+        }
         Some(mean)
     }
 
@@ -213,6 +270,18 @@ impl Felt {
 }
 
 impl Felt {
+    /// What a point feels that reads `here`.
+    pub fn point(here: AtPlace) -> Self {
+        let here = Mean {
+            value: here,
+            doubt_mps2: 0.0,
+        };
+        Self {
+            tare: here,
+            load: here,
+        }
+    }
+
     /// Mean curvature under the train, 1/m.
     pub fn curvature_per_m(&self) -> Real {
         let [_, curvature] = self.tare.value;
@@ -291,9 +360,22 @@ impl TrainOnRail {
     }
 }
 
-state!(RailMemory { cells, known; cell_m } where |this| this.known.is_none_or(|[low, high]| {
-    low <= high && high.saturating_sub(low) < CELLS as i64
-}));
+impl State for RailMemory {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            cells,
+            known,
+            blocks: _,
+            cell_m: _,
+        } = self;
+        cells.visit(archive);
+        known.visit(archive);
+        let whole = |[low, high]: [i64; 2]| low <= high && high.saturating_sub(low) < CELLS as i64;
+        archive.require(known.is_none_or(whole));
+        (0..CELLS / BLOCK).for_each(|block| self.add_up(block));
+    }
+}
+
 state!(Mean { value, doubt_mps2; } where |this| this.doubt_mps2 >= 0.0);
 state!(Felt { tare, load; });
 state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
@@ -301,7 +383,8 @@ state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crane::testing::vehicle;
+    use crate::{crane::testing::vehicle, testing::Random};
+    use core::cmp::Ordering;
 
     /// u along a rail with a sine of wavelength 20 m and a step in its mean.
     fn u(s: Real) -> Real {
@@ -331,6 +414,40 @@ mod tests {
             );
             assert!((mean.value[1] - 0.05 * (rear + front)).abs() < 0.02);
             assert!(mean.doubt_mps2.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn sums_by_block_are_sums_by_cell() {
+        let mut rail = RailMemory::new(18.0);
+        let mut random = Random::new(62);
+        let mut place = 0.0;
+        for _ in 0..3000 {
+            place += 0.3 * random.normal();
+            rail.visit(place, [random.normal(), random.normal()]);
+            let known = rail.known.unwrap();
+            let rear = place + 12.0 * random.normal();
+            let front = rear + 30.0 * random.normal().abs().min(1.0);
+            let (mut value, mut doubt) = ([0.0; 2], 0.0);
+            for cell in rail.cell(rear)..=rail.cell(front) {
+                let [start, end] = [cell, cell + 1].map(|cell| cell as Real * rail.cell_m);
+                let share = (end.min(front) - start.max(rear)) / (front - rear);
+                let near = cell.clamp(known[0], known[1]);
+                let away = (cell - near).abs() as Real * rail.cell_m;
+                let onward = match cell.cmp(&near) {
+                    Ordering::Less => rail.gradient(known, near, 1),
+                    Ordering::Equal => 0.0,
+                    Ordering::Greater => rail.gradient(known, near, -1),
+                };
+                let [u, curvature] = rail.cells[RailMemory::slot(near)];
+                value[0] += share * (u + onward * away.min(ONWARD_M));
+                value[1] += share * curvature;
+                doubt += share * away * (UNSEEN_MPS2_PER_M + onward.abs());
+            }
+            let mean = rail.mean(rear, front).unwrap();
+            assert!((mean.value[0] - value[0]).abs() < 1e-9 * (1.0 + value[0].abs()));
+            assert!((mean.value[1] - value[1]).abs() < 1e-9);
+            assert!((mean.doubt_mps2 - doubt).abs() < 1e-9 * (1.0 + doubt));
         }
     }
 

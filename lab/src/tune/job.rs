@@ -9,6 +9,7 @@ use super::store::Trial;
 use super::study::{Group, Study};
 use super::validate;
 use super::write;
+use super::yardstick::Yardstick;
 use crate::replay::cache::Cache;
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};
@@ -53,11 +54,19 @@ pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<D
         let go_on = |share| audience.stage(stage, share);
         Bench::prepare(study, groups, &cache, job.jobs, &go_on)
     };
+    let yardstick = |key, groups, bench: &Bench| Yardstick::new(study, key, groups, bench);
+    // before the search, so that runs that measure nothing are refused at once; kept on disk only, not in memory
+    let held_out = match bench(&study.validation, "validation runs")? {
+        Some(bench) => yardstick("validation", &study.validation, &bench)?,
+        None => return Ok(None),
+    };
     let Some(tuning) = bench(&study.tuning, "tuning runs")? else {
         return Ok(None);
     };
+    let tuned_on = yardstick("tuning", &study.tuning, &tuning)?;
     let store = store_of(&job.folder);
-    let found = search::search(study, &tuning, &store, job.resume, &mut Seat(audience))?;
+    let watcher = &mut Seat(audience);
+    let found = search::search(study, &tuning, &tuned_on, &store, job.resume, watcher)?;
     if !found.finished {
         return Ok(None);
     }
@@ -70,13 +79,14 @@ pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<D
             winner: None,
         }));
     };
-    let Some(held_out) = bench(&study.validation, "validation runs")? else {
+    let Some(unseen) = bench(&study.validation, "validation runs")? else {
         return Ok(None);
     };
-    let validation = validate::validate(study, &held_out, &winner.parameters, winner.loss());
+    let validation =
+        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss());
     let mut go_on = |share| audience.stage("sensitivity", share);
     let Some(sensitivity) =
-        sensitivity::sensitivity(study, &tuning, &winner.parameters, &mut go_on)
+        sensitivity::sensitivity(study, &tuning, &tuned_on, &winner.parameters, &mut go_on)
     else {
         return Ok(None);
     };
@@ -89,7 +99,7 @@ pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<D
         found,
         validation: Some(validation),
         sensitivity,
-        traces: traces(study, &held_out, &winner),
+        traces: traces(study, &unseen, &winner),
         winner: place,
     };
     write::whole(&job.folder.join("report.html"), &report::page(study, &done))?;

@@ -84,8 +84,8 @@ impl Judge {
         let first_valid = judge.terms.len() + judge.constraints.len();
         for group in 0..groups.len() {
             let of = |i: usize| judge.mean(defaults, group, i);
-            // Defaults that cannot be measured, or that are perfect, are no yardstick: then the unit itself is.
-            let yard = |x: f64| if x.is_finite() && x > NOTHING { x } else { 1.0 };
+            // Defaults that are perfect are no yardstick: then the unit itself is.
+            let yard = |x: f64| if x > NOTHING { x } else { 1.0 };
             judge
                 .reference
                 .push((0..judge.terms.len()).map(|i| yard(of(i))).collect());

@@ -4,11 +4,12 @@
 //! it was in no time and goes on as if nothing had happened.
 
 use super::evaluate::Bench;
-use super::loss::{Judge, wanted};
+use super::loss::wanted;
 use super::optimise::{self, Search, WORST};
 use super::space::{Space, Values};
 use super::store::{Header, Store, Trial};
 use super::study::{Combine, Study};
+use super::yardstick::Yardstick;
 use monorig_sim::error::Error;
 use std::collections::HashMap;
 use std::path::Path;
@@ -38,10 +39,11 @@ pub trait Watcher: Send {
     fn trial(&mut self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
 }
 
-/// Search with a bench of tuning runs; trials are kept in the file `store`, and with `resume` taken from it.
+/// Search with a bench of tuning runs and what the defaults show in them; trials are kept in the file `store`, and with `resume` taken from it.
 pub fn search(
     study: &Study,
     bench: &Bench,
+    yardstick: &Yardstick,
     store: &Path,
     resume: bool,
     watcher: &mut dyn Watcher,
@@ -63,7 +65,7 @@ pub fn search(
         bench,
         store,
         known,
-        judge: None,
+        yardstick,
         trials: Vec::new(),
         seen: HashMap::new(),
         best: None,
@@ -113,7 +115,7 @@ struct Desk<'a> {
     bench: &'a Bench,
     store: Store,
     known: Vec<Trial>,
-    judge: Option<Judge>,
+    yardstick: &'a Yardstick,
     trials: Vec<Trial>,
     /// Trials by the bits of their parameters: asked twice, run once.
     seen: HashMap<Vec<u64>, usize>,
@@ -169,13 +171,8 @@ impl Desk<'_> {
 
     fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
         let started = Instant::now();
-        let file = &self.study.file;
-        let wanted = wanted(file);
-        let judge = self.judge.get_or_insert_with(|| {
-            let defaults = self.bench.evaluate(&self.study.defaults(), &wanted);
-            Judge::new(file, &self.study.tuning, &defaults)
-        });
-        let verdict = judge.judge(&self.bench.evaluate(&parameters, &wanted));
+        let shown = self.bench.evaluate(&parameters, &wanted(&self.study.file));
+        let verdict = self.yardstick.judge.judge(&shown);
         self.running += started.elapsed();
         Trial {
             trial: index,

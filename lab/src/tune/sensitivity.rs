@@ -1,9 +1,10 @@
 //! How much the parameters matter around the winner: curves of one at a time, maps of two.
 
 use super::evaluate::Bench;
-use super::loss::{Judge, wanted};
+use super::loss::wanted;
 use super::space::{Space, Values};
 use super::study::Study;
+use super::yardstick::Yardstick;
 use serde::Serialize;
 
 /// Curves and maps.
@@ -45,12 +46,11 @@ pub struct Map {
 pub fn sensitivity(
     study: &Study,
     bench: &Bench,
+    yardstick: &Yardstick,
     winner: &Values,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Option<Sensitivity> {
     let wanted = wanted(&study.file);
-    let defaults = bench.evaluate(&study.defaults(), &wanted);
-    let judge = Judge::new(&study.file, &study.tuning, &defaults);
     let space = Space::new(&study.file.parameters);
     let names: Vec<String> = space.names().map(str::to_owned).collect();
     let points = study.file.sensitivity;
@@ -65,7 +65,7 @@ pub fn sensitivity(
         if !go_on(done as f64 / all as f64) {
             return None;
         }
-        let v = judge.judge(&bench.evaluate(values, &wanted));
+        let v = yardstick.judge.judge(&bench.evaluate(values, &wanted));
         let held = v.failed.is_none() && v.violation == 0.0;
         Some(held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64))
     };

@@ -4,6 +4,7 @@ use super::evaluate::{Bench, Shown};
 use super::loss::{Judge, own_loss, wanted};
 use super::space::Values;
 use super::study::{Group, Study};
+use super::yardstick::Yardstick;
 use crate::interval::Interval;
 use serde::Serialize;
 
@@ -87,16 +88,21 @@ impl Validation {
 }
 
 /// Run the winner and what it is compared with over the validation runs.
-pub fn validate(study: &Study, bench: &Bench, winner: &Values, tuning_loss: f64) -> Validation {
+pub fn validate(
+    study: &Study,
+    bench: &Bench,
+    Yardstick { judge, defaults }: &Yardstick,
+    winner: &Values,
+    tuning_loss: f64,
+) -> Validation {
     let wanted = wanted(&study.file);
     let run = |values: &Values| bench.evaluate(values, &wanted);
-    let (winners, defaults) = (run(winner), run(&study.defaults()));
-    let judge = Judge::new(&study.file, &study.validation, &defaults);
-    let mut comparisons = vec![compare(study, &judge, "default", &winners, &defaults)];
+    let winners = run(winner);
+    let mut comparisons = vec![compare(study, judge, "default", &winners, defaults)];
     if let Some(published) = study.published() {
         comparisons.push(compare(
             study,
-            &judge,
+            judge,
             "published",
             &winners,
             &run(&published),

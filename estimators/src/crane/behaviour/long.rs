@@ -2,10 +2,10 @@
 
 use super::*;
 
-const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
-const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
+pub const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
+pub const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
 
-fn long(seed: u64) -> World {
+pub fn long(seed: u64) -> World {
     World {
         tare_span_m: TARE_SPAN_M,
         load_span_m: LOAD_SPAN_M,
@@ -104,4 +104,82 @@ fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
     let long = errors("mmrls_sh_stf", &settings, true);
     let point = errors("mmrls_sh_stf", &settings, false);
     assert!(long.mass < 0.02 && point.mass > 0.05);
+}
+
+/// The first ramp begins at 20 m, which the instrument reaches after some 23 s.
+#[test]
+fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
+    let vehicle = Vehicle {
+        tare_span_m: TARE_SPAN_M,
+        load_span_m: LOAD_SPAN_M,
+        ..vehicle()
+    };
+    for name in [
+        "dffrls_aekf",
+        "rls_ekf",
+        "ffrls",
+        "joint_ekf",
+        "mmrls_sh_stf",
+    ] {
+        let tamper = |z: &mut Measurements, _: &mut Command| {
+            if (62.0..72.0).contains(&z.t_s) {
+                z.specific_force_mps2 = None;
+            }
+        };
+        let mut blind: Real = 0.0;
+        for seed in 1..=4 {
+            let estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
+            let rows = long(seed).run(&mut Tampered { estimator, tamper });
+            for row in rows.iter().filter(|row| row.t > 62.0) {
+                let [grade, whole] = [row.estimate.grade_rad, row.estimate.effective_grade_rad];
+                let lead = grade.value.sin() - whole.value.sin();
+                let of_lead = (lead - (row.theta.sin() - row.effective.sin())).abs();
+                blind = blind.max(of_lead);
+                assert!(
+                    !grade.valid || of_lead < 2.0 * grade.sd + 0.01,
+                    "{name} at {} s: {of_lead} rad, sd {}",
+                    row.t,
+                    grade.sd
+                );
+            }
+        }
+        std::println!("{name}: up to {:.1}° off", blind.to_degrees());
+        assert!(blind > 0.06, "{name}: the ramp is not met blind");
+    }
+}
+
+/// The memory of the rail is not much longer than the train: back at the foot of the ramp it has forgotten it, and the instrument is at the
+/// tail.
+#[test]
+fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
+    let vehicle = Vehicle {
+        tare_span_m: TARE_SPAN_M,
+        load_span_m: LOAD_SPAN_M,
+        ..vehicle()
+    };
+    for name in ["dffrls_aekf", "rls_ekf", "mmrls_sh_stf"] {
+        for seed in 1..=2 {
+            let mut estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
+            let world = World {
+                grade: |s| 8f64.to_radians() * smooth((s - 20.0) / 8.0),
+                speed: |t| (0.25 * (t - 1.0)).clamp(0.0, 1.0) - (0.25 * (t - 90.0)).clamp(0.0, 1.9),
+                seconds: 175.0,
+                ..long(seed)
+            };
+            let rows = world.run(&mut estimator);
+            let back = rows.iter().filter(|row| row.t > 100.0);
+            let mut worst: Real = 0.0;
+            let (mut most, mut vouched) = (0.0 as Real, 0);
+            for row in back.filter(|row| row.estimate.grade_rad.valid) {
+                let [grade, whole] = [row.estimate.grade_rad, row.estimate.effective_grade_rad];
+                let lead = row.theta.sin() - row.effective.sin();
+                worst = worst.max((grade.value.sin() - whole.value.sin() - lead).abs());
+                most = most.max(lead.abs());
+                vouched += 1;
+            }
+            std::println!("{name}: lead up to {most}, {worst} off, {vouched} vouched for");
+            assert!(most > 0.08 && vouched > 10_000, "{name}: {most} {vouched}");
+            assert!(worst < 0.02, "{name}: {worst}");
+        }
+    }
 }

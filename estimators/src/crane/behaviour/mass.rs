@@ -116,6 +116,43 @@ fn another_load_is_noticed_and_learnt() {
     }
 }
 
+/// Bearings and clamped wheels resist alike whatever the load: the running-resistance coefficient of a heavier train is smaller, and what the
+/// bias of the accelerometer passes for is larger.
+#[test]
+fn another_load_is_another_running_resistance() {
+    let mut worst: Real = 0.0;
+    for seed in 1..=5 {
+        let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+        let world = World {
+            mass_kg: 9_000.0,
+            mass_change: Some((90.0, 21_000.0)),
+            mu: 0.012,
+            drag_n: 1_500.0,
+            accel_bias: 0.01,
+            grade: |s| 5f64.to_radians() * (smooth((s - 20.0) / 8.0) - smooth((s - 90.0) / 8.0)),
+            speed: |t| {
+                let start = |at: Real| (0.25 * (t - at)).clamp(0.0, 1.0);
+                start(1.0) - start(80.0) + start(100.0) * (1.0 - 0.2 * smooth((t - 120.0) / 4.0))
+            },
+            seconds: 160.0,
+            ..world(seed)
+        };
+        let rows = world.run(&mut estimator);
+        let error = |from, until| {
+            let rows: Vec<Row> = rows.iter().filter(|row| row.t < until).copied().collect();
+            mass_error(&rows, from)
+        };
+        std::println!(
+            "seed {seed}: {:.2} % before, {:.2} % after",
+            100.0 * error(70.0, 79.0),
+            100.0 * error(135.0, 160.0)
+        );
+        assert!(error(70.0, 79.0) < 0.02);
+        worst = worst.max(error(135.0, 160.0));
+    }
+    assert!(worst < 0.02, "{worst}");
+}
+
 #[test]
 fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
     let run = |mu: Real, seed: u64| {
@@ -231,4 +268,46 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
     let (knows, ignores) = (mean(&[]), mean(&[("curve_sd_m", 0.0)]));
     assert!(knows.0 < 0.02 && knows.1 < 0.3, "{knows:?}");
     assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
+}
+
+/// The range of the mass limits what is told. What is learnt does not know of it: wherever the range does not act, the mass is that of an
+/// estimator told a range of everything.
+#[test]
+fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
+    let near = [14_800.0, 15_200.0];
+    for (name, range_kg) in [
+        ("dffrls_aekf", near),
+        ("rls_ekf", near),
+        ("ffrls", near),
+        ("joint_ekf", [14_500.0, 16_900.0]),
+        ("imm_stf", near),
+        ("mmrls_sh_stf", [14_900.0, 15_100.0]),
+    ] {
+        let run = |mass_range_kg| {
+            let told = Vehicle {
+                mass_range_kg,
+                ..vehicle()
+            };
+            let mut estimator = build(name, &told, [("mass0_kg", 15_000.0)]).unwrap();
+            let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
+            World { speed, ..world(3) }.run(&mut estimator)
+        };
+        let (narrow, wide) = (run(range_kg), run([1e3, 1e6]));
+        let (mut limited, mut free) = (0, 0);
+        for (narrow, wide) in narrow.iter().zip(&wide) {
+            let (narrow, wide) = (narrow.estimate, wide.estimate);
+            if narrow.flags.saturated {
+                limited += 1;
+            } else {
+                free += usize::from(limited > 0);
+                let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
+                assert!(
+                    (narrow / wide - 1.0).abs() < 1e-9,
+                    "{name}: {narrow} {wide}"
+                );
+            }
+        }
+        std::println!("{name}: {limited} steps limited, {free} free after one");
+        assert!(limited > 100 && free > 100, "{name}: {limited} {free}");
+    }
 }
