@@ -21,7 +21,7 @@ fn files() -> BTreeSet<String> {
     names
 }
 
-/// What the page names: first cells of its tables that link no bounds but scenarios, and the paths of studies.
+/// What the page names: first cells of its tables, and the paths of studies.
 fn named() -> Vec<String> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/scenarios.md");
     let page = std::fs::read_to_string(page).unwrap();
@@ -31,7 +31,7 @@ fn named() -> Vec<String> {
         let cell = line
             .strip_prefix("| ")
             .and_then(|row| row.split(" |").next());
-        let cells = cell.into_iter().flat_map(|cell| ticked(cell));
+        let cells = cell.into_iter().flat_map(ticked);
         names.extend(cells.filter(|name| !name.contains('/')));
         names.extend(
             ticked(line).filter(|name| name.starts_with("studies/") || name.starts_with("tuning/")),

@@ -11,7 +11,7 @@ from common import GRAVITY, jacobian
 from pipeline_parts import DT, LeastSquares, LowPass, Rail, SageHusa, dynamic, readings, record_rail
 
 ALPHA, BETA, KAPPA = 0.97, 2.0, 1.0
-Q = np.diag([1e-5, 2e-5]) * DT
+Q = np.diag([1e-6, 5e-6]) * DT
 SD = 0.005
 STEEPEST = math.pi / 3.0
 
@@ -102,7 +102,7 @@ def slope(zs, rls, unscented, b):
 
 def oracle(table):
     zs = readings(table, Rail)
-    changing = lambda: LeastSquares([0.0], [0.05], dynamic(0.98, 0.85, 1.0), True)
+    changing = lambda: LeastSquares([0.0], [0.05], dynamic(0.98, 0.6, 3.0), True)
     constant = LeastSquares([0.0], [0.05], lambda k, size: 0.9)
     multiple = LeastSquares([0.0, 0.0], [0.05, 0.01], lambda k, size: np.array([0.9, 0.995]))
     runs = [

@@ -14,7 +14,7 @@ from common import GRAVITY, jacobian
 from pipeline_parts import DT, LeastSquares, LoadWatch, Rail, SageHusa, Samples, dynamic, lag, readings, record_rail
 
 M0 = 15e3
-Q_V, Q_THETA, SD = 1e-4, 3e-4, 0.005
+Q_V, Q_THETA, Q_THETA_JOINT, SD = 1e-4, 1.5e-4, 3e-4, 0.005
 STEEPEST = math.pi / 3.0
 
 
@@ -113,7 +113,7 @@ class Slope:
 
 def two_stages(zs, dffrls):
     factor = dynamic(0.98, 0.995, 1.0) if dffrls else lambda k, size: 1.0
-    mass, slope = Mass(factor, dffrls), Slope(SageHusa(SD**2, 0.998) if dffrls else None)
+    mass, slope = Mass(factor, dffrls), Slope(SageHusa(SD**2, 0.98) if dffrls else None)
     for z in zs:
         mass.step(z)
         slope.step(z, mass.value()[0], mass.mu())
@@ -150,7 +150,7 @@ def joint(zs):
         if z.running:
             f = lambda x: np.array([x[0] + DT * speed_rate(z.net, 1e4 / x[2], x[1], z.sign * Rail.mu), x[1], x[2]])
             F = jacobian(f, x)
-            x, P = f(x), F @ P @ F.T + np.diag([Q_V, Q_THETA, 0.0]) * DT
+            x, P = f(x), F @ P @ F.T + np.diag([Q_V, Q_THETA_JOINT, 0.0]) * DT
         else:
             v = P[0, 0] + DT
             P[0, :] = P[:, 0] = 0.0

@@ -43,8 +43,8 @@ params! {
     /// Dynamic forgetting of the curvature.
     DynamicForgetting {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
-        delta ["-"] = 0.85, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
-        sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
+        delta ["-"] = 0.6, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
+        sigma ["-"] = 3.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
     }
 }
 

@@ -40,8 +40,8 @@ params! {
 params! {
     /// Parameters of the inertial slope filter.
     InertialParams {
-        q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed.";
-        q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
+        q_v ["m²/s³"] = 1e-6, 1e-12 => 10.0, "Process noise of speed.";
+        q_theta ["rad²/s"] = 5e-6, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
         q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filter cannot see.";

@@ -21,7 +21,7 @@ use super::{
     mass_then_slope::motion,
     params::{param_groups, params},
     running_deviation::RunningDeviation,
-    slope_filter::{STEEPEST, SlopeParams},
+    slope_filter::STEEPEST,
 };
 use crate::{
     Real, Time, ekf,
@@ -32,17 +32,23 @@ use crate::{
 };
 
 params! {
-    /// What `joint_ekf` is told about the mass.
+    /// What `joint_ekf` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
+    /// slope does for a matter of mass, and is sure of it.
     Own {
         mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
+        q_theta ["rad²/s"] = 3e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
     }
 }
 
 param_groups! {
     /// Parameters of `joint_ekf`.
-    Params { own: Own, slope: SlopeParams }
+    Params { own: Own }
 }
 
 /// Corner of the low-pass before the grades along the rail, Hz.
@@ -81,11 +87,11 @@ pub struct JointEkf {
 pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
     let mass0 = vehicle.first_mass_kg(params.own.mass0_kg);
     let w0 = SCALE / mass0;
-    let (slope, rad) = (params.slope, PI / 180.0);
-    let x = vector![0.0, slope.grade0_deg * rad, w0];
+    let rad = PI / 180.0;
+    let x = vector![0.0, params.own.grade0_deg * rad, w0];
     let sd = vector![
-        slope.wheel_speed_sd_mps,
-        slope.grade0_sd_deg * rad,
+        params.own.wheel_speed_sd_mps,
+        params.own.grade0_sd_deg * rad,
         w0 * params.own.mass_sd
     ];
     JointEkf {
@@ -94,7 +100,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
                 standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
                 ..params.own
             },
-            ..*params
         },
         balance: ForceBalance::new(vehicle),
         mu: vehicle.running_resistance,
@@ -154,8 +159,8 @@ impl JointEkf {
             dt,
         );
         let Q = Matrix3::from_diagonal(&vector![
-            self.params.slope.q_v * dt,
-            self.params.slope.q_theta * dt,
+            self.params.own.q_v * dt,
+            self.params.own.q_theta * dt,
             0.0
         ]);
         ekf::predict(&mut self.belief, x_next, &F, &Q);
@@ -167,7 +172,7 @@ impl JointEkf {
             self.started = true;
         }
         let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
-        let sd = self.params.slope.wheel_speed_sd_mps;
+        let sd = self.params.own.wheel_speed_sd_mps;
         let z_predicted = H * self.belief.x;
         let before = self.belief.P.m33;
         let Some(correction) = ekf::update(
