@@ -33,8 +33,8 @@ pub struct LongTrain {
     learnt_s: Real,
 }
 
-/// Doubt up to which the rail under the train counts as seen, m/s².
-const SEEN_MPS2: Real = 1e-3;
+/// How far beyond the rail seen a train may reach and still stand on seen rail: that far the rail goes on as it ends, m.
+const SEEN_M: Real = 4.0;
 /// Memory of the instrument's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
 const BIAS_MEMORY_S: Real = 20.0;
 const BIAS_KNOWN_S: Real = 5.0;
@@ -189,8 +189,8 @@ impl LongTrain {
         let Some(now) = self.now.filter(|_| seen) else {
             return;
         };
-        let (mean, doubt) = now.felt.whole(self.train.tare_kg(), mass_kg);
-        if doubt < SEEN_MPS2 {
+        let (mean, _) = now.felt.whole(self.train.tare_kg(), mass_kg);
+        if now.felt.tare.unseen_m <= SEEN_M {
             self.learnt_s = (self.learnt_s + dt).min(BIAS_MEMORY_S);
             let share = dt / self.learnt_s.max(dt);
             self.bias_mps2 += share * (mean - GRAVITY * sin(theta) - self.bias_mps2);
@@ -206,7 +206,7 @@ impl LongTrain {
             Some(now)
                 if self.learnt_s >= BIAS_KNOWN_S
                     && self.silence.here_rad() == 0.0
-                    && ahead.sd * GRAVITY >= SEEN_MPS2 =>
+                    && now.felt.tare.unseen_m > SEEN_M =>
             {
                 let reads = (now.imu - self.bias_mps2) / GRAVITY;
                 (reads - sin(theta), BIAS_SD_MPS2 / GRAVITY)

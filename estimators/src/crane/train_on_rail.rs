@@ -61,6 +61,8 @@ pub struct Mean {
     pub value: AtPlace,
     /// Standard deviation of u for the part of the span not seen, m/s².
     pub doubt_mps2: Real,
+    /// How far the span reaches beyond the rail seen, m.
+    pub unseen_m: Real,
 }
 
 impl Mean {
@@ -205,6 +207,7 @@ impl RailMemory {
                 let (share, away_m) = (share(cell), (cell - end).abs() as Real * self.cell_m);
                 mean.add(share, [u + gradient * away_m.min(ONWARD_M), curvature]);
                 beyond_m += share * away_m;
+                mean.unseen_m = mean.unseen_m.max(away_m);
             }
             mean.doubt_mps2 += beyond_m * (UNSEEN_MPS2_PER_M + gradient.abs());
         }
@@ -274,7 +277,7 @@ impl Felt {
     pub fn point(here: AtPlace) -> Self {
         let here = Mean {
             value: here,
-            doubt_mps2: 0.0,
+            ..Mean::default()
         };
         Self {
             tare: here,
@@ -376,7 +379,7 @@ impl State for RailMemory {
     }
 }
 
-state!(Mean { value, doubt_mps2; } where |this| this.doubt_mps2 >= 0.0);
+state!(Mean { value, doubt_mps2, unseen_m; } where |this| this.doubt_mps2 >= 0.0);
 state!(Felt { tare, load; });
 state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
 
