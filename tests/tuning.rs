@@ -247,6 +247,7 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
     for (optimiser, budget) in [
         (Optimiser::CmaEs, 60),
         (Optimiser::NelderMead, 40),
+        (Optimiser::Tpe, 60),
         (Optimiser::Bayesian, 30),
         (Optimiser::DifferentialEvolution, 80),
         (Optimiser::Grid, 40),
