@@ -4,12 +4,21 @@ use super::known::{self, Wrong};
 use super::study::{Combine, Evaluation, Group, Optimiser, Range, Scale, Study};
 use monorig_sim::error::Error;
 use monorig_sim::scenario::FeedForward;
+use std::path::Path;
 
 /// More trials than this are taken for a slip of the pen.
 const MOST_TRIALS: u32 = 1_000_000;
 
-/// Check a study by itself.
-pub fn check(study: &Study) -> Result<(), Error> {
+impl Study {
+    /// Read and check a study and every scenario it names.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let study = Self::read(path)?;
+        check(&study)?;
+        Ok(study)
+    }
+}
+
+fn check(study: &Study) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
         return Err(study.error(
@@ -183,16 +192,15 @@ fn metrics(study: &Study) -> Result<(), Error> {
         )),
         _ => Ok(()),
     };
+    let moves = file.evaluation == Evaluation::ClosedLoop;
     for (i, term) in file.objective.metrics.iter().enumerate() {
         let at = format!("objective.metrics[{i}]");
-        known::metric(&term.metric, file.evaluation)
-            .map_err(|w| study.error(format!("{at}.metric"), w))?;
+        known::metric(&term.metric, moves).map_err(|w| study.error(format!("{at}.metric"), w))?;
         window(&at, term.after_s.get(), term.until_s.map(f64::from))?;
     }
     for (i, c) in file.constraints.iter().enumerate() {
         let at = format!("constraints[{i}]");
-        known::metric(&c.metric, file.evaluation)
-            .map_err(|w| study.error(format!("{at}.metric"), w))?;
+        known::metric(&c.metric, moves).map_err(|w| study.error(format!("{at}.metric"), w))?;
         window(&at, c.after_s.get(), c.until_s.map(f64::from))?;
         match (c.at_least, c.at_most) {
             (None, None) => {

@@ -1,6 +1,5 @@
 //! Which estimators, parameters and metrics there are, and what to say to one that is not.
 
-use super::study::Evaluation;
 use crate::metrics::{METRICS, RUN_METRICS};
 use monorig_estimators::crane;
 use monorig_estimators::crane::params::Key;
@@ -49,10 +48,10 @@ pub fn value(estimator: &str, key: &str, value: f64) -> Result<(), Wrong> {
 }
 
 /// The metric's name must be one of an estimator or, where trials move the train, one of the run.
-pub fn metric(name: &str, evaluation: Evaluation) -> Result<(), Wrong> {
+pub fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Wrong> {
     let mut names: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
     let of_run = || RUN_METRICS.iter().map(|m| m.name);
-    if evaluation == Evaluation::ClosedLoop {
+    if trials_move_the_train {
         names.extend(of_run());
     } else if of_run().any(|n| n == name) {
         return Err((

@@ -1,6 +1,6 @@
 //! The study file, and the study read from it.
 
-use super::{check, known};
+use super::known;
 use monorig_sim::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::error::Error;
 use monorig_sim::file::{Document, named};
@@ -263,8 +263,8 @@ pub struct Study {
 }
 
 impl Study {
-    /// Read and check a study and every scenario it names.
-    pub fn load(path: &Path) -> Result<Self, Error> {
+    /// Read a study and every scenario it names.
+    pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: StudyFile = document.parse()?;
         let groups = |list: &[Runs], key: &str| -> Result<Vec<Group>, Error> {
@@ -283,7 +283,7 @@ impl Study {
             };
             list.iter().enumerate().map(load).collect()
         };
-        let study = Self {
+        Ok(Self {
             name: path
                 .file_stem()
                 .map(|s| s.to_string_lossy().into_owned())
@@ -292,9 +292,7 @@ impl Study {
             validation: groups(&file.validation, "validation")?,
             file,
             document,
-        };
-        check::check(&study)?;
-        Ok(study)
+        })
     }
 
     /// SHA-256 over the study, every file it leads to, and the version of monorig: what decides its result.
