@@ -171,7 +171,11 @@ impl Desk<'_> {
 
     fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
         let started = Instant::now();
-        let shown = self.bench.evaluate(&parameters, &wanted(&self.study.file));
+        // the first trial is the defaults, which have been run already
+        let shown = match index {
+            0 => self.yardstick.defaults.clone(),
+            _ => self.bench.evaluate(&parameters, &wanted(&self.study.file)),
+        };
         let verdict = self.yardstick.judge.judge(&shown);
         self.running += started.elapsed();
         Trial {
