@@ -1,6 +1,6 @@
 //! What the tests of the whole rig share: trains and tracks from the assets, worlds on them.
 
-use monorig_estimators::signals::{Command, MAX_DRIVES};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
 use monorig_sim::rail::{Rail, profile::Profile, track::TrackFile};
 use monorig_sim::scenario::Scenario;

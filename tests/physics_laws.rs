@@ -1,7 +1,7 @@
 //! The laws the rapier world must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a record of
 //! what the code happened to give.
 
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
 use monorig_sim::train::adhesion::Zone;
 use monorig_sim::world::{World, WorldOptions};

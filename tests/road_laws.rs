@@ -1,7 +1,7 @@
 //! The laws a car on a road must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a record of what
 //! the code happened to give.
 
-use monorig_estimators::signals::{Command, MAX_DRIVES};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::checked::NonNegative;
 use monorig_sim::plant::Plant;
 use monorig_sim::rail::Rail;

@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::crane;
-use monorig_estimators::forgetting::Forgetting;
-use monorig_estimators::gaussian::Gaussian;
-use monorig_estimators::rls::Rls;
+use monorig_estimators::registry;
+use monorig_estimators::filters::forgetting::Forgetting;
+use monorig_estimators::filters::gaussian::Gaussian;
+use monorig_estimators::filters::rls::Rls;
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
@@ -23,7 +23,7 @@ use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
-    let all: Vec<String> = crane::NAMES.iter().map(|n| format!("{n}: {{}}")).collect();
+    let all: Vec<String> = registry::NAMES.iter().map(|n| format!("{n}: {{}}")).collect();
     scenario(
         "minimal",
         &[
@@ -45,12 +45,12 @@ fn replay_gives_the_bits_of_the_run() {
     let mut recorder = Recorder::new(&rig);
     let mut live = Series::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
-    assert_eq!(live.estimators.len(), crane::NAMES.len());
+    assert_eq!(live.estimators.len(), registry::NAMES.len());
     let mut replayed = Vec::new();
     let mut vouched = 0;
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
-        let estimator = crane::build(name, &columns.vehicle, []).unwrap();
+        let estimator = registry::build(name, &columns.vehicle, []).unwrap();
         play(columns, estimator, &mut replayed);
         vouched += samples
             .iter()

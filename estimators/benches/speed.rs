@@ -13,21 +13,19 @@ use std::{hint::black_box, time::Instant};
 
 use by_hand::{Ekf, PlainRls, Rls as RlsByHand, SlopeModel};
 use common::{Crane, Random, vehicle};
-use monorig_estimators::{
-    Real,
-    conditioning::MatchedFilter,
-    crane::{self, Estimator},
-    ekf,
-    forgetting::Forgetting,
-    gaussian::Gaussian,
-    imm::Imm,
-    rls::Rls,
-    sage_husa::SageHusa,
-    signals::{Command, Measurements},
-    smoothing::AdaptiveSmoother,
-    strong_tracking::{Alarm, StrongTracking},
-    ukf::{self, Spread},
-};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Measurements};
+use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
+use monorig_estimators::filters::forgetting::Forgetting;
+use monorig_estimators::filters::gaussian::Gaussian;
+use monorig_estimators::filters::imm::Imm;
+use monorig_estimators::filters::low_pass::MatchedFilter;
+use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::filters::sage_husa::SageHusa;
+use monorig_estimators::filters::strong_tracking::{Alarm, StrongTracking};
+use monorig_estimators::filters::ukf::Spread;
+use monorig_estimators::filters::{ekf, ukf};
+use monorig_estimators::{Real, registry};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
 
 const ROUNDS: usize = 30;
@@ -276,7 +274,14 @@ fn unscented(table: &mut Table) {
         unscented_step(belief, &model, *u, *z, &R, |x| x - x * x * x / 6.0);
     });
     let exact = time(&start, &samples, |belief, (u, z)| {
-        unscented_step(belief, &model, *u, *z, &R, monorig_estimators::real::sin);
+        unscented_step(
+            belief,
+            &model,
+            *u,
+            *z,
+            &R,
+            monorig_estimators::api::real::sin,
+        );
     });
     table.bar("ukf two states, cubic model", cheap, "ns", 100.0);
     table.row(
@@ -418,8 +423,8 @@ fn pipelines(table: &Table) {
         "-- named estimators: a step at 200 Hz of 8 drive units, checks and all-or-nothing copy included"
     );
     let samples = drive();
-    for name in crane::NAMES {
-        let estimator = crane::build(name, &vehicle(8), []).unwrap();
+    for name in registry::NAMES {
+        let estimator = registry::build(name, &vehicle(8), []).unwrap();
         let ns = time(&estimator, &samples, |estimator, z| {
             black_box(estimator.step(z, &Command::default(), 0.005)).unwrap();
         });
@@ -427,6 +432,6 @@ fn pipelines(table: &Table) {
     }
     println!(
         "(one estimator with its start and its front end takes {} bytes)",
-        size_of::<crane::AnyEstimator>()
+        size_of::<registry::AnyEstimator>()
     );
 }

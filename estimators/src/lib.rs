@@ -5,7 +5,7 @@
 //!
 //! - algorithms, one a file: [`gaussian`] and its factors [`ud`], [`rls`] with its ways of [`forgetting`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
 //! - the crane: [`crane`], with the force balance, what the pipelines share, one file for each named pipeline, and
-//!   construction by name ([`crane::build`])
+//!   construction by name ([`registry::build`])
 //! - what crosses the border: [`signals`]
 //! - with the feature `printed`: the published methods as printed, slips and all
 //!
@@ -31,28 +31,23 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod conditioning;
-pub mod crane;
-pub mod ekf;
-pub mod error;
-pub mod forgetting;
-pub mod gaussian;
-pub mod imm;
+pub mod api;
+pub mod filters;
+pub mod grade;
+pub mod mass;
+pub mod models;
+pub mod pipelines;
+pub mod preprocess;
 #[cfg(feature = "printed")]
-pub mod printed;
-pub mod real;
-pub mod rls;
-pub mod sage_husa;
-pub mod signals;
-pub mod smoothing;
-pub mod snapshot;
-pub mod strong_tracking;
+pub mod published;
+pub mod registry;
+
+#[cfg(test)]
+mod behaviour;
 #[cfg(test)]
 mod testing;
-pub mod ud;
-pub mod ukf;
 
-pub use error::Error;
+pub use api::error::Error;
 
 /// The scalar of every estimator: double precision, or single with the feature `f32`.
 #[cfg(not(feature = "f32"))]

@@ -15,16 +15,15 @@
 mod common;
 
 use common::{Random, chi_square_band};
-use monorig_estimators::{
-    Real, ekf,
-    forgetting::Forgetting,
-    gaussian::Gaussian,
-    imm::Imm,
-    rls::Rls,
-    sage_husa::SageHusa,
-    strong_tracking::{Alarm, StrongTracking, fade},
-    ukf::{self, Spread},
-};
+use monorig_estimators::Real;
+use monorig_estimators::filters::forgetting::Forgetting;
+use monorig_estimators::filters::gaussian::Gaussian;
+use monorig_estimators::filters::imm::Imm;
+use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::filters::sage_husa::SageHusa;
+use monorig_estimators::filters::strong_tracking::{Alarm, StrongTracking, fade};
+use monorig_estimators::filters::ukf::Spread;
+use monorig_estimators::filters::{ekf, ukf};
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, SVector, Vector2, matrix, vector};
 
 const RUNS: usize = 100;

@@ -7,18 +7,15 @@
 
 mod reference;
 
-use monorig_estimators::{
-    conditioning::MatchedFilter,
-    ekf,
-    forgetting::Forgetting,
-    gaussian::{Correction, Gaussian},
-    imm::Imm,
-    rls::Rls,
-    sage_husa::SageHusa,
-    smoothing::AdaptiveSmoother,
-    strong_tracking::{Alarm, StrongTracking, fade},
-    ukf,
-};
+use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
+use monorig_estimators::filters::forgetting::Forgetting;
+use monorig_estimators::filters::gaussian::{Correction, Gaussian};
+use monorig_estimators::filters::imm::Imm;
+use monorig_estimators::filters::low_pass::MatchedFilter;
+use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::filters::sage_husa::SageHusa;
+use monorig_estimators::filters::strong_tracking::{Alarm, StrongTracking, fade};
+use monorig_estimators::filters::{ekf, ukf};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
 use reference::{Table, assert_agrees};
 

@@ -4,10 +4,11 @@
 
 mod reference;
 
-use monorig_estimators::{
-    crane::{Estimator, build},
-    signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle},
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{
+    Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle,
 };
+use monorig_estimators::registry::build;
 use reference::{Table, assert_agrees};
 
 const DT: f64 = 0.05;

@@ -11,13 +11,12 @@ use common::{
     Random, vehicle,
     world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
-use monorig_estimators::{
-    Real,
-    crane::{self, AnyEstimator, Estimator, PRINTED_NAMES},
-    printed::huainan::Smoother,
-    signals::{Command, MAX_DRIVES, Measurements, Sample},
-    smoothing::AdaptiveSmoother,
-};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
+use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
+use monorig_estimators::published::huainan::Smoother;
+use monorig_estimators::registry::{AnyEstimator, PRINTED_NAMES};
+use monorig_estimators::{Real, registry};
 
 const SEEDS: u64 = 5;
 const J: Real = 1_045.0;
@@ -48,12 +47,12 @@ impl Outcome {
 
 /// A printed method with all slips mended but those in `settings`.
 fn mended(name: &str, settings: &Settings) -> AnyEstimator {
-    let switches = crane::keys(name).unwrap().map(|key| key.name);
+    let switches = registry::keys(name).unwrap().map(|key| key.name);
     let off = switches
         .filter(|key| key.starts_with("eq"))
         .map(|key| (key, 0.0));
     let all = off.chain(settings.iter().copied());
-    crane::build(name, &vehicle(2), all).unwrap()
+    registry::build(name, &vehicle(2), all).unwrap()
 }
 
 fn drive(world: &World, estimator: &mut AnyEstimator) -> Outcome {
@@ -102,7 +101,7 @@ fn beside(
 /// All slips at once.
 fn whole(name: &str, world: World) -> Vec<Outcome> {
     let one = |seed| {
-        let mut estimator = crane::build(name, &vehicle(2), []).unwrap();
+        let mut estimator = registry::build(name, &vehicle(2), []).unwrap();
         drive(&World { seed, ..world }, &mut estimator)
     };
     (1..=SEEDS).map(one).collect()
@@ -576,7 +575,7 @@ fn any(random: &mut Random) -> Real {
 #[test]
 fn nonsense_in_never_makes_infinities_out() {
     for name in PRINTED_NAMES {
-        let mut estimator = crane::build(name, &vehicle(2), []).unwrap();
+        let mut estimator = registry::build(name, &vehicle(2), []).unwrap();
         let mut random = Random::new(31);
         let (mut taken, mut refused) = (0, 0);
         for k in 1..=200_000 {
@@ -635,18 +634,18 @@ fn nonsense_in_never_makes_infinities_out() {
 #[test]
 fn every_switch_is_on_by_default_and_all_keys_are_unique() {
     for name in PRINTED_NAMES {
-        let keys: Vec<_> = crane::keys(name).unwrap().collect();
+        let keys: Vec<_> = registry::keys(name).unwrap().collect();
         for key in &keys {
             let switch = key.name.starts_with("eq");
             assert!(!switch || key.default == 1.0, "{name}.{}", key.name);
             let same = keys.iter().filter(|other| other.name == key.name);
             assert_eq!(same.count(), 1, "{name}.{}", key.name);
-            crane::build(name, &vehicle(2), [(key.name, key.default)]).unwrap();
+            registry::build(name, &vehicle(2), [(key.name, key.default)]).unwrap();
         }
         assert!(keys.iter().any(|key| key.name.starts_with("eq")));
-        let mut estimator = crane::build(name, &vehicle(2), []).unwrap();
+        let mut estimator = registry::build(name, &vehicle(2), []).unwrap();
         drive(&world(ramp, steady), &mut estimator);
         estimator.reset();
-        assert_eq!(estimator, crane::build(name, &vehicle(2), []).unwrap());
+        assert_eq!(estimator, registry::build(name, &vehicle(2), []).unwrap());
     }
 }

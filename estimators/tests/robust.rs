@@ -5,20 +5,19 @@
 mod common;
 
 use common::{Crane, Random, vehicle};
-use monorig_estimators::{
-    Error, Real,
-    crane::{self, AnyEstimator, Estimator},
-    signals::{Command, Estimate, MAX_DRIVES, Measurements, Sample},
-};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, Sample};
+use monorig_estimators::registry::AnyEstimator;
+use monorig_estimators::{Error, Real, registry};
 
 const DT: Real = 0.005;
 const GARBAGE_STEPS: usize = 400_000;
 const FAULTY_STEPS: usize = 600_000;
 
 fn all(drives: usize) -> impl Iterator<Item = (&'static str, AnyEstimator)> {
-    crane::NAMES
+    registry::NAMES
         .iter()
-        .map(move |name| (*name, crane::build(name, &vehicle(drives), []).unwrap()))
+        .map(move |name| (*name, registry::build(name, &vehicle(drives), []).unwrap()))
 }
 
 /// What every accepted step must give, whatever went in.
@@ -209,7 +208,7 @@ fn survives_garbage(name: &str, mut estimator: AnyEstimator) {
     }
     assert!(refused > GARBAGE_STEPS / 10 && borne > GARBAGE_STEPS / 2);
     estimator.reset();
-    let fresh = crane::build(name, &vehicle(8), []).unwrap();
+    let fresh = registry::build(name, &vehicle(8), []).unwrap();
     assert_eq!(estimator, fresh, "{name} is not as new after a reset");
 }
 
@@ -488,7 +487,7 @@ fn a_day_at_standstill_winds_nothing_up() {
 #[test]
 fn a_mass_once_learnt_is_kept_for_a_day_at_constant_speed() {
     for name in ["dffrls_aekf", "rls_ekf", "imm_stf", "mmrls_sh_stf"] {
-        let mut estimator = crane::build(name, &vehicle(2), []).unwrap();
+        let mut estimator = registry::build(name, &vehicle(2), []).unwrap();
         let mut crane = Crane::new(vehicle(2), 18_000.0, 7);
         excite(&mut estimator, &mut crane);
         crane.grade_rad = 0.0;

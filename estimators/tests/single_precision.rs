@@ -5,22 +5,20 @@
 mod common;
 
 use common::{Crane, Random, vehicle};
-use monorig_estimators::{
-    self as double,
-    crane::{self, Estimator as _},
-    signals::{Command, Measurements, Sample, Vehicle},
-};
+use monorig_estimators as double;
+use monorig_estimators::api::estimator::Estimator as _;
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_estimators::registry;
 use monorig_estimators_f32::{
-    self as single,
-    crane::{self as crane32, Estimator as _},
+    self as single, api::estimator::Estimator as _, registry as registry32,
 };
 use nalgebra::{SymmetricEigen, vector};
 
 const DT: f64 = 0.01;
 
-fn narrow_vehicle(v: &Vehicle) -> single::signals::Vehicle {
+fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
     let pair = |[a, b]: [f64; 2]| [a as f32, b as f32];
-    single::signals::Vehicle {
+    single::api::signals::Vehicle {
         tare_kg: v.tare_kg as f32,
         drives: v.drives,
         wheel_radius_m: v.wheel_radius_m as f32,
@@ -36,16 +34,16 @@ fn narrow_vehicle(v: &Vehicle) -> single::signals::Vehicle {
     }
 }
 
-fn narrow(z: &Measurements) -> single::signals::Measurements {
-    let one = |s: Sample<f64>| single::signals::Sample {
+fn narrow(z: &Measurements) -> single::api::signals::Measurements {
+    let one = |s: Sample<f64>| single::api::signals::Sample {
         t_s: s.t_s,
         value: s.value as f32,
     };
-    let three = |s: Sample<[f64; 3]>| single::signals::Sample {
+    let three = |s: Sample<[f64; 3]>| single::api::signals::Sample {
         t_s: s.t_s,
         value: s.value.map(|v| v as f32),
     };
-    single::signals::Measurements {
+    single::api::signals::Measurements {
         t_s: z.t_s,
         specific_force_mps2: z.specific_force_mps2.map(three),
         angular_rate_radps: z.angular_rate_radps.map(three),
@@ -73,22 +71,22 @@ fn each_named_estimator_strays_little() {
     let drive = drive();
     let narrowed: Vec<_> = drive.iter().map(narrow).collect();
     let mut strayed = Vec::new();
-    let forms = crane::NAMES.iter().map(|name| (*name, false));
+    let forms = registry::NAMES.iter().map(|name| (*name, false));
     for (name, square_root) in
         forms.chain([("dffrls_aekf", true), ("rls_ekf", true), ("ffrls", true)])
     {
         let form = square_root.then_some(("square_root", 1.0));
-        let mut wide = crane::build(name, &vehicle(2), form).unwrap();
+        let mut wide = registry::build(name, &vehicle(2), form).unwrap();
         let form = square_root.then_some(("square_root", 1.0_f32));
-        let mut small = crane32::build(name, &narrow_vehicle(&vehicle(2)), form).unwrap();
+        let mut small = registry32::build(name, &narrow_vehicle(&vehicle(2)), form).unwrap();
         let count = drive.len() as f64;
         let (mut mass, mut grade, mut beyond, mut end) = (0.0, 0.0, 0, 0.0);
         for (z, z32) in drive.iter().zip(&narrowed) {
             let a = wide.step(z, &Command::default(), DT).unwrap();
-            let released = single::signals::Command::default();
+            let released = single::api::signals::Command::default();
             let b = small.step(z32, &released, DT as f32).unwrap();
             assert!(b.is_finite(), "{name}: {b:?}");
-            let apart = |a: double::signals::Value, b: single::signals::Value| {
+            let apart = |a: double::api::signals::Value, b: single::api::signals::Value| {
                 (f64::from(b.value) - a.value).abs()
             };
             let (by_mass, by_grade) = (
@@ -123,7 +121,7 @@ fn each_named_estimator_strays_little() {
 /// smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter at the end, in its units.
 macro_rules! long_regression {
     ($crate_name:ident, $real:ty, $square_root:expr) => {{
-        use $crate_name::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};
+        use $crate_name::filters::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};
         let prior = Gaussian::<2>::independent(vector![0.0, 0.0], vector![1e-3, 1e2]);
         let mut rls =
             Rls::new(prior, Forgetting::Constant(0.999)).in_square_root_form($square_root);

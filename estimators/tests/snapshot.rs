@@ -4,12 +4,11 @@
 mod common;
 
 use common::{Crane, Random, vehicle};
-use monorig_estimators::{
-    Real,
-    crane::{self, AnyEstimator, Estimator, LARGEST_SNAPSHOT},
-    signals::{Command, Measurements},
-    snapshot::SnapshotError,
-};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Measurements};
+use monorig_estimators::api::snapshot::SnapshotError;
+use monorig_estimators::registry::{AnyEstimator, LARGEST_SNAPSHOT};
+use monorig_estimators::{Real, registry};
 
 const DT: Real = 0.01;
 
@@ -46,14 +45,14 @@ fn drive(steps: usize) -> Vec<(Measurements, Command)> {
 
 /// Each estimator as it is built, and again in square-root form where it has one.
 fn all() -> Vec<AnyEstimator> {
-    let plain = crane::NAMES
+    let plain = registry::NAMES
         .iter()
-        .map(|name| crane::build(name, &vehicle(2), []).unwrap());
-    let factored = crane::NAMES
+        .map(|name| registry::build(name, &vehicle(2), []).unwrap());
+    let factored = registry::NAMES
         .iter()
-        .filter_map(|name| crane::build(name, &vehicle(2), [("square_root", 1.0)]).ok());
+        .filter_map(|name| registry::build(name, &vehicle(2), [("square_root", 1.0)]).ok());
     let all: Vec<_> = plain.chain(factored).collect();
-    assert!(all.len() > crane::NAMES.len());
+    assert!(all.len() > registry::NAMES.len());
     all
 }
 
@@ -102,7 +101,7 @@ fn a_torn_or_corrupt_snapshot_is_refused_and_changes_nothing() {
     for mut estimator in all() {
         run(&mut estimator, &drive);
         let (name, good) = (estimator.name(), taken(&estimator));
-        let mut other = crane::build(name, &vehicle(2), []).unwrap();
+        let mut other = registry::build(name, &vehicle(2), []).unwrap();
         let before = other;
         for length in 0..good.len() {
             assert!(other.restore(&good[..length]).is_err(), "{name} {length}");
@@ -193,7 +192,7 @@ fn what_is_not_a_number_does_not_get_in() {
 #[test]
 fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
     let built = |name: &str, drives, settings: &[(&'static str, Real)]| {
-        crane::build(name, &vehicle(drives), settings.iter().copied()).unwrap()
+        registry::build(name, &vehicle(drives), settings.iter().copied()).unwrap()
     };
     let mut estimator = built("dffrls_aekf", 2, &[]);
     let before = estimator;

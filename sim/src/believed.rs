@@ -2,7 +2,7 @@
 
 use crate::scenario::{PlantKind, Scenario};
 use crate::train::Train;
-use monorig_estimators::signals::Vehicle;
+use monorig_estimators::api::signals::Vehicle;
 
 /// Mass the estimators and the controller start from when nobody tells them: tare and half the rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {

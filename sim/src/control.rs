@@ -2,7 +2,7 @@
 //! `feedforward: truth`, an upper limit).
 
 use crate::scenario::{DriveCycle, Pi};
-use monorig_estimators::signals::{Command, MAX_DRIVES, Vehicle};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Vehicle};
 
 /// What the drive cycle asks for now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

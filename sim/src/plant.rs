@@ -1,7 +1,7 @@
 //! The border between physics and everything else: [`Truth`] out, [`Command`] in.
 
 use crate::error::Error;
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// A train on a rail or a car on a road, whatever computes its motion.

@@ -12,7 +12,7 @@ use crate::rail::{Cursor, Frame, Rail};
 use crate::train::adhesion::{self, Zone};
 use crate::train::motor::{Lag, Motor, wheel_torque};
 use crate::train::{Drive, Train, resistance};
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 

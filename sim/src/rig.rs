@@ -15,8 +15,8 @@ use crate::timeline::Timeline;
 use crate::train::Train;
 use crate::train::adhesion::Zone;
 use crate::world::{World, WorldOptions};
-use monorig_estimators::crane;
-use monorig_estimators::signals::Vehicle;
+use monorig_estimators::registry;
+use monorig_estimators::api::signals::Vehicle;
 use std::sync::Arc;
 
 /// Everything a run needs, checked against each other.
@@ -327,12 +327,12 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
 
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let find =
-        |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
-    let names = [crane::NAMES, crane::PRINTED_NAMES].concat();
+        |name: &str, key: &str| registry::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let names = [registry::NAMES, registry::PRINTED_NAMES].concat();
     scenario.check_estimators(
         &names,
         &|name| {
-            crane::keys(name)
+            registry::keys(name)
                 .into_iter()
                 .flatten()
                 .map(|k| k.name)
@@ -358,7 +358,7 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
         let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
-        let estimator = crane::build(name, vehicle, settings).map_err(|e| {
+        let estimator = registry::build(name, vehicle, settings).map_err(|e| {
             scenario.error(
                 format!("estimators.{name}"),
                 e.to_string(),

@@ -8,7 +8,7 @@ use crate::rig::{Rig, StopAt};
 use crate::scenario::FeedForward;
 use crate::sensors::{Sensors, Suite};
 use crate::timeline::Timeline;
-use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements, Value};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Value};
 
 /// What observers see after every step of the plant.
 pub struct Frame<'a> {

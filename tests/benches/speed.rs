@@ -3,7 +3,7 @@
 //! Every figure is the best of several rounds in one process: compare figures of one run with each other, not across
 //! machines.
 
-use monorig_estimators::signals::{Command, Measurements};
+use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_sim::plant::Plant;
 use monorig_sim::rail::Cursor;
 use monorig_sim::record::Layout;

@@ -3,7 +3,7 @@
 //! The best of many short rounds each, so that other programs on the machine disturb little; the two threads are timed in long
 //! rounds, and want a machine of their own.
 
-use monorig_estimators::crane;
+use monorig_estimators::registry;
 use monorig_lab::replay::lanes::{Candidate, CoreModel, CoreSample, made_up, one_at_a_time, run};
 use monorig_lab::replay::{play::play, record::record};
 use monorig_lab::tune::evaluate::parallel;
@@ -106,9 +106,9 @@ fn main() {
     );
     let columns = record(&s, 1, &mut |_| true).expect("run").expect("whole");
     let mut out = Vec::new();
-    for name in crane::NAMES {
+    for name in registry::NAMES {
         let all = rate(1, || {
-            let estimator = crane::build(name, &columns.vehicle, []).expect("defaults");
+            let estimator = registry::build(name, &columns.vehicle, []).expect("defaults");
             play(&columns, estimator, &mut out);
         });
         let each = 1e9 / all / columns.len() as f64;

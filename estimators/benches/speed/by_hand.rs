@@ -1,9 +1,7 @@
 //! The same algorithms written out scalar by scalar, symmetric matrices as three numbers: what the general code must keep up with.
 
-use monorig_estimators::{
-    Real,
-    real::{PI, cos, ln, sin, sqrt},
-};
+use monorig_estimators::Real;
+use monorig_estimators::api::real::{PI, cos, ln, sin, sqrt};
 use nalgebra::{Matrix2, Vector2, matrix, vector};
 
 /// Slope from speed: v⁺ = v + dt (u − g (sin θ + μ cos θ)), u traction over mass.

@@ -3,10 +3,8 @@
 
 pub mod world;
 
-use monorig_estimators::{
-    Real,
-    signals::{Measurements, Sample, Vehicle},
-};
+use monorig_estimators::Real;
+use monorig_estimators::api::signals::{Measurements, Sample, Vehicle};
 
 /// Splitmix64 (Steele, Lea & Flood 2014), normal numbers by Box & Muller 1958.
 #[derive(Clone)]

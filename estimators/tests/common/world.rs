@@ -1,11 +1,10 @@
 //! A crane of one degree of freedom, written from the physics: a point mass on a slope, under a speed control, with friction that brakes and
 //! holds, a force that nobody measures, and sensors with noise and errors.
 
-use monorig_estimators::{
-    Real,
-    crane::{AnyEstimator, Estimator},
-    signals::{Command, Estimate, Measurements, Sample},
-};
+use monorig_estimators::Real;
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
+use monorig_estimators::registry::AnyEstimator;
 
 use super::{Random, vehicle};
 

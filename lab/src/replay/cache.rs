@@ -2,7 +2,7 @@
 
 use super::{Columns, record};
 use crate::series::Target;
-use monorig_estimators::signals::{RoadVehicle, Vehicle};
+use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;

@@ -1,7 +1,7 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
 use crate::series::Target;
-use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,11 +2,11 @@
 //! extended Kalman filter with its mass.
 //!
 //! One candidate at a time waits for its own last result at every step; several side by side fill the waiting, and one
-//! instruction works on two, four or eight, whatever the machine has. The recursions are those of the estimators crate ([`monorig_estimators::rls`],
-//! [`monorig_estimators::ekf`]) without their guards, written once for any number of lanes: a lane's numbers are the same, bit
+//! instruction works on two, four or eight, whatever the machine has. The recursions are those of the estimators crate ([`monorig_estimators::filters::rls`],
+//! [`monorig_estimators::filters::ekf`]) without their guards, written once for any number of lanes: a lane's numbers are the same, bit
 //! for bit, whatever runs beside it.
 //!
-//! The pipelines of [`monorig_estimators::crane`] are not run this way: they branch at every step.
+//! The pipelines of [`monorig_estimators::registry`] are not run this way: they branch at every step.
 
 use fearless_simd::{Level, Select, Simd, SimdBase, dispatch};
 use std::ops::{Add, Div, Mul, Sub};
@@ -323,7 +323,10 @@ lane_by_lane! {
 
 /// One candidate with the estimators crate's own recursions: what [`run`] must agree with.
 pub fn one_at_a_time(model: &CoreModel, candidate: &Candidate, samples: &[CoreSample]) -> Score {
-    use monorig_estimators::{ekf, forgetting::Forgetting, gaussian::Gaussian, rls::Rls};
+    use monorig_estimators::filters::ekf;
+    use monorig_estimators::filters::forgetting::Forgetting;
+    use monorig_estimators::filters::gaussian::Gaussian;
+    use monorig_estimators::filters::rls::Rls;
     use nalgebra::{Matrix1, Matrix2, RowVector2, Vector1, Vector2};
 
     let sd = |[a, b]: [f64; 2]| Vector2::new(a.sqrt(), b.sqrt());

@@ -2,7 +2,7 @@
 
 use super::Columns;
 use crate::series::Sample;
-use monorig_estimators::crane::AnyEstimator;
+use monorig_estimators::registry::AnyEstimator;
 use monorig_sim::bank::Member;
 
 /// Gives an estimator what it would have been given in the run, and puts its errors into `samples`, one per step. They are

@@ -2,7 +2,7 @@
 
 use super::Columns;
 use crate::series::Target;
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_sim::run::{self, Frame, Observer};

@@ -5,7 +5,7 @@ use super::study::{Evaluation, Group, Study};
 use crate::metrics;
 use crate::replay::{Columns, cache::Cache, play::play};
 use crate::series::{Sample, Series};
-use monorig_estimators::crane;
+use monorig_estimators::registry;
 use monorig_sim::checked::Finite;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
@@ -165,7 +165,7 @@ impl Bench {
         match &run.source {
             Source::Replay(columns) => {
                 let named = settings().map(|(k, x)| (k.as_str(), *x));
-                let estimator = crane::build(&self.estimator, &columns.vehicle, named)
+                let estimator = registry::build(&self.estimator, &columns.vehicle, named)
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
                 play(columns, estimator, &mut samples);

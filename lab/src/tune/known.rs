@@ -1,8 +1,8 @@
 //! Which estimators, parameters and metrics there are, and what to say to one that is not.
 
 use crate::metrics::{METRICS, RUN_METRICS};
-use monorig_estimators::crane;
-use monorig_estimators::crane::params::Key;
+use monorig_estimators::registry;
+use monorig_estimators::api::params::Key;
 use monorig_sim::error::Error;
 use monorig_sim::file::{input_error, nearest};
 use monorig_sim::scenario::ParameterFile;
@@ -13,18 +13,18 @@ pub type Wrong = (String, String);
 
 /// The estimator's name must be one there is.
 pub fn estimator(name: &str) -> Result<(), Wrong> {
-    if crane::NAMES.contains(&name) {
+    if registry::NAMES.contains(&name) {
         return Ok(());
     }
     Err((
         format!("there is no estimator `{name}`"),
-        choice(name, crane::NAMES, "known estimators"),
+        choice(name, registry::NAMES, "known estimators"),
     ))
 }
 
 /// A parameter of an estimator.
 pub fn parameter(estimator: &str, key: &str) -> Result<&'static Key, Wrong> {
-    let keys = || crane::keys(estimator).into_iter().flatten();
+    let keys = || registry::keys(estimator).into_iter().flatten();
     keys().find(|k| k.name == key).ok_or_else(|| {
         let names: Vec<&str> = keys().map(|k| k.name).collect();
         (

@@ -2,7 +2,7 @@
 
 use super::space::Values;
 use super::study::{Evaluation, Study};
-use monorig_estimators::crane;
+use monorig_estimators::registry;
 use monorig_sim::bank::Member;
 use monorig_sim::checked::Finite;
 use monorig_sim::error::Error;
@@ -35,7 +35,7 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
     for (name, values) in sets {
         let Some(values) = values else { continue };
         let named = settings(study, &values).map(|(k, x)| (k.as_str(), x));
-        let built = crane::build(estimator, &rig.vehicle, named).map_err(|e| {
+        let built = registry::build(estimator, &rig.vehicle, named).map_err(|e| {
             let help = "values that fit the vehicle of the validation runs".to_owned();
             study.error("parameters", (format!("{name}: {e}"), help))
         })?;

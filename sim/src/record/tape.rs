@@ -5,7 +5,7 @@ use crate::bank::Member;
 use crate::error::Error;
 use crate::run::{Frame, Observer};
 use crate::scenario::Record;
-use monorig_estimators::signals::{MAX_DRIVES, Measurements};
+use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 
 /// Records a run.
 pub struct Tape<'a> {

@@ -23,7 +23,7 @@ use crate::rail::{Cursor, Rail};
 use crate::train::Drive;
 use crate::train::adhesion::{self, Zone};
 use crate::train::motor::{Lag, Motor, wheel_torque};
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 
 /// Longest sub-step, s: a tenth of the period of the stiffest part, a braked wheel on its tyre.
 const LONGEST_S: f64 = 5e-4;

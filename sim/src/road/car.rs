@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::file::{Sets, input_error, read_yaml_with, with_sets};
 use crate::scenario::VehicleBelief;
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
-use monorig_estimators::signals::{RoadVehicle, Vehicle};
+use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::plant::{DriveState, MountState, Plant, RoadState, Truth};
 use crate::rail::Rail;
 use crate::train::adhesion::Zone;
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 

@@ -10,7 +10,7 @@ use super::low_pass::LowPass;
 use super::sampling::{DelayLine, Reading, Schedule};
 use super::sheet_file::{Errors, Sampling};
 use crate::error::Error;
-use monorig_estimators::signals::Sample;
+use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
 /// A stretch of time from one physics step to the next, ns.

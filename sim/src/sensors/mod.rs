@@ -36,7 +36,7 @@ pub use suite::Suite;
 
 use crate::error::Error;
 use crate::plant::Truth;
-use monorig_estimators::signals::Measurements;
+use monorig_estimators::api::signals::Measurements;
 
 /// All instruments of a train.
 pub trait Sensors {

@@ -6,7 +6,7 @@ use super::sheet_file::PlainSensor;
 use crate::error::Error;
 use crate::plant::DriveState;
 use crate::train::Drive;
-use monorig_estimators::signals::Sample;
+use monorig_estimators::api::signals::Sample;
 
 /// What such an instrument measures: the ideal value from the state of a drive unit and its nominal data.
 pub type Ideal = fn(&DriveState, &Drive) -> f64;

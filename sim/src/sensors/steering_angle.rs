@@ -7,7 +7,7 @@ use super::instrument::{Instrument, Span, Takes};
 use super::sheet_file::PlainSensor;
 use crate::error::Error;
 use crate::plant::Truth;
-use monorig_estimators::signals::Sample;
+use monorig_estimators::api::signals::Sample;
 
 /// Name in events and errors.
 pub const NAME: &str = "steering_angle";

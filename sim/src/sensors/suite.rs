@@ -15,7 +15,7 @@ use crate::file::input_error;
 use crate::plant::{MountState, Truth};
 use crate::scenario::Event;
 use crate::train::Train;
-use monorig_estimators::signals::{MAX_DRIVES, Measurements};
+use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 use std::path::Path;
 
 /// Name in events for accelerometer and gyro together.

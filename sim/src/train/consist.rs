@@ -7,7 +7,7 @@ use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use crate::checked::{NonNegative, Positive};
 use crate::error::Error;
 use crate::file::{Sets, input_error, named, read_yaml_with};
-use monorig_estimators::signals::MAX_DRIVES;
+use monorig_estimators::api::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use super::motor::{Lag, Motor, wheel_torque};
 use super::running_gear::{self, grip};
 use super::{Drive, Train, coupling, resistance};
 use crate::rail::{Cursor, Rail};
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use nalgebra::Vector3;
 
 /// Half the width of a friction wheel's face: the clamped pair resists roll with at most clamp force × this, m.

@@ -17,7 +17,7 @@ use crate::train::adhesion::Zone;
 use crate::train::body_state::{BodyState, Wrench};
 use crate::train::dynamics::{Dynamics, Sums};
 use convert::{mass_properties, pose_to_rapier, state, to_rapier};
-use monorig_estimators::signals::Command;
+use monorig_estimators::api::signals::Command;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use observe::Sway;
 use rapier3d::math::Vector;

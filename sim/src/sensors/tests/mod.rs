@@ -10,7 +10,7 @@ use super::{Sensors, Sheet, Suite};
 use crate::error::Error;
 use crate::plant::{DriveState, MountState, Truth};
 use crate::train::{Drive, Mount, Train};
-use monorig_estimators::signals::{Measurements, Sample};
+use monorig_estimators::api::signals::{Measurements, Sample};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 use super::super::sheet_file::SheetFile;
 use super::*;
 use crate::checked::Positive;
-use monorig_estimators::signals::MAX_DRIVES;
+use monorig_estimators::api::signals::MAX_DRIVES;
 
 /// Density, bandwidth and rate together: whatever the rate, the Allan deviation is N/√τ with N = density/√2, and the
 /// variance of a sample density²·f/2.

@@ -1,0 +1,286 @@
+//! State to bytes and back, to survive a power cycle.
+//!
+//! What a part of an estimator remembers from step to step is its [`State`]; what it was built with is not, and never comes from a
+//! snapshot. The macro `state!` lists both, field by field, so that none can be forgotten. The bytes are little-endian numbers in that order,
+//! between a header and a check sum (see [`crate::registry::AnyEstimator::snapshot`]).
+
+use core::fmt;
+
+use nalgebra::SMatrix;
+
+use crate::Real;
+
+/// Why no snapshot is taken, or one is refused. A refused snapshot leaves the estimator as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SnapshotError {
+    /// The buffer is too small; this many bytes are needed ([`LARGEST`](crate::registry::LARGEST_SNAPSHOT) always suffices).
+    Room(usize),
+    /// Fewer or more bytes than a snapshot of this estimator has.
+    Torn,
+    /// The check sum does not hold.
+    Corrupt,
+    /// Not a snapshot, or one in another format or scalar.
+    Format,
+    /// A snapshot of another estimator.
+    OtherEstimator,
+    /// A snapshot of an estimator built for another vehicle, with other parameters, or by another version.
+    OtherSettings,
+    /// A number that no estimator can hold: not finite, or a covariance that is none.
+    Nonsense,
+    /// This estimator keeps no snapshots.
+    NotKept,
+}
+
+impl fmt::Display for SnapshotError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Room(bytes) => write!(out, "a snapshot takes {bytes} bytes"),
+            Self::Torn => write!(out, "the snapshot has not the length it should have"),
+            Self::Corrupt => write!(out, "the check sum of the snapshot does not hold"),
+            Self::Format => write!(out, "not a snapshot, or of another format or scalar"),
+            Self::OtherEstimator => write!(out, "the snapshot is of another estimator"),
+            Self::OtherSettings => write!(
+                out,
+                "the snapshot is of another vehicle, other parameters or another version"
+            ),
+            Self::Nonsense => write!(out, "the snapshot holds what no estimator can hold"),
+            Self::NotKept => write!(out, "this estimator keeps no snapshots"),
+        }
+    }
+}
+
+impl core::error::Error for SnapshotError {}
+
+enum Bytes<'a> {
+    Out(&'a mut [u8]),
+    In(&'a [u8]),
+}
+
+/// Bytes being written, or read. After a fault it goes on to count, and changes nothing.
+pub struct Archive<'a> {
+    bytes: Bytes<'a>,
+    at: usize,
+    fault: Option<SnapshotError>,
+}
+
+impl<'a> Archive<'a> {
+    /// To write to.
+    pub fn writer(bytes: &'a mut [u8]) -> Self {
+        Self {
+            bytes: Bytes::Out(bytes),
+            at: 0,
+            fault: None,
+        }
+    }
+
+    /// To read from.
+    pub fn reader(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes: Bytes::In(bytes),
+            at: 0,
+            fault: None,
+        }
+    }
+
+    /// How many bytes it took.
+    pub fn finish(self) -> Result<usize, SnapshotError> {
+        match (self.fault, self.bytes) {
+            (Some(SnapshotError::Room(_)), _) => Err(SnapshotError::Room(self.at)),
+            (Some(fault), _) => Err(fault),
+            (None, Bytes::In(bytes)) if self.at < bytes.len() => Err(SnapshotError::Torn),
+            (None, _) => Ok(self.at),
+        }
+    }
+
+    /// Refuses what is read or written; the first refusal is the one that is told.
+    pub fn refuse(&mut self, fault: SnapshotError) {
+        self.fault.get_or_insert(fault);
+    }
+
+    /// Refuses it as nonsense unless it is `good`.
+    pub fn require(&mut self, good: bool) {
+        if !good {
+            self.refuse(SnapshotError::Nonsense);
+        }
+    }
+
+    /// Writes `now` and returns it, or returns what is read in its place.
+    pub fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
+        let places = self.at..self.at.saturating_add(W);
+        self.at = places.end;
+        match &mut self.bytes {
+            Bytes::Out(bytes) => match bytes.get_mut(places) {
+                Some(place) => place.copy_from_slice(&now),
+                None => self.refuse(SnapshotError::Room(0)),
+            },
+            Bytes::In(bytes) => match bytes.get(places).and_then(|b| b.first_chunk()) {
+                Some(read) if self.fault.is_none() => return *read,
+                Some(_) => {}
+                None => self.refuse(SnapshotError::Torn),
+            },
+        }
+        now
+    }
+}
+
+/// What changes from step to step.
+pub trait State {
+    /// Hands each number to `archive`, which writes it or replaces it.
+    fn visit(&mut self, archive: &mut Archive);
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {
+        $(impl State for $number {
+            fn visit(&mut self, archive: &mut Archive) {
+                *self = <$number>::from_le_bytes(archive.raw(self.to_le_bytes()));
+            }
+        })*
+    };
+}
+numbers!(u32, u64, i64);
+
+macro_rules! finite_numbers {
+    ($($number:ty),*) => {
+        $(impl State for $number {
+            fn visit(&mut self, archive: &mut Archive) {
+                let next = <$number>::from_le_bytes(archive.raw(self.to_le_bytes()));
+                archive.require(next.is_finite());
+                *self = next;
+            }
+        })*
+    };
+}
+finite_numbers!(f32, f64);
+
+impl State for bool {
+    fn visit(&mut self, archive: &mut Archive) {
+        let [next] = archive.raw([u8::from(*self)]);
+        archive.require(next < 2);
+        *self = next == 1;
+    }
+}
+
+impl State for usize {
+    fn visit(&mut self, archive: &mut Archive) {
+        let mut next = *self as u64;
+        next.visit(archive);
+        *self = next as usize;
+    }
+}
+
+impl<T: State, const N: usize> State for [T; N] {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.iter_mut().for_each(|part| part.visit(archive));
+    }
+}
+
+impl<A: State, B: State> State for (A, B) {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.0.visit(archive);
+        self.1.visit(archive);
+    }
+}
+
+/// Something to read into where there was nothing.
+pub trait Blank {
+    /// It does not matter what: all of it is overwritten.
+    fn blank() -> Self;
+}
+
+impl Blank for f32 {
+    fn blank() -> Self {
+        0.0
+    }
+}
+
+impl Blank for f64 {
+    fn blank() -> Self {
+        0.0
+    }
+}
+
+impl Blank for i64 {
+    fn blank() -> Self {
+        0
+    }
+}
+
+impl<T: Blank, const N: usize> Blank for [T; N] {
+    fn blank() -> Self {
+        core::array::from_fn(|_| T::blank())
+    }
+}
+
+impl<A: Blank, B: Blank> Blank for (A, B) {
+    fn blank() -> Self {
+        (A::blank(), B::blank())
+    }
+}
+
+impl<const R: usize, const C: usize> Blank for SMatrix<Real, R, C> {
+    fn blank() -> Self {
+        Self::zeros()
+    }
+}
+
+impl<T: State + Blank> State for Option<T> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let mut some = self.is_some();
+        some.visit(archive);
+        match (some, self) {
+            (true, this) => this.get_or_insert_with(T::blank).visit(archive),
+            (false, this) => *this = None,
+        }
+    }
+}
+
+impl<const R: usize, const C: usize> State for SMatrix<Real, R, C> {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.iter_mut().for_each(|number| number.visit(archive));
+    }
+}
+
+/// A part that is there or not by how the estimator was built.
+pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
+    if let Some(part) = part {
+        part.visit(archive);
+    }
+}
+
+/// `state!(Type { what it remembers; what it was built with })`, all fields of it. With `where |this| condition` the state must meet
+/// the condition.
+macro_rules! state {
+    ($(@[$($generics:tt)*])? $type:ty { $($state:ident),*; $($built:ident),* } $(where |$this:ident| $good:expr)?) => {
+        impl$(<$($generics)*>)? $crate::api::snapshot::State for $type {
+            fn visit(&mut self, archive: &mut $crate::api::snapshot::Archive) {
+                let Self { $($state,)* $($built: _,)* } = self;
+                $($crate::api::snapshot::State::visit($state, archive);)*
+                $(let $this = &*self; archive.require($good);)?
+            }
+        }
+    };
+}
+pub(crate) use state;
+
+/// 64-bit FNV-1a (Fowler, Noll & Vo) of a text.
+pub(crate) struct Fingerprint(pub u64);
+
+impl Fingerprint {
+    /// Of what something looks like to `{:?}`: all its numbers, exactly, and the names of all fields.
+    pub fn of(thing: &dyn fmt::Debug) -> u64 {
+        let mut print = Self(0xcbf2_9ce4_8422_2325);
+        // Writing to a number cannot fail.
+        let _ = fmt::write(&mut print, format_args!("{thing:?}"));
+        print.0
+    }
+}
+
+impl fmt::Write for Fingerprint {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for byte in text.bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,119 @@
+//! What the named estimators can and cannot do, on a simulated crane of one degree of freedom. Here: what these tests share.
+
+mod bend;
+mod faults;
+mod long;
+mod mass;
+mod slope;
+
+use crate::{Error, Real};
+use crate::api::estimator::Estimator;
+use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
+use crate::registry::*;
+use crate::testing::Random;
+use crate::testing::vehicles::*;
+use std::vec::Vec;
+
+/// Errors of the recommended mass regression at the end of a run, over seeds: (bias, root mean square, mean of (error/sd)²).
+pub fn mass_statistics(name: &str, worlds: impl Fn(u64) -> World) -> (Real, Real, Real) {
+    let count = 40;
+    let (mut bias, mut square, mut normalised) = (0.0, 0.0, 0.0);
+    for seed in 1..=count {
+        let mut estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let rows = worlds(seed).run(&mut estimator);
+        let last = rows.last().unwrap();
+        let error = last.estimate.total_mass_kg.value / last.mass - 1.0;
+        bias += error / count as Real;
+        square += error * error / count as Real;
+        normalised += (error * last.mass / last.estimate.total_mass_kg.sd).powi(2) / count as Real;
+    }
+    (bias, square.sqrt(), normalised)
+}
+
+/// Root-mean-square grade error, deg, over ten seeds.
+pub fn grade_rms(name: &str, settings: &[(&str, Real)], worlds: impl Fn(u64) -> World) -> Real {
+    let errors: Vec<Real> = (1..=10)
+        .map(|seed| {
+            let mut estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+            grade_error_deg(&worlds(seed).run(&mut estimator), 5.0)
+        })
+        .collect();
+    let rms = crate::testing::rms(&errors);
+    std::println!("{name} {settings:?}: {rms:.4}°");
+    rms
+}
+
+/// Hides samples from an estimator, or changes the command it sees.
+pub struct Tampered<E, F> {
+    pub estimator: E,
+    pub tamper: F,
+}
+
+impl<E: Estimator, F: Fn(&mut Measurements, &mut Command)> Estimator for Tampered<E, F> {
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
+        let (mut z, mut u) = (*z, *u);
+        (self.tamper)(&mut z, &mut u);
+        self.estimator.step(&z, &u, dt)
+    }
+
+    fn reset(&mut self) {
+        self.estimator.reset();
+    }
+
+    fn internals(&self) -> &'static [&'static str] {
+        self.estimator.internals()
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.estimator.internal_values(values);
+    }
+}
+
+pub fn tampered(name: &str, tamper: impl Fn(&mut Measurements, &mut Command)) -> Vec<Row> {
+    let estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+    world(1).run(&mut Tampered { estimator, tamper })
+}
+
+/// Keeps an internal quantity of every step.
+pub struct Watched {
+    pub estimator: AnyEstimator,
+    pub place: usize,
+    pub values: Vec<Real>,
+}
+
+impl Watched {
+    fn new(estimator: AnyEstimator, name: &str) -> Self {
+        let place = estimator
+            .internals()
+            .iter()
+            .position(|n| *n == name)
+            .unwrap();
+        Self {
+            estimator,
+            place,
+            values: Vec::new(),
+        }
+    }
+}
+
+impl Estimator for Watched {
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
+        let estimate = self.estimator.step(z, u, dt)?;
+        let mut values = [0.0; 16];
+        self.estimator.internal_values(&mut values);
+        self.values.push(values[self.place]);
+        Ok(estimate)
+    }
+
+    fn reset(&mut self) {
+        self.estimator.reset();
+    }
+
+    fn internals(&self) -> &'static [&'static str] {
+        self.estimator.internals()
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.estimator.internal_values(values);
+    }
+}

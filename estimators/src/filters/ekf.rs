@@ -1,0 +1,103 @@
+//! Extended Kalman filter (Jazwinski 1970; linearised at the latest estimate).
+//!
+//! - predict: x⁻ = f(x), P⁻ = F P Fᵀ + Q, with F = ∂f/∂x at x
+//! - update: y = z − h(x⁻), then [`Gaussian::correct`] with H = ∂h/∂x at x⁻
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Real;
+use crate::filters::gaussian::{Correction, Gaussian};
+
+/// Carries a belief over one time step: `x_next` = f(x), `F` its Jacobian at x, `Q` the process noise of the step.
+#[inline]
+pub fn predict<const N: usize>(
+    belief: &mut Gaussian<N>,
+    x_next: SVector<Real, N>,
+    F: &SMatrix<Real, N, N>,
+    Q: &SMatrix<Real, N, N>,
+) {
+    belief.x = x_next;
+    belief.P = F * belief.P * F.transpose() + Q;
+    belief.symmetrise();
+}
+
+/// Corrects a belief by a measurement `z` predicted as `z_predicted` = h(x), with Jacobian `H` at x and noise `R`.
+/// `None`, and nothing changed, if the innovation covariance is not positive definite.
+#[inline]
+pub fn update<const M: usize, const N: usize>(
+    belief: &mut Gaussian<N>,
+    z: SVector<Real, M>,
+    z_predicted: SVector<Real, M>,
+    H: &SMatrix<Real, M, N>,
+    R: &SMatrix<Real, M, M>,
+) -> Option<Correction<M, N>> {
+    belief.correct(z - z_predicted, H, R)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Random, chi_square_band};
+    use nalgebra::{Matrix1, Matrix2, matrix, vector};
+
+    #[test]
+    fn linear_case_equals_a_kalman_recursion_written_out_by_hand() {
+        // Oracle: constant-velocity filter, scalar by scalar (Bar-Shalom, Li & Kirubarajan 2001).
+        let (dt, q, r) = (0.1, 0.3, 0.5);
+        let F = matrix![1.0, dt; 0.0, 1.0];
+        let Q = matrix![q * dt * dt * dt / 3.0, q * dt * dt / 2.0; q * dt * dt / 2.0, q * dt];
+        let H = matrix![1.0, 0.0];
+        let mut random = Random::new(4);
+        let mut belief = Gaussian::<2>::independent(vector![0.0, 0.0], vector![2.0, 1.0]);
+        let (mut p, mut v, mut pp, mut pv, mut vv) = (0.0, 0.0, 4.0, 0.0, 1.0);
+        for k in 0..500 {
+            let z = 0.2 * k as Real * dt + random.normal();
+            let x_next = F * belief.x;
+            predict(&mut belief, x_next, &F, &Q);
+            let z_predicted = H * belief.x;
+            update(&mut belief, vector![z], z_predicted, &H, &Matrix1::new(r)).unwrap();
+
+            p += dt * v;
+            pp += 2.0 * dt * pv + dt * dt * vv + Q.m11;
+            pv += dt * vv + Q.m12;
+            vv += Q.m22;
+            let s = pp + r;
+            let (kp, kv, y) = (pp / s, pv / s, z - p);
+            p += kp * y;
+            v += kv * y;
+            vv -= kv * pv;
+            pv -= kp * pv;
+            pp -= kp * pp;
+            assert!((belief.x.x - p).abs() < 1e-9 && (belief.x.y - v).abs() < 1e-9);
+            assert!((belief.P - Matrix2::new(pp, pv, pv, vv)).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn error_of_an_in_model_filter_is_chi_square() {
+        // A pendulum seen through sin: 200 runs, the normalised estimation error squared at the end of each.
+        let (dt, q, r): (Real, Real, Real) = (0.02, 1e-3, 1e-3);
+        let mut nees = 0.0;
+        let runs = 200;
+        for run in 0..runs {
+            let mut random = Random::new(1000 + run as u64);
+            let f =
+                |x: &nalgebra::Vector2<Real>| vector![x.x + dt * x.y, x.y - dt * 4.0 * x.x.sin()];
+            let mut belief = Gaussian::<2>::independent(vector![0.3, 0.0], vector![0.05, 0.05]);
+            let mut truth = belief.x + vector![0.05 * random.normal(), 0.05 * random.normal()];
+            for _ in 0..150 {
+                truth = f(&truth) + vector![0.0, (q * dt).sqrt() * random.normal()];
+                let z = truth.x.sin() + r.sqrt() * random.normal();
+                let F = matrix![1.0, dt; -dt * 4.0 * belief.x.x.cos(), 1.0];
+                let x_next = f(&belief.x);
+                predict(&mut belief, x_next, &F, &matrix![0.0, 0.0; 0.0, q * dt]);
+                let (h, H) = (vector![belief.x.x.sin()], matrix![belief.x.x.cos(), 0.0]);
+                update(&mut belief, vector![z], h, &H, &Matrix1::new(r)).unwrap();
+            }
+            let error = belief.x - truth;
+            nees += error.dot(&belief.P.cholesky().unwrap().solve(&error)) / 2.0 / runs as Real;
+        }
+        let (low, high) = chi_square_band(2 * runs);
+        assert!((low..high).contains(&nees), "{nees} not in {low}…{high}");
+    }
+}

@@ -1,0 +1,16 @@
+//! Algorithms of estimation, one a file; none knows what a crane is.
+
+pub mod adaptive_low_pass;
+pub mod cusum;
+pub mod ekf;
+pub mod ewma_variance;
+pub mod forgetting;
+pub mod gaussian;
+pub mod imm;
+pub mod low_pass;
+pub mod ring_buffer;
+pub mod rls;
+pub mod sage_husa;
+pub mod strong_tracking;
+pub mod ud;
+pub mod ukf;

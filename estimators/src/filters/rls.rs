@@ -1,0 +1,270 @@
+//! Recursive least squares: one recursion, several ways to forget.
+//!
+//! y(k) = hᵀ(k) χ + e(k). A step first forgets, then corrects.
+//!
+//! λ comes from a policy ([`Forgetting`]).
+//!
+//! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
+//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
+//!
+//! In square-root form ([`Rls::in_square_root_form`]) the same recursion carries the factors of P ([`Factors`]); its result is the same
+//! to rounding, and P stays positive definite where rounding would end that: in single precision (`Real` = f32), long runs, poor
+//! excitation. A regression with one parameter needs no such form.
+//!
+//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k + 1) at
+//! update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic forgetting
+//! free of units; and c of n times the n before it (held within ±25 s²), of which [`Rls::correlation_factor`] tells.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Real;
+use crate::api::real::{sqrt, within};
+use crate::api::snapshot::{Archive, State, state, visit_built};
+use crate::filters::forgetting::{Forgetting, SPREAD_KNOWN};
+use crate::filters::gaussian::Gaussian;
+use crate::filters::ud::Factors;
+
+/// Where a parameter that should be about 1 is stopped.
+const BEYOND_REASON: Real = 1e3;
+
+/// Number of updates the running deviation of the residual looks back on.
+const SPREAD_MEMORY: Real = 50.0;
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// A-priori residual y − hᵀχ, in the unit of y.
+    pub residual: Real,
+    /// The same divided by the standard deviation predicted for it.
+    pub normalised: Real,
+    /// Forgetting factor used (the smallest, where there are several).
+    pub lambda: Real,
+    /// Whether a variance was cut back to its prior (wind-up limit).
+    pub limited: bool,
+}
+
+/// Recursive least squares for `N` parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rls<const N: usize> {
+    /// Parameters χ and their covariance, for residuals of the variance given to [`Rls::update`].
+    pub belief: Gaussian<N>,
+    /// Factors of `belief.P`, in square-root form.
+    factors: Option<Factors<N>>,
+    prior: SVector<Real, N>,
+    policy: Forgetting<N>,
+    /// Running variance of the normalised residual: 1 when the noise variance given is right.
+    spread: Real,
+    /// Running product of successive normalised residuals.
+    tie: Real,
+    last: Real,
+    updates: u32,
+}
+
+impl<const N: usize> Rls<N> {
+    /// Starts from a belief about the parameters; no variance will ever exceed that of the start (wind-up limit).
+    pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
+        Self {
+            belief: prior,
+            factors: None,
+            prior: prior.P.diagonal(),
+            policy,
+            spread: 1.0,
+            tie: 0.0,
+            last: 0.0,
+            updates: 0,
+        }
+    }
+
+    /// The same, carrying the factors of P if `wanted`.
+    pub fn in_square_root_form(mut self, wanted: bool) -> Self {
+        self.factors = wanted.then(|| Factors::of(&self.belief.P));
+        self
+    }
+
+    /// One sample: `y` = `h`ᵀχ + noise of variance `r`. `remember` suspends forgetting (use it while `h` carries no
+    /// information, so that P cannot wind up). `None`, and nothing changed, if the numbers allow no update.
+    #[inline]
+    pub fn update(
+        &mut self,
+        y: Real,
+        h: &SVector<Real, N>,
+        r: Real,
+        remember: bool,
+    ) -> Option<Outcome> {
+        let residual = y - h.dot(&self.belief.x);
+        let carried = match &self.factors {
+            Some(factors) => factors.variance_along(h),
+            None => h.dot(&(self.belief.P * h)),
+        };
+        let predicted = sqrt(r + carried);
+        let normalised = residual / predicted;
+        if !normalised.is_finite() {
+            return None;
+        }
+
+        let lambda = if remember {
+            1.0
+        } else if matches!(self.policy, Forgetting::Dynamic { .. }) {
+            self.policy.lambda(normalised / self.spread(), self.updates)
+        } else {
+            self.policy.lambda(normalised, self.updates)
+        };
+        let (mut belief, mut factors) = (self.belief, self.factors);
+        let limited = match (self.policy, &mut factors) {
+            (Forgetting::Multiple(lambdas), factors) => {
+                let lambdas = if remember {
+                    SVector::repeat(1.0)
+                } else {
+                    SVector::from(lambdas)
+                };
+                update_multiple(&mut belief, residual, h, r, &lambdas)?;
+                let limited = belief.limit_variance(&self.prior);
+                *factors = factors.map(|_| Factors::of(&belief.P));
+                limited
+            }
+            (_, Some(factors)) => {
+                (r > 0.0).then_some(())?;
+                factors.scale(1.0 / lambda);
+                belief.x += factors.absorb(h, r) * residual;
+                let limited = factors.limit_variance(&self.prior);
+                belief.P = factors.covariance();
+                limited
+            }
+            (_, None) => {
+                belief.P *= 1.0 / lambda;
+                belief.absorb(residual, h, r)?;
+                belief.limit_variance(&self.prior)
+            }
+        };
+        if !belief.is_finite() || factors.is_some_and(|factors| !factors.is_finite()) {
+            return None;
+        }
+        self.factors = factors;
+        self.belief = belief;
+        self.note(normalised);
+        Some(Outcome {
+            residual,
+            normalised,
+            lambda,
+            limited,
+        })
+    }
+
+    /// Running statistics of the normalised residual.
+    #[inline]
+    fn note(&mut self, normalised: Real) {
+        // A residual beyond five deviations is an event, not noise: it may move the running deviation, not own it.
+        let limit = 25.0 * self.spread.max(1e-12);
+        let memory = SPREAD_MEMORY.min(self.updates as Real + 2.0);
+        self.tie += (within(normalised * self.last, -limit, limit) - self.tie) / memory;
+        self.last = normalised;
+        self.spread += ((normalised * normalised).min(limit) - self.spread) / memory;
+        self.updates = self.updates.saturating_add(1);
+    }
+
+    /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
+    #[inline]
+    pub fn spread(&self) -> Real {
+        sqrt(self.spread.max(1e-12))
+    }
+
+    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not independent:
+    /// (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    pub fn correlation_factor(&self) -> Real {
+        if self.updates < SPREAD_KNOWN {
+            return 1.0;
+        }
+        let rho = within(self.tie / self.spread.max(1e-12), 0.0, 0.9);
+        (1.0 + rho) / (1.0 - rho)
+    }
+
+    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no variance
+    /// exceeds that of the start, which was known without any sample.
+    pub fn widened(&self) -> SMatrix<Real, N, N> {
+        let spread = self.spread().max(1.0);
+        let mut belief = self.belief;
+        belief.P *= spread * spread * self.correlation_factor();
+        belief.limit_variance(&self.prior);
+        belief.P
+    }
+
+    /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at a thousand. Limits
+    /// of what is plausible do not belong here but where the parameters are told: a parameter cut back without those it hangs together with
+    /// contradicts all samples before.
+    pub fn keep_usable(&mut self) {
+        self.belief.x = self
+            .belief
+            .x
+            .map(|x| within(x, -BEYOND_REASON, BEYOND_REASON));
+    }
+
+    /// Updates made so far.
+    pub fn updates(&self) -> u32 {
+        self.updates
+    }
+
+    /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes on to.
+    pub fn loosen(&mut self, shares: &SVector<Real, N>) {
+        self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
+        self.belief.limit_variance(&self.prior);
+        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
+    }
+
+    /// Gives the parameters for which `which` is not 0 their prior variance back and forgets their correlations.
+    pub fn reopen(&mut self, which: &SVector<Real, N>) {
+        let kept = which.map(|w| if w == 0.0 { 1.0 } else { 0.0 });
+        let D = SMatrix::from_diagonal(&kept);
+        let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);
+        self.belief.P = D * self.belief.P * D + SMatrix::from_diagonal(&opened);
+        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
+    }
+}
+
+/// Vahidi et al. 2005, for any number of parameters: each has its own variance and factor, the gains share
+/// one denominator D = r + Σ Pᵢ hᵢ² / λᵢ.
+#[inline]
+fn update_multiple<const N: usize>(
+    belief: &mut Gaussian<N>,
+    residual: Real,
+    h: &SVector<Real, N>,
+    r: Real,
+    lambdas: &SVector<Real, N>,
+) -> Option<()> {
+    let P = belief.P.diagonal().component_div(lambdas);
+    let D = r + P.dot(&h.component_mul(h));
+    if !(D > 0.0 && D.is_finite()) {
+        return None;
+    }
+    belief.x += P.component_mul(h) * (residual / D);
+    let P = P.zip_map(h, |P, h| P * r / (r + P * h * h));
+    belief.P = SMatrix::from_diagonal(&P);
+    Some(())
+}
+
+state!(Outcome { residual, normalised, lambda, limited; });
+
+impl<const N: usize> State for Rls<N> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            belief,
+            factors,
+            spread,
+            tie,
+            last,
+            updates,
+            prior: _,
+            policy: _,
+        } = self;
+        belief.visit(archive);
+        visit_built(factors, archive);
+        spread.visit(archive);
+        archive.require(*spread >= 0.0);
+        tie.visit(archive);
+        last.visit(archive);
+        updates.visit(archive);
+    }
+}
+
+#[cfg(test)]
+#[path = "rls_tests.rs"]
+mod tests;

@@ -1,0 +1,414 @@
+//! Slope from the force balance: extended Kalman filter with state [v, θ] and wheel speed as its only measurement
+//! (Liu et al. 2023, eq. 23–29, with sin θ and cos θ in place of θ and 1).
+//!
+//! v⁻ = v + dt v̇(F, M, θ, μ),  θ⁻ = θ,  z = v + noise
+//!
+//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass, running
+//! resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade is 0.1°); it
+//! lags a change of slope by about a second, as a slope must first change the speed; standing or braking it knows nothing new.
+//! The accelerometer, which reads the slope directly, is not used.
+
+use nalgebra::{Matrix1, Matrix2, Vector2, matrix, vector};
+
+use crate::Real;
+use crate::api::params::params;
+use crate::api::real::{GRAVITY, PI, sqrt};
+use crate::api::snapshot::{Archive, State, visit_built};
+use crate::filters::ekf;
+use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::sage_husa::SageHusa;
+use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
+use crate::models::force_balance::ForceBalance;
+
+params! {
+    /// Parameters of the slope filter.
+    SlopeParams {
+        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
+        q_theta ["rad²/s"] = 1.5e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+    }
+}
+
+/// Largest grade angle the filter goes to, rad: no monorail climbs more.
+pub const STEEPEST: Real = PI / 3.0;
+
+/// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
+const OBEDIENT: Real = 3.0;
+
+/// Growth of the slope's variance while moving blind, rad²/s: 3° after a second, 14° after twenty.
+const BLIND_RAD2_PER_S: Real = 3e-3;
+
+/// Standard deviation below which a slope counts as found again, rad: twice that of a steady run.
+const FOUND_AGAIN_RAD: Real = 0.01;
+
+/// Speed no crane reaches, m/s.
+const FASTEST: Real = 10.0;
+
+/// What a prediction step is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Traction at the rims, N.
+    pub traction_n: Real,
+    /// Total mass, kg.
+    pub mass_kg: Real,
+    /// Running resistance with the sign of the speed: sgn(v) μ.
+    pub resistance: Real,
+}
+
+/// How the filter meets a noise or a slope it was not told of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Adaptation {
+    /// Not at all.
+    None,
+    /// The noise of wheel speed follows the data (Sage & Husa), with this fading factor b or κ per sample.
+    SageHusa {
+        /// Fading factor.
+        fading: Real,
+    },
+    /// Sage-Husa while all is well, strong tracking while innovations are too large and keep to one side (patent
+    /// CN 111507019 B, step 4). Never both in one step: a jump of the slope must not be taken for a noisier sensor.
+    Switched {
+        /// Fading factor of Sage-Husa.
+        fading: Real,
+        /// Memory ρ of the strong tracking's innovation covariance.
+        memory: Real,
+        /// Its weakening factor β.
+        weakening: Real,
+        /// Smoothed NIS above which strong tracking takes over.
+        alarm: Real,
+    },
+}
+
+impl Adaptation {
+    /// Sage-Husa alone.
+    pub fn sage_husa(fading: Real) -> Self {
+        Adaptation::SageHusa { fading }
+    }
+}
+
+/// Largest fading factor of strong tracking.
+const MOST_FADING: Real = 50.0;
+
+/// The filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeFilter {
+    params: SlopeParams,
+    balance: ForceBalance,
+    belief: Gaussian<2>,
+    R: Matrix1<Real>,
+    adaptive: Option<SageHusa<1>>,
+    tracking: Option<(StrongTracking<1>, Alarm<1>)>,
+    fading: Real,
+    /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking needs.
+    carried: Matrix2<Real>,
+    process: Real,
+    started: bool,
+    saturated: bool,
+    /// Whether it has moved blind and has not found the slope again.
+    blind: bool,
+    last: Option<Correction<1, 2>>,
+}
+
+impl SlopeFilter {
+    /// From the balance, the parameters and the way to adapt. The adapted variance of wheel speed stays between a hundredth and
+    /// a hundred times the nominal one.
+    pub fn new(balance: ForceBalance, params: SlopeParams, adaptation: Adaptation) -> Self {
+        let sd = params.wheel_speed_sd_mps;
+        let rad = PI / 180.0;
+        let x = vector![0.0, params.grade0_deg * rad];
+        let R = Matrix1::new(sd * sd);
+        let adaptive = match adaptation {
+            Adaptation::None => None,
+            Adaptation::SageHusa { fading } | Adaptation::Switched { fading, .. } => {
+                Some(SageHusa::new(R, fading, [0.01, 100.0]))
+            }
+        };
+        let tracking = match adaptation {
+            Adaptation::Switched {
+                memory,
+                weakening,
+                alarm,
+                ..
+            } => Some((
+                StrongTracking::new(memory, weakening, MOST_FADING),
+                Alarm::new(alarm),
+            )),
+            _ => None,
+        };
+        Self {
+            params,
+            balance,
+            belief: Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]),
+            R,
+            adaptive,
+            tracking,
+            fading: 1.0,
+            carried: Matrix2::identity(),
+            process: 0.0,
+            started: false,
+            saturated: false,
+            blind: false,
+            last: None,
+        }
+    }
+
+    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says nothing: the
+    /// slope is kept and its tie to the speed is cut.
+    pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
+        let Some(drive) = drive else {
+            self.belief.P.m12 = 0.0;
+            self.belief.P.m21 = 0.0;
+            (self.carried, self.process) = (Matrix2::identity(), 0.0);
+            self.belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
+            return;
+        };
+        let (x_next, F) = self.transition(&self.belief.x, &drive, dt);
+        let Q = Matrix2::from_diagonal(&vector![self.params.q_v * dt, self.params.q_theta * dt]);
+        ekf::predict(&mut self.belief, x_next, &F, &Q);
+        self.carried = F * self.carried;
+        self.process += Q.m11;
+    }
+
+    /// Moving blind (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
+    pub fn drift(&mut self, dt: Real) {
+        self.blind = true;
+        self.belief.P.m22 = (self.belief.P.m22 + BLIND_RAD2_PER_S * dt).min(STEEPEST * STEEPEST);
+    }
+
+    /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
+    fn transition(
+        &self,
+        x: &Vector2<Real>,
+        drive: &Drive,
+        dt: Real,
+    ) -> (Vector2<Real>, Matrix2<Real>) {
+        let (v, theta) = (x.x, x.y);
+        let v_dot =
+            self.balance
+                .acceleration(drive.traction_n, drive.mass_kg, theta, drive.resistance);
+        let by_theta = self
+            .balance
+            .acceleration_by_theta(drive.mass_kg, theta, drive.resistance);
+        (
+            vector![v + dt * v_dot, theta],
+            matrix![1.0, dt * by_theta; 0.0, 1.0],
+        )
+    }
+
+    /// Corrects by a wheel speed. `adapt` lets the measurement noise learn from it.
+    pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) {
+        if !self.started {
+            self.belief.x.x = wheel_speed_mps;
+            self.started = true;
+        }
+        let H = matrix![1.0, 0.0];
+        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
+        let z = vector![wheel_speed_mps];
+        let tracking = adapt && self.track(wheel_speed_mps, &R);
+        let z_predicted = H * self.belief.x;
+        (self.carried, self.process) = (Matrix2::identity(), 0.0);
+        let Some(correction) = ekf::update(&mut self.belief, z, z_predicted, &H, &R) else {
+            return;
+        };
+        self.last = Some(correction);
+        self.blind &= self.belief.P.m22 > FOUND_AGAIN_RAD * FOUND_AGAIN_RAD;
+        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        self.saturated = inside != self.belief.x.y;
+        self.belief.x.y = inside;
+        if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt && !tracking) {
+            noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
+            self.saturated |= noise.limited();
+        }
+    }
+
+    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
+    fn track(&mut self, wheel_speed_mps: Real, R: &Matrix1<Real>) -> bool {
+        let Some((tracking, alarm)) = self.tracking.as_mut() else {
+            return false;
+        };
+        let y = wheel_speed_mps - self.belief.x.x;
+        let explained = Matrix1::new((self.belief.P.m11 - self.process).max(0.0));
+        let active = alarm.active(&vector![y], &Matrix1::new(self.belief.P.m11 + R.x));
+        let lambda = tracking.fading(&vector![y], &explained, &Matrix1::new(self.process), R);
+        self.fading = if active { lambda } else { 1.0 };
+        // As if the slope had faded at the last update and been carried since.
+        let mut jump =
+            Gaussian::independent(Vector2::zeros(), vector![0.0, sqrt(self.belief.P.m22)]);
+        let unfaded = jump.P;
+        fade(&mut jump, &vector![1.0, self.fading]);
+        self.belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
+        self.belief.symmetrise();
+        // Fading step upon step would grow without end while measurements make no sense.
+        self.belief
+            .limit_variance(&vector![FASTEST * FASTEST, STEEPEST * STEEPEST]);
+        active
+    }
+
+    /// Belief about [v in m/s, θ in rad].
+    pub fn belief(&self) -> &Gaussian<2> {
+        &self.belief
+    }
+
+    /// Innovation (m/s) and NIS of the last measurement.
+    pub fn innovation(&self) -> (Real, Real) {
+        self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis))
+    }
+
+    /// Standard deviation of wheel speed in use, m/s.
+    pub fn measurement_sd(&self) -> Real {
+        sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+    }
+
+    /// Whether the slope has been found again since the train last moved blind.
+    pub fn sighted(&self) -> bool {
+        !self.blind
+    }
+
+    /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
+    /// standard deviation then rises to several times the nominal one.
+    pub fn wheels_obey(&self) -> bool {
+        self.measurement_sd() < OBEDIENT * self.params.wheel_speed_sd_mps
+    }
+
+    /// Fading factor of the last update, 1 while strong tracking is off.
+    pub fn fading(&self) -> Real {
+        self.fading
+    }
+
+    /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// Traction that keeps the speed at the estimated slope, N: what the slope's uncertainty is reckoned at.
+    pub fn steady_traction_n(&self, drive: &Drive) -> Real {
+        let theta = self.belief.x.y;
+        drive.mass_kg
+            * GRAVITY
+            * (crate::api::real::sin(theta) + drive.resistance * crate::api::real::cos(theta))
+    }
+}
+
+impl State for SlopeFilter {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            balance: _,
+            R: _,
+            belief,
+            adaptive,
+            tracking,
+            fading,
+            carried,
+            process,
+            started,
+            saturated,
+            blind,
+            last,
+        } = self;
+        belief.visit(archive);
+        visit_built(adaptive, archive);
+        visit_built(tracking, archive);
+        fading.visit(archive);
+        carried.visit(archive);
+        process.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        blind.visit(archive);
+        last.visit(archive);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::vehicles::vehicle;
+    use crate::testing::{Random, chi_square_band};
+
+    fn filter(adaptation: Adaptation) -> SlopeFilter {
+        SlopeFilter::new(
+            ForceBalance::new(&vehicle()),
+            SlopeParams::default(),
+            adaptation,
+        )
+    }
+
+    #[test]
+    fn jacobian_equals_central_differences() {
+        let filter = filter(Adaptation::None);
+        let drive = Drive {
+            traction_n: 2e4,
+            mass_kg: 2e4,
+            resistance: 0.02,
+        };
+        for theta in [-0.4, 0.0, 0.3] {
+            let x = vector![0.7, theta];
+            let (_, F) = filter.transition(&x, &drive, 0.1);
+            for (column, step) in [vector![1e-5, 0.0], vector![0.0, 1e-5]].iter().enumerate() {
+                let difference = (filter.transition(&(x + step), &drive, 0.1).0
+                    - filter.transition(&(x - step), &drive, 0.1).0)
+                    / 2e-5;
+                assert!((F.column(column) - difference).norm() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn error_is_chi_square_when_the_world_is_the_model() {
+        // The plant: (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white force noise; θ a random walk of the filter's own strength.
+        let (mass, mu, dt): (Real, Real, Real) = (12_000.0, 0.02, 0.01);
+        let params = SlopeParams::default();
+        let runs = 100;
+        let mut nees = 0.0;
+        for run in 0..runs {
+            let mut random = Random::new(500 + run as u64);
+            let mut filter = filter(Adaptation::None);
+            let (mut v, mut theta) = (0.5, params.grade0_sd_deg.to_radians() * random.normal());
+            filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+            for _ in 0..500 {
+                let force = mass * 9.81 * (theta.sin() + mu * theta.cos()) + 5e3 * (0.8 - v);
+                filter.predict(
+                    Some(Drive {
+                        traction_n: force,
+                        mass_kg: mass,
+                        resistance: mu,
+                    }),
+                    dt,
+                );
+                v += dt * (force - mass * 9.81 * (theta.sin() + mu * theta.cos()))
+                    / (mass + vehicle().rotating_mass_kg)
+                    + (params.q_v * dt).sqrt() * random.normal();
+                theta += (params.q_theta * dt).sqrt() * random.normal();
+                filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+            }
+            let error = filter.belief.x - vector![v, theta];
+            nees +=
+                error.dot(&filter.belief.P.cholesky().unwrap().solve(&error)) / 2.0 / runs as Real;
+        }
+        let (low, high) = chi_square_band(2 * runs);
+        assert!((low..high).contains(&nees), "{nees} not in {low}…{high}");
+    }
+
+    #[test]
+    fn standing_keeps_the_slope() {
+        let mut filter = filter(Adaptation::sage_husa(0.998));
+        let drive = Drive {
+            traction_n: 5e3,
+            mass_kg: 1e4,
+            resistance: 0.02,
+        };
+        for _ in 0..100 {
+            filter.predict(Some(drive), 0.01);
+            filter.update(0.5, true);
+        }
+        let theta = filter.belief.x.y;
+        assert!(theta != 0.0);
+        for k in 0..1000 {
+            filter.predict(None, 0.01);
+            filter.update(0.01 * (k % 3) as Real, false);
+        }
+        assert_eq!(filter.belief.x.y, theta);
+    }
+}

@@ -1,0 +1,384 @@
+//! Slope by one or more models of the same state, with strong tracking or without, interacting or alone: the second half of Guo,
+//! Wang, Zhao & Dai 2024, "Joint estimation of vehicle mass and road slope considering lateral motion", Journal of Jilin University
+//! (Engineering), doi 10.13229/j.cnki.jdxbgxb.20221061, eq. 8–38. The mass is that of [`DifferencedMass`].
+//!
+//! State [v, a, i], i = sin θ; measurements: specific force a + g i, wheel speed v.
+//!
+//! - kinematic model (eq. 8–13): a and i walk at random; knows nothing of forces, works standing and braking
+//! - dynamic model (eq. 14–17): a = (F/M − b − g (i + s μ c))/(1 + J/M) from the force balance; i walks at random
+//!
+//! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a rail). Standing, braking or without torque there is no
+//! force balance, and the dynamic model is the kinematic one. On a long train i is what the instrument reads, and the force balance
+//! gets the effective grade, i less what [`LongTrain`](crate::models::distributed_train::LongTrain) has seen it to be ahead by.
+//!
+//! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a memory); no
+//! derivative of a measurement as input beside the measurement itself; no correction by the full innovation inside the model; the
+//! fading factor is found from whitened innovations, fades the slope alone and only while they are too large; J is in; in a bend the
+//! side force is taken off instead of scaling the traction.
+//!
+//! As wide as its kinematic half is its bias: an accelerometer error of 0.01 m/s² is 0.06°.
+
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
+
+use crate::api::params::params;
+use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::snapshot::{Archive, State, visit_built};
+use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::imm::Imm;
+use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
+use crate::mass::differenced_rls::{DifferencedMass, DifferencedParams};
+use crate::models::distributed_train::steeper;
+use crate::models::force_balance::ForceBalance;
+use crate::pipelines::runner::Pipeline;
+use crate::pipelines::two_stage::motion;
+use crate::preprocess::sample_hold::Reading;
+use crate::{Real, Time};
+
+params! {
+    /// Parameters of the slope models.
+    ModelParams {
+        q_v ["m²/s³"] = 1e-6, 1e-12 => 10.0, "Process noise of speed.";
+        q_a ["m²/s⁵"] = 0.3, 1e-9 => 100.0, "Process noise of acceleration in the kinematic model.";
+        q_i ["1/s"] = 5e-4, 1e-12 => 1.0, "Process noise of the sine of the grade angle.";
+        force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "What the force balance leaves out, divided by the mass, in the dynamic model.";
+        accel_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Standard deviation of the specific force, vibration included.";
+        accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filters cannot see.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+    }
+}
+
+params! {
+    /// How the models interact.
+    ImmParams {
+        stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model from one wheel-speed sample to the next, at the start.";
+    }
+}
+
+params! {
+    /// Parameters of strong tracking.
+    TrackingParams {
+        memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";
+        weakening ["-"] = 2.0, 1.0 => 100.0, "Weakening factor of strong tracking.";
+        fading_max ["-"] = 50.0, 1.0 => 1e4, "Largest fading factor; 1 = no strong tracking.";
+        alarm ["-"] = 3.0, 1.0 => 1e6, "Smoothed normalised innovation squared above which strong tracking acts.";
+    }
+}
+
+/// Sine of the steepest grade.
+const STEEPEST: Real = 0.87;
+
+/// How a model says the acceleration goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// At random.
+    Kinematic,
+    /// By the force balance.
+    Dynamic,
+}
+
+/// What sets one named pipeline apart from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice<const K: usize> {
+    /// The models, one filter each.
+    pub models: [Model; K],
+    /// Probability of staying in a model, and whether the transitions lean to the likelier model.
+    pub stay: Real,
+    /// Whether they do.
+    pub time_varying: bool,
+    /// Strong tracking, or plain Kalman filters.
+    pub tracking: Option<TrackingParams>,
+    /// Whether bends are corrected for.
+    pub lateral: bool,
+}
+
+/// Mass from differences, slope from `K` models.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeModels<const K: usize> {
+    params: ModelParams,
+    models: [Model; K],
+    balance: ForceBalance,
+    mu: Real,
+    standstill_mps: Real,
+    mass: DifferencedMass,
+    imm: Imm<3, K>,
+    tracking: [Option<(StrongTracking<2>, Alarm<2>)>; K],
+    fading: [Real; K],
+    /// Time since the last cycle, s.
+    since_s: Real,
+    started: bool,
+    saturated: bool,
+    last: Option<Correction<2, 3>>,
+}
+
+/// One model at one instant: x⁻ = A x + u.
+#[derive(Clone, Copy)]
+struct Linear {
+    A: Matrix3<Real>,
+    u: Vector3<Real>,
+    Q: Matrix3<Real>,
+}
+
+/// z = [f, v] = H x.
+fn measurement() -> SMatrix<Real, 2, 3> {
+    matrix![0.0, 1.0, GRAVITY; 1.0, 0.0, 0.0]
+}
+
+impl<const K: usize> SlopeModels<K> {
+    /// From the vehicle's nominal values, the parameters and the choice of models.
+    pub fn new(
+        vehicle: &Vehicle,
+        params: ModelParams,
+        mass: DifferencedParams,
+        choice: Choice<K>,
+    ) -> Self {
+        let rad = PI / 180.0;
+        let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
+        let sd = vector![params.wheel_speed_sd_mps, 0.5, params.grade0_sd_deg * rad];
+        let tracking = choice.tracking.map(|tracking| {
+            let fading =
+                StrongTracking::new(tracking.memory, tracking.weakening, tracking.fading_max);
+            (fading, Alarm::new(tracking.alarm))
+        });
+        Self {
+            params,
+            models: choice.models,
+            balance: ForceBalance::new(vehicle),
+            mu: vehicle.running_resistance,
+            standstill_mps: vehicle.standstill_mps(mass.standstill_mps),
+            mass: DifferencedMass::new(vehicle, mass, choice.lateral),
+            imm: Imm::new(
+                Gaussian::independent(x, sd),
+                choice.stay,
+                choice.time_varying,
+            ),
+            tracking: [tracking; K],
+            fading: [1.0; K],
+            since_s: 0.0,
+            started: false,
+            saturated: false,
+            last: None,
+        }
+    }
+
+    fn kinematic(&self, dt: Real) -> Linear {
+        let params = &self.params;
+        Linear {
+            A: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0],
+            u: Vector3::zeros(),
+            Q: Matrix3::from_diagonal(&vector![params.q_v * dt, params.q_a * dt, params.q_i * dt]),
+        }
+    }
+
+    /// The force balance linearised in i = sin θ, with the cosine of the combined estimate. `net_n` is what drives: traction less
+    /// drag and bend.
+    fn dynamic(&self, net_n: Real, direction: Real, sine: Real, dt: Real) -> Linear {
+        let params = &self.params;
+        let mass = self.mass.mass_kg().value;
+        let inertia = 1.0 + self.balance.rotating_mass_kg / mass;
+        let resistance = direction * self.mu * GRAVITY * sqrt(1.0 - sine * sine);
+        // An error of mass is an error of traction over mass: it widens the noise of the row.
+        let by_mass = net_n / mass * (self.mass.mass_kg().sd / mass).min(1.0);
+        // The state is the grade that the instrument reads; the force balance holds for the effective one.
+        let ahead = self.mass.ahead();
+        let doubt = GRAVITY * ahead.sd;
+        let sd =
+            sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass + doubt * doubt)
+                / inertia;
+        Linear {
+            A: matrix![1.0, dt, 0.0; 0.0, 0.0, -GRAVITY / inertia; 0.0, 0.0, 1.0],
+            u: vector![
+                0.0,
+                (net_n / mass - resistance + GRAVITY * ahead.unit) / inertia,
+                0.0
+            ],
+            Q: Matrix3::from_diagonal(&vector![params.q_v * dt, sd * sd, params.q_i * dt]),
+        }
+    }
+
+    /// The models as they are now, at a wheel speed.
+    fn linear(&self, reading: &Reading, running: bool, speed: Real, dt: Real) -> [Linear; K] {
+        let kinematic = self.kinematic(dt);
+        let dynamic = reading
+            .motor_torque_nm
+            .filter(|_| running)
+            .map_or(kinematic, |torque| {
+                let direction = if speed < 0.0 { -1.0 } else { 1.0 };
+                let sine = self.imm.combined().x.z.clamp(-STEEPEST, STEEPEST);
+                let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
+                let net_n = self.balance.net_traction(torque, speed) - bend_n;
+                self.dynamic(net_n, direction, sine, dt)
+            });
+        self.models.map(|model| match model {
+            Model::Kinematic => kinematic,
+            Model::Dynamic => dynamic,
+        })
+    }
+
+    /// One cycle of interacting models on the specific force and a wheel speed.
+    fn cycle(&mut self, models: [Linear; K], z: &Vector2<Real>) {
+        let params = self.params;
+        let H = measurement();
+        let R = Matrix2::from_diagonal(&vector![
+            params.accel_sd_mps2 * params.accel_sd_mps2,
+            params.wheel_speed_sd_mps * params.wheel_speed_sd_mps
+        ]);
+        if !self.started {
+            for belief in &mut self.imm.beliefs {
+                belief.x.x = z.y;
+            }
+            self.started = true;
+        }
+        self.imm.mix();
+        let mut logs = SVector::<Real, K>::repeat(Real::NEG_INFINITY);
+        let filters = self
+            .imm
+            .beliefs
+            .iter_mut()
+            .zip(models)
+            .zip(&mut self.tracking)
+            .zip(&mut self.fading);
+        let mut best = Real::NEG_INFINITY;
+        for ((((belief, model), tracking), fading), log) in filters.zip(logs.iter_mut()) {
+            belief.x = model.A * belief.x + model.u;
+            let y = z - H * belief.x;
+            if let Some((tracking, alarm)) = tracking {
+                let carried_P = model.A * belief.P * model.A.transpose();
+                let (carried, process) =
+                    (H * carried_P * H.transpose(), H * model.Q * H.transpose());
+                let lambda = tracking.fading(&y, &carried, &process, &R);
+                let jumped = alarm.active(&y, &(carried + process + R));
+                *fading = if jumped { lambda } else { 1.0 };
+                fade(belief, &vector![1.0, 1.0, *fading]);
+            }
+            belief.P = model.A * belief.P * model.A.transpose() + model.Q;
+            // Fading step upon step would grow without end while measurements make no sense.
+            belief.limit_variance(&vector![100.0, 100.0, STEEPEST * STEEPEST]);
+            belief.symmetrise();
+            let Some(correction) = belief.correct(y, &H, &R) else {
+                continue;
+            };
+            *log = correction.log_likelihood;
+            if *log > best {
+                (best, self.last) = (*log, Some(correction));
+            }
+        }
+        self.imm.weigh(&logs);
+        self.saturated = false;
+        for belief in &mut self.imm.beliefs {
+            let inside = belief.x.z.clamp(-STEEPEST, STEEPEST);
+            self.saturated |= inside != belief.x.z;
+            belief.x.z = inside;
+        }
+    }
+}
+
+impl<const K: usize> Pipeline for SlopeModels<K> {
+    const INTERNALS: &'static [&'static str] = if K == 1 {
+        &["fading", "mass_residual_n", "bend_force_n"]
+    } else {
+        &[
+            "kinematic_fading",
+            "dynamic_fading",
+            "mass_residual_n",
+            "bend_force_n",
+            "kinematic_grade_rad",
+            "dynamic_grade_rad",
+            "dynamic_model_probability",
+        ]
+    };
+
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+        let (moving, running) = motion(reading, self.standstill_mps);
+        self.mass.step(reading, &self.balance, running, dt);
+
+        self.since_s += dt;
+        if let Some((speed, f)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
+            let period = self.since_s.min(1.0);
+            self.since_s = 0.0;
+            let models = self.linear(reading, running, speed, period);
+            self.cycle(models, &vector![f + self.mass.bend().drift_mps2, speed]);
+        }
+
+        let Gaussian { x, P } = self.imm.combined();
+        let (params, theta) = (self.params, asin(x.z));
+        let cosine = sqrt(1.0 - x.z * x.z).max(0.1);
+        let bias = params.accel_bias_sd_mps2 / GRAVITY;
+        let sd = sqrt(P.m33 + bias * bias) / cosine;
+        let known = self.started && self.since_s < 0.5;
+        let ahead = self.mass.ahead();
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(sd * sd + doubt * doubt);
+            Value {
+                value: steeper(theta, by),
+                sd,
+                valid: known && sd < 0.05,
+            }
+        };
+        Estimate {
+            t_s,
+            total_mass_kg: self.mass.mass_kg(),
+            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
+            effective_grade_rad: grade(-ahead.unit, ahead.sd),
+            speed_mps: Value {
+                value: x.x,
+                sd: sqrt(P.m11),
+                valid: known,
+            },
+            innovation: self.last.map_or(0.0, |c| c.y.y),
+            nis: self.last.map_or(0.0, |c| c.nis / 2.0),
+            flags: Flags {
+                moving,
+                excited: self.mass.excited(),
+                saturated: self.saturated || self.mass.saturated(),
+            },
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
+        let shared = [self.mass.residual_n(), bend_n];
+        let grades = self.imm.beliefs.iter().map(|belief| asin(belief.x.z));
+        let last_model = self.imm.probability().iter().skip(1).copied();
+        let now = self.fading.iter().copied().chain(shared);
+        let all = now.chain(grades).chain(last_model);
+        for (place, value) in values.iter_mut().zip(all).take(Self::INTERNALS.len()) {
+            *place = value;
+        }
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+impl<const K: usize> State for SlopeModels<K> {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            models: _,
+            balance: _,
+            mu: _,
+            standstill_mps: _,
+            mass,
+            imm,
+            tracking,
+            fading,
+            since_s,
+            started,
+            saturated,
+            last,
+        } = self;
+        mass.visit(archive);
+        imm.visit(archive);
+        for tracking in tracking {
+            visit_built(tracking, archive);
+        }
+        fading.visit(archive);
+        since_s.visit(archive);
+        started.visit(archive);
+        saturated.visit(archive);
+        last.visit(archive);
+    }
+}

@@ -1,0 +1,177 @@
+//! Mass from *changes* of traction and acceleration (Guo et al. 2024, eq. 2–7):
+//!
+//! Δ(F − J v̇) = M Δ(v̇ + b), by recursive least squares with constant forgetting
+//!
+//! F is the traction less air drag and b, on a road, what a bend takes ([`Bends`]).
+//!
+//! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
+//! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
+//! second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two gates: the change of force
+//! must be considerable, and the accelerometer must say that the slope (of a long train the effective one) has not changed. At steady speed the mass is held.
+//! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly it knows little, and says so.
+
+use nalgebra::vector;
+
+use crate::Real;
+use crate::api::params::params;
+use crate::api::real::{sqrt, within};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::filters::forgetting::Forgetting;
+use crate::filters::gaussian::Gaussian;
+use crate::filters::rls::{Outcome, Rls};
+use crate::models::distributed_train::{Ahead, LongTrain, Ready};
+use crate::models::force_balance::ForceBalance;
+use crate::models::single_track::{Bend, Bends};
+use crate::preprocess::resampler::Conditioner;
+use crate::preprocess::sample_hold::Reading;
+
+params! {
+    /// Parameters of the differenced mass regression.
+    DifferencedParams {
+        omega ["-"] = 0.999, 0.5 => 1.0, "Constant forgetting factor ω, per difference used.";
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the matched low-pass both sides go through.";
+        difference_hz ["Hz"] = 4.0, 0.1 => 100.0, "Rate of the samples whose differences are taken.";
+        force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
+        slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
+        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        settle_s ["s"] = 0.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+    }
+}
+
+/// The regression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DifferencedMass {
+    params: DifferencedParams,
+    signals: Conditioner,
+    bends: Bends,
+    train: LongTrain,
+    last: Option<(Ready, Bend)>,
+    /// M/M₀.
+    rls: Rls<1>,
+    mass0_kg: Real,
+    range_kg: [Real; 2],
+    excited: bool,
+    saturated: bool,
+    outcome: Outcome,
+}
+
+impl DifferencedMass {
+    /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for.
+    pub fn new(vehicle: &Vehicle, params: DifferencedParams, lateral: bool) -> Self {
+        let straight = Vehicle {
+            road: None,
+            ..*vehicle
+        };
+        let bending = if lateral { vehicle } else { &straight };
+        let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
+        Self {
+            params,
+            signals: Conditioner::new(params.cutoff_hz, params.difference_hz, params.settle_s),
+            bends: Bends::new(bending, params.cutoff_hz),
+            train: LongTrain::new(vehicle, params.standstill_mps),
+            last: None,
+            rls: Rls::new(prior, Forgetting::Constant(params.omega)),
+            mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
+            range_kg: vehicle.mass_range_kg,
+            excited: false,
+            saturated: false,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// One step.
+    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let mass_kg = self.found_kg();
+        self.bends.step(reading, balance, mass_kg, dt);
+        let sample = self.signals.step(reading, balance, running, dt);
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+            let now = (next, self.bends.filtered());
+            if let Some(before) = self.last.replace(now) {
+                self.difference(&before, &now, balance);
+            }
+        }
+        if !self.signals.settled() {
+            (self.last, self.excited) = (None, false);
+        }
+    }
+
+    fn difference(
+        &mut self,
+        (before, bend_before): &(Ready, Bend),
+        (now, bend): &(Ready, Bend),
+        balance: &ForceBalance,
+    ) {
+        let slope =
+            |ready: &Ready| Some(ready.felt?.whole(self.train.tare_kg(), self.found_kg()).0);
+        let slopes = slope(now).zip(slope(before));
+        let (before, now) = (before.sample, now.sample);
+        let faster = now.acceleration_mps2 - before.acceleration_mps2;
+        let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
+        let force = now.force_n - before.force_n + bend.gained_n - bend_before.gained_n;
+        let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
+        let drift = bend.drift_mps2 - bend_before.drift_mps2;
+        let steady_slope = slopes.is_some_and(|(u, u_before)| {
+            (u + drift - u_before).abs() < self.params.slope_gate_mps2
+        });
+        self.excited = steady_slope && force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
+        if !self.excited {
+            return;
+        }
+        let r = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
+        let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
+            return;
+        };
+        self.outcome = outcome;
+        self.rls.keep_usable();
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        self.saturated = !(low..=high).contains(&self.rls.belief.x.x);
+    }
+
+    /// Mass within its range, kg. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found_kg(&self) -> Real {
+        let [low, high] = self.range_kg;
+        within(self.rls.belief.x.x * self.mass0_kg, low, high)
+    }
+
+    /// Total mass, kg.
+    pub fn mass_kg(&self) -> Value {
+        let value = self.found_kg();
+        let sd = sqrt(self.rls.widened().x) * self.mass0_kg;
+        Value {
+            value,
+            sd,
+            valid: sd < 0.1 * value && !self.saturated,
+        }
+    }
+
+    /// By how much grades are ahead of the effective one.
+    pub fn ahead(&self) -> Ahead {
+        self.train.ahead(self.found_kg())
+    }
+
+    /// The bend now; none where bends are not corrected for.
+    pub fn bend(&self) -> Bend {
+        self.bends.now()
+    }
+
+    /// Whether the last difference was used.
+    pub fn excited(&self) -> bool {
+        self.excited
+    }
+
+    /// Whether the mass is held at an end of its range.
+    pub fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    /// Residual of the last difference used, N.
+    pub fn residual_n(&self) -> Real {
+        self.outcome.residual * self.mass0_kg
+    }
+}
+state!(DifferencedMass { signals, bends, train, last, rls, excited, saturated, outcome; params, mass0_kg, range_kg });

@@ -1,0 +1,313 @@
+//! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias left free.
+//!
+//! F − J v̇ = M (f + s μ₀ g c) + r s g c + q s g c |κ| + a,  s = sgn v, c = cos θ
+//!
+//! Parameters: M total mass; r what the running resistance differs from μ₀ M g c by, over g c; q the same per curvature κ of the rail
+//! (yaw rate over speed: guide rollers drag in curves); a = −M b, b the accelerometer's bias. In one driving direction only
+//! r s g + a is seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression
+//! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
+//! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
+//!
+//! A train is long: f and κ are means over where its masses rest ([`LongTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
+//! known and goes to the left, so the balance stays linear in M.
+//!
+//! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
+//! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
+//! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
+//!
+//! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
+
+use nalgebra::{Matrix4, Vector4, vector};
+
+use crate::Real;
+use crate::api::params::params;
+use crate::api::real::{GRAVITY, lag, sqrt, within};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::filters::cusum::LoadWatch;
+use crate::filters::ewma_variance::RunningDeviation;
+use crate::filters::forgetting::Forgetting;
+use crate::filters::gaussian::Gaussian;
+use crate::filters::rls::{Outcome, Rls};
+use crate::models::distributed_train::{LongTrain, Ready};
+use crate::models::force_balance::ForceBalance;
+use crate::pipelines::two_stage::MassStage;
+use crate::preprocess::resampler::Conditioner;
+use crate::preprocess::sample_hold::Reading;
+
+/// What stands for the acceleration beside the mass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AccelSource {
+    /// The accelerometer, which reads v̇ + g sin θ.
+    SpecificForce,
+    /// The derivative of wheel speed, v̇.
+    Kinematic,
+}
+
+params! {
+    /// Parameters of the mass regression.
+    MassParams {
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
+        accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias.";
+        curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
+        kinematic ["-"] = 0.0, 0.0 => 1.0, "0: regress on the specific force; 1: on the derivative of wheel speed, which needs a constant slope.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
+        excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
+        excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
+        unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
+        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
+    }
+}
+
+/// Share of their first variance that another load gives running resistance and bias term.
+const OTHER_LOAD: Real = 0.05;
+
+/// A swing of the load dies out in this time, s.
+const SWAY_MEMORY_S: Real = 3.0;
+
+/// The mass regression: conditioning, gates, recursion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassRegression {
+    params: MassParams,
+    /// Parameters divided by the first mass: [M, r, a, q]/M₀.
+    rls: Rls<4>,
+    mass0_kg: Real,
+    mu0: Real,
+    range_kg: [Real; 2],
+    signals: Conditioner,
+    regressor: RunningDeviation,
+    load: LoadWatch,
+    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    before: Rls<4>,
+    excited: bool,
+    saturated: bool,
+    outcome: Outcome,
+    train: LongTrain,
+    /// Running deviation of the acceleration: what makes the load swing.
+    jolts: RunningDeviation,
+}
+
+impl MassRegression {
+    /// From the vehicle, the parameters and the way to forget.
+    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
+        let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
+        let mu0 = vehicle.running_resistance;
+        // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
+        let free_sd = if params.kinematic < 0.5 {
+            params.accel_bias_sd_mps2
+        } else {
+            0.1 * GRAVITY
+        };
+        let sd = vector![
+            params.mass_sd,
+            params.mu_sd * mu0,
+            free_sd,
+            params.curve_sd_m
+        ];
+        let params = MassParams {
+            standstill_mps: vehicle.standstill_mps(params.standstill_mps),
+            ..params
+        };
+        let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
+        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root >= 0.5);
+        Self {
+            params,
+            rls,
+            before: rls,
+            mass0_kg,
+            mu0,
+            range_kg: vehicle.mass_range_kg,
+            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            regressor: RunningDeviation::default(),
+            load: LoadWatch::new(params.load_change),
+            excited: false,
+            saturated: false,
+            outcome: Outcome {
+                lambda: 1.0,
+                ..Outcome::default()
+            },
+            train: LongTrain::new(vehicle, params.standstill_mps),
+            jolts: RunningDeviation::default(),
+        }
+    }
+
+    fn sample(&mut self, Ready { sample: now, felt }: Ready, balance: &ForceBalance) {
+        let acceleration = now.acceleration_mps2;
+        let tare = self.train.tare_kg() / self.mass0_kg;
+        // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
+        let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
+        let (f, known, cosine, doubt) = match (self.source(), felt) {
+            (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
+            (AccelSource::SpecificForce, Some(felt)) => {
+                let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+                let (u, doubt) = felt.whole(tare, self.found());
+                let f = acceleration + load_u;
+                let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+                (f, tare * (tare_u - load_u), cosine, doubt)
+            }
+            (AccelSource::SpecificForce, None) => {
+                self.excited = false;
+                return;
+            }
+        };
+        self.regressor.add(
+            f,
+            lag(now.period_s.min(60.0), self.params.excitation_memory_s),
+        );
+        self.excited = self.regressor.sd() > self.params.excitation_mps2;
+
+        let against = if now.speed_mps < 0.0 {
+            -GRAVITY
+        } else {
+            GRAVITY
+        } * cosine;
+        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
+        let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
+        let weight = if self.excited {
+            1.0
+        } else {
+            self.params.unexcited_weight
+        };
+        if weight <= 0.0 {
+            return;
+        }
+        self.jolts
+            .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
+        let noise = self.params.residual_sd_mps2;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
+        let r = (noise * noise + doubt * doubt + sway) / weight;
+        let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
+            return;
+        };
+        self.outcome = outcome;
+        self.rls.keep_usable();
+        self.saturated = self.found() != self.rls.belief.x.x;
+        if self.excited
+            && self
+                .load
+                .changed(outcome.normalised / self.rls.spread().max(1.0))
+        {
+            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
+            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
+            // may be false, and on a steady grade nothing else tells the mass.
+            self.rls = self.before;
+            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
+            self.rls
+                .loosen(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+        }
+        if self.load.calm() {
+            self.before = self.rls;
+        }
+    }
+
+    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        within(self.rls.belief.x.x, low, high)
+    }
+
+    /// Which acceleration stands beside the mass.
+    pub fn source(&self) -> AccelSource {
+        if self.params.kinematic < 0.5 {
+            AccelSource::SpecificForce
+        } else {
+            AccelSource::Kinematic
+        }
+    }
+
+    /// Covariance, widened if the residuals are larger than expected or hang together.
+    fn covariance(&self) -> Matrix4<Real> {
+        self.rls.widened()
+    }
+}
+
+impl MassStage for MassRegression {
+    const INTERNALS: &'static [&'static str; 6] = &[
+        "lambda",
+        "mass_residual_n",
+        "running_resistance",
+        "accel_bias_mps2",
+        "load_changes",
+        "windup_limit",
+    ];
+
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let sample = self.signals.step(reading, balance, running, dt);
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+            self.sample(next, balance);
+        }
+        if !self.signals.settled() {
+            self.excited = false;
+        }
+    }
+
+    /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
+    fn mass_kg(&self) -> Value {
+        let value = self.found() * self.mass0_kg;
+        let sd = sqrt(self.covariance().m11) * self.mass0_kg;
+        Value {
+            value,
+            sd,
+            valid: sd < 0.05 * value && !self.saturated,
+        }
+    }
+
+    /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
+    fn running_resistance(&self) -> Real {
+        let x = self.rls.belief.x;
+        (self.mu0 + (x.y + x.w * self.train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
+    }
+
+    /// sin θ + s μ c = F/(M g) at steady speed.
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
+        let (x, m) = (self.rls.belief.x, self.found());
+        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + direction * (x.y + x.w * self.train.curvature_per_m()) / (m * m);
+        let by_r = -direction / m;
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.train.curvature_per_m()];
+        sqrt(gradient.dot(&(self.covariance() * gradient)))
+    }
+
+    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+        self.train.lead(self.found() * self.mass0_kg, theta)
+    }
+
+    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+        self.train
+            .vouched_grade(self.found() * self.mass0_kg, theta, dt);
+    }
+
+    fn excited(&self) -> bool {
+        self.excited
+    }
+
+    fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    fn internals(&self) -> [Real; 6] {
+        let bias = -self.rls.belief.x.z / self.found();
+        let limited = if self.outcome.limited { 1.0 } else { 0.0 };
+        let residual_n = self.outcome.residual * self.mass0_kg;
+        [
+            self.outcome.lambda,
+            residual_n,
+            self.running_resistance(),
+            bias,
+            self.load.changes() as Real,
+            limited,
+        ]
+    }
+}
+state!(MassRegression { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
+    params, mass0_kg, mu0, range_kg });

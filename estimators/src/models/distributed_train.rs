@@ -1,0 +1,254 @@
+//! A long train for a pipeline: samples that wait until the rail under the train has been read, and by how much the grade at the
+//! instrument is ahead of that which the train as a whole feels ([`TrainOnRail`]). A point is ahead by nothing and never waits.
+
+use crate::Real;
+use crate::api::real::{GRAVITY, PI, asin, sin};
+use crate::api::signals::Vehicle;
+use crate::api::snapshot::{Blank, state};
+use crate::filters::ring_buffer::Waiting;
+use crate::models::grade_map::{AtPlace, Felt, TrainOnRail};
+use crate::models::map_gaps::Silence;
+use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::preprocess::sample_hold::Reading;
+
+/// The train with its waiting samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LongTrain {
+    train: TrainOnRail,
+    /// A point is ahead by nothing, and that is certain; it needs no memory of the rail.
+    point: bool,
+    /// What the instrument reads.
+    here: Option<AtPlace>,
+    /// Samples, each with its place, that wait until the rail under the front of the train has been read.
+    waiting: Waiting<(Conditioned, Real), 32>,
+    standstill_mps: Real,
+    now: Option<Now>,
+    silence: Silence,
+    /// What the instrument reads more than g sin θ, m/s², and for how long it has been learnt, s.
+    bias_mps2: Real,
+    learnt_s: Real,
+}
+
+/// How far beyond the rail seen a train may reach and still stand on seen rail: that far the rail goes on as it ends, m.
+const SEEN_M: Real = 4.0;
+/// Memory of the instrument's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
+const BIAS_MEMORY_S: Real = 20.0;
+const BIAS_KNOWN_S: Real = 5.0;
+const BIAS_SD_MPS2: Real = 0.03;
+
+/// What was felt when the train last moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Now {
+    felt: Felt,
+    /// g sin θ + b at the IMU and under the middle of the unit that carries it, m/s².
+    imu: Real,
+    unit: Real,
+}
+
+/// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ready {
+    /// The sample.
+    pub sample: Conditioned,
+    /// Means over where tare and load rested.
+    pub felt: Option<Felt>,
+}
+
+/// By how much sin θ is above that of the effective grade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ahead {
+    /// At the IMU.
+    pub imu: Real,
+    /// Under the middle of the unit that carries it: what the IMU, which pitches with that unit, reads.
+    pub unit: Real,
+    /// Standard deviation of both.
+    pub sd: Real,
+}
+
+impl Now {
+    fn point([u, curvature]: AtPlace) -> Self {
+        Self {
+            felt: Felt::point([u, curvature]),
+            imu: u,
+            unit: u,
+        }
+    }
+}
+
+impl LongTrain {
+    /// From the vehicle's nominal values.
+    pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
+        Self {
+            train: TrainOnRail::new(vehicle),
+            point: vehicle.tare_span_m == [0.0; 2]
+                && vehicle.load_span_m == [0.0; 2]
+                && vehicle.imu_arm_m == 0.0,
+            here: None,
+            waiting: Waiting::new(),
+            standstill_mps: vehicle.standstill_mps(standstill_mps),
+            now: None,
+            silence: Silence::new(vehicle),
+            bias_mps2: 0.0,
+            learnt_s: 0.0,
+        }
+    }
+
+    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`LongTrain::take`] has the others.
+    pub fn step(
+        &mut self,
+        signals: &Conditioner,
+        sample: Option<Conditioned>,
+        reading: &Reading,
+        dt: Real,
+    ) -> Option<Ready> {
+        let delayed_mps = signals.speed_mps();
+        let speed = reading.speed_mps.unwrap_or(delayed_mps);
+        self.roll(signals.at_place(), delayed_mps, speed, dt);
+        let now = (sample?, self.train.place_m());
+        if self.point {
+            return Some(self.ready(now));
+        }
+        let oldest = self.waiting.join(now)?;
+        Some(self.ready(oldest))
+    }
+
+    /// The train moves on by one step; see [`TrainOnRail::step`].
+    pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
+        self.here = place;
+        let moving = speed_mps.abs() > self.standstill_mps;
+        self.silence.step(place.is_some(), speed_mps.abs() * dt);
+        if self.point {
+            self.now = place.filter(|_| moving).map(Now::point).or(self.now);
+            return;
+        }
+        self.train.step(place, delayed_mps, speed_mps, dt);
+        if moving
+            && let Some((felt, imu)) = self.train.felt_now()
+            && let Some(unit) = self.train.unit_now()
+        {
+            self.now = Some(Now { felt, imu, unit });
+        }
+    }
+
+    /// The next sample whose rail has been read, or any if the train is not `running`.
+    pub fn take(&mut self, running: bool) -> Option<Ready> {
+        let (_, place_m) = self.waiting.first()?;
+        if running && !self.train.seen(place_m) {
+            return None;
+        }
+        let next = self.waiting.take()?;
+        Some(self.ready(next))
+    }
+
+    fn ready(&self, (sample, place_m): (Conditioned, Real)) -> Ready {
+        Ready {
+            sample,
+            felt: sample.specific_force_mps2.and_then(|_| match self.point {
+                true => self.here.map(Felt::point),
+                false => self.felt(place_m),
+            }),
+        }
+    }
+
+    fn felt(&self, place_m: Real) -> Option<Felt> {
+        let mut felt = self.train.felt(place_m)?;
+        for mean in [&mut felt.tare, &mut felt.load] {
+            mean.doubt_mps2 += GRAVITY * self.silence.under_rad();
+        }
+        Some(felt)
+    }
+
+    /// How far grades are ahead of the effective one of a train of `mass_kg`.
+    pub fn ahead(&self, mass_kg: Real) -> Ahead {
+        let blind = match self.point {
+            true => 0.0,
+            false => self.silence.here_rad() + self.silence.under_rad(),
+        };
+        let Some(Now { felt, imu, unit }) = self.now else {
+            return Ahead {
+                sd: blind,
+                ..Ahead::default()
+            };
+        };
+        let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
+        Ahead {
+            imu: (imu - mean) / GRAVITY,
+            unit: (unit - mean) / GRAVITY,
+            sd: doubt / GRAVITY + blind,
+        }
+    }
+
+    /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
+    /// the instrument.
+    pub fn vouched_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+        let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
+        let Some(now) = self.now.filter(|_| seen) else {
+            return;
+        };
+        let (mean, _) = now.felt.whole(self.train.tare_kg(), mass_kg);
+        if now.felt.tare.unseen_m <= SEEN_M {
+            self.learnt_s = (self.learnt_s + dt).min(BIAS_MEMORY_S);
+            let share = dt / self.learnt_s.max(dt);
+            self.bias_mps2 += share * (mean - GRAVITY * sin(theta) - self.bias_mps2);
+        }
+    }
+
+    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
+    /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
+    /// the bias known from before.
+    pub fn lead(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
+        let ahead = self.ahead(mass_kg);
+        match self.now {
+            Some(now)
+                if self.learnt_s >= BIAS_KNOWN_S
+                    && self.silence.here_rad() == 0.0
+                    && now.felt.tare.unseen_m > SEEN_M =>
+            {
+                let reads = (now.imu - self.bias_mps2) / GRAVITY;
+                (reads - sin(theta), BIAS_SD_MPS2 / GRAVITY)
+            }
+            _ => (ahead.imu, ahead.sd),
+        }
+    }
+
+    /// Mean curvature under the train, 1/m.
+    pub fn curvature_per_m(&self) -> Real {
+        self.now.map_or(0.0, |now| now.felt.curvature_per_m())
+    }
+
+    /// Mass of the empty train, kg.
+    pub fn tare_kg(&self) -> Real {
+        self.train.tare_kg()
+    }
+}
+
+/// The grade angle, rad, whose sine is `by` above that of `theta`, within ±90°.
+pub fn steeper(theta: Real, by: Real) -> Real {
+    if by == 0.0 {
+        theta
+    } else {
+        asin(sin(theta) + by).clamp(-0.5 * PI, 0.5 * PI)
+    }
+}
+
+impl Blank for Felt {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Blank for Now {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Blank for Ready {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Now { felt, imu, unit; });
+state!(Ready { sample, felt; });
+state!(LongTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });

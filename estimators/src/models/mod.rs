@@ -1,0 +1,8 @@
+//! Models of vehicle and rail that the estimators share.
+
+pub mod distributed_train;
+pub mod force_balance;
+pub mod grade_map;
+pub mod map_gaps;
+pub mod regressors;
+pub mod single_track;

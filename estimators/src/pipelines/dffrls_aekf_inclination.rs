@@ -1,0 +1,24 @@
+//! `dffrls_aekf_inclination`: `dffrls_aukf` with an extended Kalman filter in place of the unscented one ([`CurvatureSlope`]), a
+//! baseline of the DFFRLS-AUKF paper, which calls it DFFRLS-AEKF. Not the `dffrls_aekf` of Liu et al. 2023, which goes by traction.
+
+use crate::api::params::param_groups;
+use crate::api::signals::Vehicle;
+use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
+use crate::grade::inertial::{CurvatureSlope, InertialParams};
+use crate::pipelines::dffrls_aukf::AdaptiveParams;
+
+param_groups! {
+    /// Parameters of `dffrls_aekf_inclination`.
+    Params { adaptive: AdaptiveParams, slope: InertialParams, curvature: CurvatureParams, forgetting: DynamicForgetting }
+}
+
+/// The pipeline.
+pub type DffrlsAekfInclination = CurvatureSlope<1>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfInclination {
+    let policy = params.forgetting.policy();
+    let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
+    let (sigma, fading) = (None, Some(params.adaptive.b));
+    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+}

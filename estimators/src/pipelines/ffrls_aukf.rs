@@ -1,0 +1,31 @@
+//! `ffrls_aukf`: `dffrls_aukf` with constant forgetting of the curvature, a baseline of the DFFRLS-AUKF paper.
+
+use crate::api::params::{param_groups, params};
+use crate::api::signals::Vehicle;
+use crate::filters::forgetting::Forgetting;
+use crate::grade::curvature_rls::{Curvature, CurvatureParams};
+use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
+use crate::pipelines::dffrls_aukf::AdaptiveParams;
+
+params! {
+    /// Constant forgetting of the curvature.
+    Own {
+        lambda ["-"] = 0.9, 0.5 => 1.0, "Constant forgetting factor, per regression sample.";
+    }
+}
+
+param_groups! {
+    /// Parameters of `ffrls_aukf`.
+    Params { own: Own, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams }
+}
+
+/// The pipeline.
+pub type FfrlsAukf = CurvatureSlope<1>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> FfrlsAukf {
+    let policy = Forgetting::Constant(params.own.lambda);
+    let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
+    let (sigma, fading) = (Some(params.sigma_points), Some(params.adaptive.b));
+    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+}

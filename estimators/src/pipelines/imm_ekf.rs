@@ -1,0 +1,27 @@
+//! `imm_ekf`: `imm_stf` with plain Kalman filters in place of strong tracking. Its models are linear once the cosine of the combined
+//! estimate is put in, so that the extended filter is the plain one.
+
+use crate::api::params::param_groups;
+use crate::api::signals::Vehicle;
+use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels};
+use crate::mass::differenced_rls::DifferencedParams;
+
+param_groups! {
+    /// Parameters of `imm_ekf`.
+    Params { imm: ImmParams, models: ModelParams, mass: DifferencedParams }
+}
+
+/// The pipeline.
+pub type ImmEkf = SlopeModels<2>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkf {
+    let choice = Choice {
+        models: [Model::Kinematic, Model::Dynamic],
+        stay: params.imm.stay,
+        time_varying: true,
+        tracking: None,
+        lateral: true,
+    };
+    SlopeModels::new(vehicle, params.models, params.mass, choice)
+}

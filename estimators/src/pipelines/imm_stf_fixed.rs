@@ -1,0 +1,26 @@
+//! `imm_stf_fixed`: `imm_stf` with fixed transition probabilities (Blom & Bar-Shalom 1988).
+
+use crate::api::params::param_groups;
+use crate::api::signals::Vehicle;
+use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels, TrackingParams};
+use crate::mass::differenced_rls::DifferencedParams;
+
+param_groups! {
+    /// Parameters of `imm_stf_fixed`.
+    Params { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
+}
+
+/// The pipeline.
+pub type ImmStfFixed = SlopeModels<2>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> ImmStfFixed {
+    let choice = Choice {
+        models: [Model::Kinematic, Model::Dynamic],
+        stay: params.imm.stay,
+        time_varying: false,
+        tracking: Some(params.tracking),
+        lateral: true,
+    };
+    SlopeModels::new(vehicle, params.models, params.mass, choice)
+}

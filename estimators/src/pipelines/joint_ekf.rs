@@ -1,0 +1,302 @@
+//! `joint_ekf`: baseline of Liu et al. 2023: one extended Kalman filter for speed, slope and mass.
+//!
+//! State [v, θ, w], w = 10⁴/M (about 1, and the traction enters linearly). Force balance as in [`ForceBalance`]; w is constant;
+//! wheel speed is the only measurement.
+//!
+//! The filter is sure of more than it knows: at steady speed the noise of its inputs passes for information, and after hours it is
+//! certain of a mass that noise has made. What it *says* is kept honest: the variance of w is let shrink only while the speed
+//! changes (`JointEkf::known`), which alone tells mass from slope; mass and slope are not valid before.
+//!
+//! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
+//! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
+
+use nalgebra::{Matrix1, Matrix3, SMatrix, Vector3, vector};
+
+use crate::api::params::{param_groups, params};
+use crate::api::real::{PI, lag, sqrt, within};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::snapshot::{Archive, State, state};
+use crate::filters::ekf;
+use crate::filters::ewma_variance::RunningDeviation;
+use crate::filters::gaussian::{Correction, Gaussian};
+use crate::grade::force_balance_ekf::STEEPEST;
+use crate::models::distributed_train::{LongTrain, steeper};
+use crate::models::force_balance::ForceBalance;
+use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::pipelines::two_stage::motion;
+use crate::preprocess::resampler::Conditioner;
+use crate::preprocess::sample_hold::Reading;
+use crate::{Real, Time};
+
+params! {
+    /// What `joint_ekf` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
+    /// slope does for a matter of mass, and is sure of it.
+    Own {
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
+        q_theta ["rad²/s"] = 3e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
+        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
+        grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+    }
+}
+
+param_groups! {
+    /// Parameters of `joint_ekf`.
+    Params { own: Own }
+}
+
+/// Corner of the low-pass before the grades along the rail, Hz.
+const CUTOFF_HZ: Real = 1.0;
+/// Running deviation of the speed above which it counts as changing, m/s, and the memory of that deviation, s.
+const EXCITATION_MPS: Real = 0.05;
+const EXCITATION_MEMORY_S: Real = 5.0;
+
+/// How many times the range of the mass the filter itself goes beyond it.
+const BEYOND: Real = 100.0;
+
+/// M w, kg.
+const SCALE: Real = 1e4;
+
+/// The pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointEkf {
+    params: Params,
+    balance: ForceBalance,
+    mu: Real,
+    range_kg: [Real; 2],
+    belief: Gaussian<3>,
+    /// For the grade at the IMU of a long train alone.
+    signals: Conditioner,
+    train: LongTrain,
+    /// Variance of w that was earned while the speed changed.
+    earned: Real,
+    speed: RunningDeviation,
+    excited: bool,
+    started: bool,
+    saturated: bool,
+    last: Option<Correction<1, 3>>,
+}
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
+    let mass0 = vehicle.first_mass_kg(params.own.mass0_kg);
+    let w0 = SCALE / mass0;
+    let rad = PI / 180.0;
+    let x = vector![0.0, params.own.grade0_deg * rad, w0];
+    let sd = vector![
+        params.own.wheel_speed_sd_mps,
+        params.own.grade0_sd_deg * rad,
+        w0 * params.own.mass_sd
+    ];
+    JointEkf {
+        params: Params {
+            own: Own {
+                standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
+                ..params.own
+            },
+        },
+        balance: ForceBalance::new(vehicle),
+        mu: vehicle.running_resistance,
+        range_kg: vehicle.mass_range_kg,
+        belief: Gaussian::independent(x, sd),
+        signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
+        train: LongTrain::new(vehicle, params.own.standstill_mps),
+        earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
+        speed: RunningDeviation::default(),
+        excited: false,
+        started: false,
+        saturated: false,
+        last: None,
+    }
+}
+
+impl JointEkf {
+    /// f(x) and its Jacobian. `resistance` is sgn(v) μ.
+    fn transition(
+        &self,
+        x: &Vector3<Real>,
+        traction_n: Real,
+        resistance: Real,
+        dt: Real,
+    ) -> (Vector3<Real>, Matrix3<Real>) {
+        let mass = SCALE / x.z;
+        let v_dot = self.balance.acceleration(traction_n, mass, x.y, resistance);
+        let by_theta = self.balance.acceleration_by_theta(mass, x.y, resistance);
+        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
+        let J = self.balance.rotating_mass_kg;
+        let by_w = (traction_n - J * v_dot) / (SCALE + J * x.z);
+        let mut F = Matrix3::identity();
+        F.m12 = dt * by_theta;
+        F.m13 = dt * by_w;
+        (vector![x.x + dt * v_dot, x.y, x.z], F)
+    }
+
+    fn predict(&mut self, reading: &Reading, running: bool, dt: Real) {
+        let drive = reading
+            .motor_torque_nm
+            .zip(reading.speed_mps)
+            .filter(|_| running);
+        let Some((torque, speed)) = drive else {
+            // Without a force balance speed says nothing about slope and mass: cut its tie to them.
+            let v = self.belief.P.m11 + dt;
+            let mut cut = Matrix3::identity();
+            cut.m11 = 0.0;
+            self.belief.P = cut * self.belief.P * cut;
+            self.belief.P.m11 = v;
+            return;
+        };
+        let resistance = if speed < 0.0 { -self.mu } else { self.mu };
+        let (x_next, F) = self.transition(
+            &self.belief.x,
+            self.balance.net_traction(torque, speed),
+            resistance,
+            dt,
+        );
+        let Q = Matrix3::from_diagonal(&vector![
+            self.params.own.q_v * dt,
+            self.params.own.q_theta * dt,
+            0.0
+        ]);
+        ekf::predict(&mut self.belief, x_next, &F, &Q);
+    }
+
+    fn update(&mut self, speed: Real) {
+        if !self.started {
+            self.belief.x.x = speed;
+            self.started = true;
+        }
+        let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
+        let sd = self.params.own.wheel_speed_sd_mps;
+        let z_predicted = H * self.belief.x;
+        let before = self.belief.P.m33;
+        let Some(correction) = ekf::update(
+            &mut self.belief,
+            vector![speed],
+            z_predicted,
+            &H,
+            &Matrix1::new(sd * sd),
+        ) else {
+            return;
+        };
+        if self.excited && before > 0.0 {
+            self.earned *= self.belief.P.m33 / before;
+        }
+        self.last = Some(correction);
+        let [low, high] = self.range_kg;
+        let x = self.belief.x;
+        let theta = within(x.y, -STEEPEST, STEEPEST);
+        self.saturated = theta != x.y || self.w() != x.z;
+        // The range of the mass limits what is told and not the filter: w cut back without the slope it hangs together with would contradict all
+        // measurements before. Only where the force balance loses its sense does it stop.
+        self.belief.x.y = theta;
+        self.belief.x.z = within(x.z, SCALE / (BEYOND * high), BEYOND * SCALE / low);
+    }
+}
+
+impl JointEkf {
+    /// w within the range of the mass.
+    fn w(&self) -> Real {
+        let [low, high] = self.range_kg;
+        within(self.belief.x.z, SCALE / high, SCALE / low)
+    }
+
+    /// Variance of w that can be stood for: what the filter has, or what it has earned, whichever is larger.
+    fn known(&self) -> Real {
+        self.belief.P.m33.max(self.earned)
+    }
+}
+
+impl Pipeline for JointEkf {
+    const INTERNALS: &'static [&'static str] =
+        &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
+
+    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+        let (moving, running) = motion(reading, self.params.own.standstill_mps);
+        self.signals.step(reading, &self.balance, running, dt);
+        self.train.step(&self.signals, None, reading, dt);
+        if let Some(speed) = reading.speed_mps {
+            self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
+        }
+        self.excited = running && self.speed.sd() > EXCITATION_MPS;
+        self.predict(reading, running, dt);
+        if let Some(speed) = reading.new_speed_mps {
+            self.update(speed);
+        }
+        let Gaussian { x, P } = self.belief;
+        let [low, high] = self.range_kg;
+        let mass = within(SCALE / x.z, low, high);
+        let mass_sd = mass * sqrt(self.known()) / self.w();
+        let grade_sd = sqrt(P.m22);
+        let mass_known = mass_sd < 0.1 * mass && !self.saturated;
+        let ahead = self.train.ahead(mass);
+        let grade = |by: Real, doubt: Real| {
+            let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
+            Value {
+                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                sd,
+                valid: running && mass_known && sd < 0.05,
+            }
+        };
+        Estimate {
+            t_s,
+            total_mass_kg: Value {
+                value: mass,
+                sd: mass_sd,
+                valid: mass_known,
+            },
+            grade_rad: grade(ahead.imu, ahead.sd),
+            effective_grade_rad: grade(0.0, 0.0),
+            speed_mps: Value {
+                value: x.x,
+                sd: sqrt(P.m11),
+                valid: reading.speed_mps.is_some(),
+            },
+            innovation: self.last.map_or(0.0, |c| c.y.x),
+            nis: self.last.map_or(0.0, |c| c.nis),
+            flags: Flags {
+                moving,
+                excited: self.excited,
+                saturated: self.saturated,
+            },
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let P = self.belief.P;
+        let correlation = P.m23 / sqrt(P.m22 * P.m33).max(1e-30);
+        copy_into(values, &[self.belief.x.z, sqrt(P.m33), correlation]);
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+
+state!(JointEkf { belief, signals, train, earned, speed, excited, started, saturated, last; params, balance, mu, range_kg });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::vehicles::vehicle;
+
+    #[test]
+    fn jacobian_equals_central_differences() {
+        let filter = new(&vehicle(), &Params::default());
+        for x in [vector![0.5, 0.1, 0.8], vector![-0.5, -0.2, 1.7]] {
+            let f = |x: &Vector3<Real>| filter.transition(x, 2.5e4, 0.02, 0.1);
+            let (_, F) = f(&x);
+            for i in 0..3 {
+                let mut step = Vector3::zeros();
+                step[i] = 1e-5;
+                let difference = (f(&(x + step)).0 - f(&(x - step)).0) / 2e-5;
+                assert!(
+                    (F.column(i) - difference).norm() < 1e-8,
+                    "{i}: {F} {difference}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! `mmrls_sh_stf`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
+//! road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches
+//! between Sage-Husa and strong tracking ([`SlopeFilter`]). The formulas are reconstructed: those of the published text are pictures,
+//! and the switching criterion is cut off; here strong tracking takes over
+//! while innovations are too large and keep to one side.
+
+use crate::api::params::{param_groups, params};
+use crate::api::signals::Vehicle;
+use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
+use crate::mass::multi_model_rls::{MultiModelMass, MultiModelParams};
+use crate::models::force_balance::ForceBalance;
+use crate::pipelines::two_stage::MassThenSlope;
+
+params! {
+    /// How `mmrls_sh_stf` adapts.
+    Own {
+        b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of Sage-Husa, per wheel-speed sample.";
+        memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";
+        weakening ["-"] = 1.5, 1.0 => 100.0, "Weakening factor β of strong tracking.";
+        alarm ["-"] = 2.0, 1.0 => 1e6, "Smoothed normalised innovation squared above which strong tracking takes over.";
+    }
+}
+
+param_groups! {
+    /// Parameters of `mmrls_sh_stf`.
+    Params { own: Own, mass: MultiModelParams, slope: SlopeParams }
+}
+
+/// The pipeline.
+pub type MmrlsShStf = MassThenSlope<MultiModelMass>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
+    let balance = ForceBalance::new(vehicle);
+    let own = params.own;
+    let adaptation = Adaptation::Switched {
+        fading: own.b,
+        memory: own.memory,
+        weakening: own.weakening,
+        alarm: own.alarm,
+    };
+    MassThenSlope {
+        balance,
+        mass: MultiModelMass::new(vehicle, params.mass),
+        slope: SlopeFilter::new(balance, params.slope, adaptation),
+        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
+    }
+}

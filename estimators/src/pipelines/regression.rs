@@ -1,0 +1,302 @@
+//! `regression`: any of the [`regressors`] with any way to forget, then an extended Kalman filter for the slope with the
+//! mass found: a test bench for the question which regression can know what.
+//!
+//! Nothing beyond the textbook: no memory of the rail for a long train, no watch for another load, no gate for excitation. The gates that
+//! every regression needs are there: none while standing or braking, variances never above their prior, mass within its range.
+
+use nalgebra::{Vector2, vector};
+
+use crate::Real;
+use crate::api::params::{param_groups, params};
+use crate::api::real::{GRAVITY, sqrt, within};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::filters::forgetting::Forgetting;
+use crate::filters::gaussian::Gaussian;
+use crate::filters::low_pass::MatchedFilter;
+use crate::filters::rls::{Outcome, Rls};
+use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
+use crate::mass::force_balance_rls::AccelSource;
+use crate::models::force_balance::ForceBalance;
+use crate::models::regressors;
+use crate::models::regressors::{Finds, Known, Regressor, Signals};
+use crate::pipelines::two_stage::{MassStage, MassThenSlope};
+use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::preprocess::sample_hold::Reading;
+
+params! {
+    /// Parameters of `regression`.
+    RegressionParams {
+        regressor ["-"] = 6.0, 0.0 => 7.0, "Which regression: 0 R-A coupled, 1 R-B running resistance, 2 R-C differenced, 3 R-D straight, 4 R-E turning, 5 R-F curvature, 6 R-G specific force with known resistance, 7 R-H with free resistance.";
+        policy ["-"] = 0.0, 0.0 => 4.0, "How it forgets: 0 not at all (RLS), 1 constantly (FFRLS), 2 by the residual (DFFRLS), 3 each parameter by its own factor (RLS-MFF), 4 by the patent's time law.";
+        kinematic ["-"] = 0.0, 0.0 => 1.0, "0: the acceleration is the specific force of the accelerometer; 1: that of the wheels.";
+        lambda ["-"] = 0.99, 0.5 => 1.0, "Constant factor, or that of χ₁ of several, per regression sample.";
+        lambda2 ["-"] = 0.95, 0.5 => 1.0, "Factor of χ₂ with several.";
+        lambda0 ["-"] = 0.98, 0.5 => 1.0, "Factor by the residual until its size is known.";
+        delta ["-"] = 0.98, 0.5 => 1.0, "Smallest factor by the residual.";
+        sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast it falls with the residual in units of its standard deviation.";
+        loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
+        decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
+        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start, for R-B and R-F the known mass; 0 = the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.5, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        resistance_sd ["-"] = 0.5, 1e-4 => 1.0, "Standard deviation of the running-resistance coefficient that R-B starts from.";
+        curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature that R-F starts from.";
+        free_sd ["-"] = 0.3, 0.001 => 2.0, "Standard deviation of the free term of R-A and R-H at the start, over g.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Expected residual, m/s² (R-F: m/s³).";
+        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate in R-E, where the vehicle has no sensor for it.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
+        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+    }
+}
+
+param_groups! {
+    /// Parameters of `regression`.
+    Params { regression: RegressionParams, slope: SlopeParams }
+}
+
+/// The pipeline.
+pub type Regression = MassThenSlope<OneRegression>;
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
+    let balance = ForceBalance::new(vehicle);
+    MassThenSlope {
+        balance,
+        mass: OneRegression::new(vehicle, params.regression),
+        slope: SlopeFilter::new(balance, params.slope, Adaptation::None),
+        standstill_mps: vehicle.standstill_mps(params.regression.standstill_mps),
+    }
+}
+
+/// A regression by choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneRegression {
+    regressor: Regressor,
+    known: Known,
+    noise: Real,
+    wheelbase_m: Real,
+    range_kg: [Real; 2],
+    rls: Rls<2>,
+    signals: Conditioner,
+    before: Option<Conditioned>,
+    steering: MatchedFilter,
+    lateral: MatchedFilter,
+    excess: MatchedFilter,
+    speed_again: MatchedFilter,
+    theta: Real,
+    mass_sd: Real,
+    saturated: bool,
+    outcome: Outcome,
+}
+
+/// The whole number that a choice is.
+fn choice(value: Real) -> usize {
+    (value + 0.5) as usize
+}
+
+fn policy(params: &RegressionParams) -> Forgetting<2> {
+    match choice(params.policy) {
+        0 => Forgetting::None,
+        1 => Forgetting::Constant(params.lambda),
+        2 => Forgetting::Dynamic {
+            floor: params.delta,
+            sharpness: params.sigma,
+            first: params.lambda0,
+        },
+        3 => Forgetting::Multiple([params.lambda, params.lambda2]),
+        _ => Forgetting::TimeLaw {
+            loss: params.loss,
+            decay: params.decay,
+        },
+    }
+}
+
+impl OneRegression {
+    fn new(vehicle: &Vehicle, params: RegressionParams) -> Self {
+        let regressor = regressors::ALL
+            .get(choice(params.regressor))
+            .copied()
+            .unwrap_or(Regressor::FreeResistance);
+        let source = if params.kinematic < 0.5 {
+            AccelSource::SpecificForce
+        } else {
+            AccelSource::Kinematic
+        };
+        let mu = vehicle.running_resistance;
+        let (mean, sd) = match regressor.finds() {
+            Finds::Resistance => (0.0, params.resistance_sd),
+            Finds::Curvature => (0.0, params.curvature_sd_per_m),
+            Finds::Mass | Finds::InverseMass => (1.0, params.mass_sd),
+        };
+        let (free, free_sd) = match regressor {
+            Regressor::Coupled => (mu, params.free_sd),
+            Regressor::FreeResistance => (mu * GRAVITY, params.free_sd * GRAVITY),
+            _ => (0.0, 0.0),
+        };
+        let filter = MatchedFilter::new(params.cutoff_hz);
+        Self {
+            regressor,
+            known: Known {
+                mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
+                mu,
+                rotating_mass_kg: vehicle.rotating_mass_kg,
+                source,
+            },
+            noise: params.residual_sd_mps2 * params.residual_sd_mps2,
+            wheelbase_m: params.wheelbase_m,
+            range_kg: vehicle.mass_range_kg,
+            rls: Rls::new(
+                Gaussian::independent(vector![mean, free], vector![sd, free_sd]),
+                policy(&params),
+            ),
+            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            before: None,
+            steering: filter,
+            lateral: filter,
+            excess: filter,
+            speed_again: filter,
+            theta: 0.0,
+            mass_sd: params.mass_sd,
+            saturated: false,
+            outcome: Outcome {
+                lambda: 1.0,
+                ..Outcome::default()
+            },
+        }
+    }
+
+    fn sample(&mut self, now: Conditioned) {
+        let before = self.before.replace(now);
+        let turned = before.is_some_and(|before| before.speed_mps * now.speed_mps < 0.0);
+        if turned && self.regressor.has_free_term() {
+            self.rls.reopen(&vector![0.0, 1.0]);
+        }
+        let across = self.lateral.value().unwrap_or(0.0);
+        let steer = self.steering.value().unwrap_or(0.0);
+        let signals = Signals {
+            now,
+            before: before.filter(|_| !turned),
+            theta: self.theta,
+            turning: (steer, across),
+            jerk: self
+                .speed_again
+                .value()
+                .map(|speed| (self.excess.rate(), speed)),
+        };
+        let Some(row) = self.regressor.row(&signals, &self.known) else {
+            return;
+        };
+        let Some(outcome) = self.rls.update(row.y, &row.h, self.noise, false) else {
+            return;
+        };
+        self.outcome = outcome;
+        self.rls.keep_usable();
+        self.saturated = self.found() != self.rls.belief.x.x;
+    }
+
+    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg;
+        let first = self.known.mass0_kg;
+        let [least, most] = match self.regressor.finds() {
+            Finds::Mass => [low / first, high / first],
+            Finds::InverseMass => [first / high, first / low],
+            Finds::Resistance | Finds::Curvature => [-1.0, 1.0],
+        };
+        within(self.rls.belief.x.x, least, most)
+    }
+
+    /// Standard deviations of χ.
+    fn sd(&self) -> Vector2<Real> {
+        self.rls.widened().diagonal().map(sqrt)
+    }
+}
+
+impl MassStage for OneRegression {
+    const INTERNALS: &'static [&'static str; 6] =
+        &["lambda", "residual", "chi1", "chi1_sd", "chi2", "chi2_sd"];
+
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        let sample = self.signals.step(reading, balance, running, dt);
+        let turned = reading
+            .yaw_rate_radps
+            .zip(reading.speed_mps)
+            .map(|(rate, v)| self.wheelbase_m * rate / v);
+        let steer = reading.steering_angle_rad.or(turned);
+        if let Some((steer, across)) = steer.zip(reading.lateral_force_mps2) {
+            // Standing, the quotient is anything.
+            self.steering
+                .step(if steer.abs() < 0.5 { steer } else { 0.0 }, dt);
+            self.lateral.step(across, dt);
+        }
+        if let Some([u, _]) = self.signals.at_place() {
+            self.excess.step(u, dt);
+            self.speed_again.step(self.signals.speed_mps(), dt);
+        } else {
+            self.excess.empty();
+            self.speed_again.empty();
+        }
+        if !self.signals.settled() {
+            self.before = None;
+        }
+        if let Some(sample) = sample {
+            self.sample(sample);
+        }
+    }
+
+    fn mass_kg(&self) -> Value {
+        let (first, found) = (self.known.mass0_kg, self.found());
+        let sd = self.sd().x;
+        let (value, sd) = match self.regressor.finds() {
+            Finds::Mass => (first * found, first * sd),
+            Finds::InverseMass => (first / found, first * sd / (found * found)),
+            Finds::Resistance | Finds::Curvature => (first, first * self.mass_sd),
+        };
+        Value {
+            value,
+            sd,
+            valid: sd < 0.05 * value && !self.saturated,
+        }
+    }
+
+    fn running_resistance(&self) -> Real {
+        match self.regressor.finds() {
+            Finds::Resistance => self.found().max(0.0),
+            _ => self.known.mu,
+        }
+    }
+
+    /// sin θ + s μ c = F/(M g) at steady speed.
+    fn slope_sd_rad(&self, traction_n: Real, _direction: Real) -> Real {
+        let mass = self.mass_kg();
+        traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value)
+    }
+
+    fn told_grade(&mut self, theta: Real) {
+        self.theta = theta;
+    }
+
+    fn excited(&self) -> bool {
+        self.signals.settled()
+    }
+
+    fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    fn internals(&self) -> [Real; 6] {
+        let (x, sd) = (self.rls.belief.x, self.sd());
+        [
+            self.outcome.lambda,
+            self.outcome.residual,
+            x.x,
+            sd.x,
+            x.y,
+            sd.y,
+        ]
+    }
+}
+state!(OneRegression { rls, signals, before, steering, lateral, excess, speed_again, theta, mass_sd, saturated, outcome;
+    regressor, known, noise, wheelbase_m, range_kg });

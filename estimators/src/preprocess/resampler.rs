@@ -1,0 +1,200 @@
+//! Signals for the regressions on the force balance: one matched low-pass for all, gated and sampled slowly.
+
+use crate::Real;
+use crate::api::snapshot::{Blank, state};
+use crate::filters::low_pass::MatchedFilter;
+use crate::models::force_balance::ForceBalance;
+use crate::preprocess::sample_hold::Reading;
+
+/// Speed below which a yaw rate tells no curvature, m/s, and the largest curvature of a rail, 1/m.
+const SLOW_MPS: Real = 0.1;
+const TIGHTEST_PER_M: Real = 0.5;
+
+/// One filtered sample; all its numbers are delayed alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Conditioned {
+    /// Traction at the rims, N.
+    pub force_n: Real,
+    /// Speed, m/s.
+    pub speed_mps: Real,
+    /// Acceleration of the wheels v̇, m/s².
+    pub acceleration_mps2: Real,
+    /// Specific force along the train v̇ + g sin θ, m/s²; `None` without an accelerometer.
+    pub specific_force_mps2: Option<Real>,
+    /// Horizontal curvature of the rail without its sign, |yaw rate|/|v|, 1/m; 0 without a gyro.
+    pub curvature_per_m: Real,
+    /// Time since the sample before it, s.
+    pub period_s: Real,
+}
+
+/// The filters and the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditioner {
+    force: MatchedFilter,
+    speed: MatchedFilter,
+    specific_force: MatchedFilter,
+    curvature: MatchedFilter,
+    rate_hz: Real,
+    settle_s: Real,
+    running_s: Real,
+    since_s: Real,
+    /// Whether the wheels spoke in the last step: without them nothing is known of the place.
+    fresh: bool,
+}
+
+impl Conditioner {
+    /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got going.
+    pub fn new(cutoff_hz: Real, rate_hz: Real, settle_s: Real) -> Self {
+        let filter = MatchedFilter::new(cutoff_hz);
+        Self {
+            force: filter,
+            speed: filter,
+            specific_force: filter,
+            curvature: filter,
+            rate_hz,
+            settle_s,
+            running_s: 0.0,
+            since_s: 0.0,
+            fresh: false,
+        }
+    }
+
+    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or blind, the filters' memory must
+    /// fade before samples count again.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        balance: &ForceBalance,
+        running: bool,
+        dt: Real,
+    ) -> Option<Conditioned> {
+        let spoke = self.fresh;
+        self.fresh = reading.speed_mps.is_some();
+        let Some(speed) = reading.speed_mps else {
+            self.running_s = 0.0;
+            return None;
+        };
+        if !spoke {
+            // What the speed has become meanwhile must not pass for an acceleration.
+            self.speed.empty();
+        }
+        self.speed.step(speed, dt);
+        if let Some(torque) = reading.motor_torque_nm {
+            self.force.step(balance.net_traction(torque, speed), dt);
+        } else {
+            self.force.empty();
+        }
+        if let Some(f) = reading.specific_force_mps2 {
+            self.specific_force.step(f, dt);
+        } else {
+            self.specific_force.empty();
+        }
+        self.curvature.step(curvature_per_m(reading), dt);
+        let running = running && reading.motor_torque_nm.is_some();
+        self.running_s = if running { self.running_s + dt } else { 0.0 };
+        self.since_s += dt;
+        if !self.settled() || self.since_s * self.rate_hz < 1.0 - 1e-9 {
+            return None;
+        }
+        let period_s = self.since_s;
+        self.since_s = 0.0;
+        Some(Conditioned {
+            force_n: self.force.value()?,
+            speed_mps: self.speed.value()?,
+            acceleration_mps2: self.speed.rate(),
+            specific_force_mps2: self.specific_force.value(),
+            curvature_per_m: self.curvature.value()?,
+            period_s,
+        })
+    }
+
+    /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the horizontal
+    /// curvature without its sign, 1/m. `None` without an accelerometer or wheels.
+    pub fn at_place(&self) -> Option<[Real; 2]> {
+        self.fresh.then_some(())?;
+        let u = self.specific_force.value()? - self.speed.rate();
+        Some([u, self.curvature.value()?])
+    }
+
+    /// Filtered speed, m/s; 0 before the first.
+    pub fn speed_mps(&self) -> Real {
+        self.speed.value().unwrap_or(0.0)
+    }
+
+    /// Filtered acceleration of the wheels v̇, m/s².
+    pub fn acceleration_mps2(&self) -> Real {
+        self.speed.rate()
+    }
+
+    /// Whether the train has been running long enough for samples to count.
+    pub fn settled(&self) -> bool {
+        self.running_s > 0.0 && self.running_s >= self.settle_s
+    }
+}
+
+/// Horizontal curvature of the rail under the train without its sign, |yaw rate|/|v|, 1/m: 0 while standing or without a gyro,
+/// and never more than that of the tightest rail.
+pub fn curvature_per_m(reading: &Reading) -> Real {
+    match reading.yaw_rate_radps.zip(reading.speed_mps) {
+        Some((yaw_rate, v)) if v.abs() > SLOW_MPS => (yaw_rate / v).abs().min(TIGHTEST_PER_M),
+        _ => 0.0,
+    }
+}
+
+impl Blank for Conditioned {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Conditioned { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
+state!(Conditioner { force, speed, specific_force, curvature, running_s, since_s, fresh; rate_hz, settle_s });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::vehicles::vehicle;
+
+    #[test]
+    fn samples_come_at_their_rate_and_only_after_settling() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut conditioner = Conditioner::new(1.0, 2.0, 1.0);
+        let reading = Reading {
+            speed_mps: Some(1.0),
+            motor_torque_nm: Some(100.0),
+            specific_force_mps2: Some(0.5),
+            ..Default::default()
+        };
+        let mut count = |running: bool, steps: usize| {
+            (0..steps)
+                .filter(|_| {
+                    conditioner
+                        .step(&reading, &balance, running, 0.01)
+                        .is_some()
+                })
+                .count()
+        };
+        assert_eq!(count(false, 1000), 0);
+        assert_eq!(count(true, 99), 0);
+        assert_eq!(count(true, 1001), 21);
+        assert_eq!(count(false, 1), 0);
+        assert_eq!(count(true, 99), 0);
+    }
+
+    #[test]
+    fn a_silent_accelerometer_is_told() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut conditioner = Conditioner::new(1.0, 100.0, 0.0);
+        let mut reading = Reading {
+            speed_mps: Some(1.0),
+            motor_torque_nm: Some(0.0),
+            specific_force_mps2: Some(2.0),
+            ..Default::default()
+        };
+        let first = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        assert_eq!(first.specific_force_mps2, Some(2.0));
+        reading.specific_force_mps2 = None;
+        let second = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        assert_eq!(second.specific_force_mps2, None);
+    }
+}

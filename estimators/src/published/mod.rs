@@ -1,0 +1,90 @@
+//! The published methods as they are printed, slips and all, so that each slip can be run and seen to fail.
+//!
+//! One file for each document, [`slope_ekf`] for the filter that two of them print alike; nothing outside this folder uses it but the
+//! registry. Behind the cargo feature `printed`.
+//!
+//! Every erratum that can be executed is a parameter named after its equation: 1 as printed, 0 in the form that is right; where the print
+//! can be read in two ways, 2 is the other reading. All default to 1. With all at 0 but one, that one stands alone. Slips of notation, and
+//! what cannot be executed, have no switch; the book lists them.
+//!
+//! | name | document |
+//! |---|---|
+//! | `dffrls_aekf_printed` | Liu et al. 2023, eq. 6–30: [`liu_2023`] |
+//! | `resistance_dffrls_printed` | Liu et al. 2023, eq. 8–15: [`liu_2023_resistance`] |
+//! | `dffrls_aukf_printed` | the DFFRLS-AUKF paper: [`huainan`] |
+//! | `imm_stf_printed` | Guo et al. 2024: [`guo_2024`] |
+//! | `mmrls_sh_stf_printed` | patent CN 111507019 B: [`patent`] |
+//!
+//! Nothing here limits an estimate to what a crane can be: a mass may come out negative. Only numbers that are no longer finite, or
+//! beyond a million, or a covariance without a root where the print takes one, end a run: the filter then *breaks down*, starts again
+//! from where it was built, and counts it (internal `breakdowns`). So nothing leaves an estimator that is not finite.
+
+pub mod guo_2024;
+pub mod guo_2024_mass;
+pub mod huainan;
+pub mod liu_2023;
+pub mod liu_2023_resistance;
+pub mod patent;
+pub mod slope_ekf;
+
+use crate::api::real::sqrt;
+use crate::api::signals::{Estimate, Flags, Value};
+use crate::{Real, Time};
+
+/// Beyond this a number is no estimate of anything here.
+const USABLE: Real = 1e6;
+
+/// Whether a switch is at 1 or 2: as printed.
+fn printed(switch: Real) -> bool {
+    switch >= 0.5
+}
+
+/// Whether a switch is at 2: the other reading of the print.
+fn other_reading(switch: Real) -> bool {
+    switch >= 1.5
+}
+
+/// Whether all are numbers that can still be used.
+fn usable<'a>(numbers: impl IntoIterator<Item = &'a Real>) -> bool {
+    numbers.into_iter().all(|x| x.abs() <= USABLE)
+}
+
+/// A mass from M/M₀ or M₀/M that may be anything but infinite.
+fn mass_from_inverse(mass0_kg: Real, inverse: Real) -> Real {
+    let least = if inverse < 0.0 { -1e-6 } else { 1e-6 };
+    mass0_kg / if inverse.abs() < 1e-6 { least } else { inverse }
+}
+
+/// What a printed method says: value and variance each, taken at its word while the train runs.
+struct Says {
+    mass: (Real, Real),
+    grade: (Real, Real),
+    speed_mps: Real,
+    innovation: Real,
+    nis: Real,
+}
+
+impl Says {
+    fn estimate(&self, t_s: Time, moving: bool, running: bool) -> Estimate {
+        let value = |(value, variance): (Real, Real)| Value {
+            value,
+            sd: sqrt(variance),
+            valid: running,
+        };
+        let grade_rad = value(self.grade);
+        Estimate {
+            t_s,
+            total_mass_kg: value(self.mass),
+            grade_rad,
+            effective_grade_rad: grade_rad,
+            speed_mps: value((self.speed_mps, 1e-4)),
+            innovation: self.innovation,
+            nis: self.nis.max(0.0),
+            flags: Flags {
+                moving,
+                excited: running,
+                saturated: false,
+            },
+        }
+    }
+}
