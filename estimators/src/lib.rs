@@ -3,11 +3,11 @@
 //! `no_std`, no allocation, no panic, no NaN: every algorithm estimates the load mass of a monorail crane and the slope
 //! under it from motor torque, wheel speed and an IMU.
 //!
-//! - algorithms, one a file: [`gaussian`] and its factors [`ud`], [`rls`] with its ways of [`forgetting`], [`ekf`], [`ukf`], [`sage_husa`], [`strong_tracking`], [`imm`], [`conditioning`], [`smoothing`]
-//! - the crane: [`crane`], with the force balance, what the pipelines share, one file for each named pipeline, and
-//!   construction by name ([`registry::build`])
-//! - what crosses the border: [`signals`]
-//! - with the feature `printed`: the published methods as printed, slips and all
+//! - [`api`]: what crosses the border: signals in, estimates out, parameters, errors, snapshots
+//! - [`filters`]: algorithms, one a file; none knows what a crane is
+//! - [`preprocess`], [`models`], [`mass`], [`grade`]: from samples to signals, the force balance and the rail, first and second stages
+//! - [`pipelines`]: whole estimators, put together from stages; [`registry`] builds them by name
+//! - with the feature `printed`, `published`: the published methods letter by letter, errata and all
 //!
 //! Notation used in filter code: `x` state, `P` covariance, `F` transition Jacobian, `H` measurement Jacobian,
 //! `Q` process noise, `R` measurement noise, `y` innovation, `S` innovation covariance, `K` gain,

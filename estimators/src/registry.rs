@@ -8,7 +8,7 @@ use crate::api::estimator::Estimator;
 use crate::api::params::{Key, ParamError};
 use crate::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle};
 use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
-use crate::pipelines::runner::Hosted;
+use crate::pipelines::runner::Runner;
 use crate::pipelines::{
     dffrls_aekf, dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, dynamic_stf, ffrls, ffrls_aukf,
     imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, joint_ekf, kinematic_stf,
@@ -51,12 +51,12 @@ macro_rules! registry {
                 $($name => {
                     let mut params = $module::Params::default();
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
-                    Ok(AnyEstimator::$pipeline(Hosted::new(vehicle, $module::new(vehicle, &params))))
+                    Ok(AnyEstimator::$pipeline(Runner::new(vehicle, $module::new(vehicle, &params))))
                 })*
                 $(#[cfg(feature = "printed")] $print_name => {
                     let mut params = $print_module::Params::default();
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
-                    Ok(AnyEstimator::$print(Hosted::new(vehicle, $print_module::new(vehicle, &params))))
+                    Ok(AnyEstimator::$print(Runner::new(vehicle, $print_module::new(vehicle, &params))))
                 })*
                 _ => Err(ParamError::UnknownEstimator),
             }
@@ -66,8 +66,8 @@ macro_rules! registry {
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
-            $($(#[$about])* $pipeline(Hosted<$module::$pipeline>),)*
-            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Hosted<$print_module::$print>),)*
+            $($(#[$about])* $pipeline(Runner<$module::$pipeline>),)*
+            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Runner<$print_module::$print>),)*
         }
 
         impl AnyEstimator {
@@ -168,12 +168,12 @@ pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
 }
 
 /// No train is longer, m.
-const LONGEST_M: Real = 1e3;
+const MAX_LENGTH_M: Real = 1e3;
 
 fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
     let [low, high] = vehicle.mass_range_kg;
     let positive = |value: Real| value > 0.0 && value.is_finite();
-    let span = |[near, far]: [Real; 2]| near <= far && near > -LONGEST_M && far < LONGEST_M;
+    let span = |[near, far]: [Real; 2]| near <= far && near > -MAX_LENGTH_M && far < MAX_LENGTH_M;
     for (field, good) in [
         ("tare_kg", positive(vehicle.tare_kg)),
         ("drives", (1..=MAX_DRIVES).contains(&vehicle.drives)),
@@ -197,7 +197,7 @@ fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
         ),
         ("tare_span_m", span(vehicle.tare_span_m)),
         ("load_span_m", span(vehicle.load_span_m)),
-        ("imu_arm_m", vehicle.imu_arm_m.abs() < LONGEST_M),
+        ("imu_arm_m", vehicle.imu_arm_m.abs() < MAX_LENGTH_M),
     ] {
         if !good {
             return Err(ParamError::Vehicle(field));
@@ -225,7 +225,7 @@ fn check_road(road: &RoadVehicle) -> Result<(), ParamError> {
 }
 
 /// No snapshot of any estimator takes more bytes.
-pub const LARGEST_SNAPSHOT: usize = 8192;
+pub const MAX_SNAPSHOT_BYTES: usize = 8192;
 
 /// "mono", and the format's version with the size of the scalar.
 const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 1, size_of::<Real>() as u8];

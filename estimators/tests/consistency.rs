@@ -552,7 +552,7 @@ fn covariances_of_least_squares_stay_symmetric_and_positive_definite() {
                 assert!(*variance <= most * (1.0 + 1e-12), "{policy:?} winds up");
             }
             if step % 777 == 0 {
-                rls.reopen(&vector![1.0, 0.0, 0.0]);
+                rls.reset_to_prior(&vector![1.0, 0.0, 0.0]);
                 assert_covariance(&rls.belief.P, "reopened least squares", step);
             }
         }

@@ -53,9 +53,9 @@ fn recursive_least_squares() {
         for (number, policy) in policies.iter().copied().enumerate() {
             let prior = Gaussian::independent(vector![10.0, 1.0], vector![8.0, 5.0]);
             let mut rls = Rls::new(prior, policy).in_square_root_form(square_root);
-            for [y, h1, h2, r, remember, reopen] in &input {
-                if *reopen != 0.0 {
-                    rls.reopen(&vector![1.0, 0.0]);
+            for [y, h1, h2, r, remember, reset_to_prior] in &input {
+                if *reset_to_prior != 0.0 {
+                    rls.reset_to_prior(&vector![1.0, 0.0]);
                 }
                 let done = rls
                     .update(*y, &vector![*h1, *h2], *r, *remember != 0.0)

@@ -118,10 +118,10 @@ fn an_error_of_the_known_mass_counts_by_the_load_and_is_in_the_standard_deviatio
     // Last sample but the memory of the forgetting: |F|/(M g) = sin θ + μ is between 0.06 and 0.165 on this climb.
     let moved = (right - wrong) / 0.02;
     assert!((0.06..0.165).contains(&moved), "{moved}");
-    let honest = identified(1.0, 0.0, &[("known_mass_sd", 0.02)]).1;
+    let legitimate_repeats = identified(1.0, 0.0, &[("known_mass_sd", 0.02)]).1;
     assert!(
-        honest > sd && honest > (wrong - MU).abs(),
-        "{honest} {wrong}"
+        legitimate_repeats > sd && legitimate_repeats > (wrong - MU).abs(),
+        "{legitimate_repeats} {wrong}"
     );
 }
 

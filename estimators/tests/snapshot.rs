@@ -7,7 +7,7 @@ use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_estimators::api::snapshot::SnapshotError;
-use monorig_estimators::registry::{AnyEstimator, LARGEST_SNAPSHOT};
+use monorig_estimators::registry::{AnyEstimator, MAX_SNAPSHOT_BYTES};
 use monorig_estimators::{Real, registry};
 
 const DT: Real = 0.01;
@@ -63,7 +63,7 @@ fn run(estimator: &mut AnyEstimator, drive: &[(Measurements, Command)]) {
 }
 
 fn taken(estimator: &AnyEstimator) -> Vec<u8> {
-    let mut bytes = [0; LARGEST_SNAPSHOT];
+    let mut bytes = [0; MAX_SNAPSHOT_BYTES];
     let used = estimator.snapshot(&mut bytes).unwrap();
     bytes[..used].to_vec()
 }

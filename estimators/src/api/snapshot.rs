@@ -13,7 +13,7 @@ use crate::Real;
 /// Why no snapshot is taken, or one is refused. A refused snapshot leaves the estimator as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SnapshotError {
-    /// The buffer is too small; this many bytes are needed ([`LARGEST`](crate::registry::LARGEST_SNAPSHOT) always suffices).
+    /// The buffer is too small; this many bytes are needed ([`LARGEST`](crate::registry::MAX_SNAPSHOT_BYTES) always suffices).
     Room(usize),
     /// Fewer or more bytes than a snapshot of this estimator has.
     Torn,

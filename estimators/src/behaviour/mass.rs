@@ -31,7 +31,7 @@ fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
         100.0 * rms
     );
     assert!(bias.abs() < 0.002 && rms < 0.005, "{bias} {rms}");
-    // Its own standard deviation is honest, within the scatter of forty draws and the disturbance not being white.
+    // Its own standard deviation is legitimate_repeats, within the scatter of forty draws and the disturbance not being white.
     assert!((0.5..1.6).contains(&normalised), "{normalised}");
 }
 

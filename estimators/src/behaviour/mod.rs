@@ -6,12 +6,12 @@ mod long;
 mod mass;
 mod slope;
 
-use crate::{Error, Real};
 use crate::api::estimator::Estimator;
 use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
 use crate::registry::*;
 use crate::testing::Random;
 use crate::testing::vehicles::*;
+use crate::{Error, Real};
 use std::vec::Vec;
 
 /// Errors of the recommended mass regression at the end of a run, over seeds: (bias, root mean square, mean of (error/sd)²).

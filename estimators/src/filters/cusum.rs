@@ -8,14 +8,14 @@ const ORDINARY: Real = 1.5;
 
 /// Two-sided cumulated sum of normalised residuals (Page 1954): residuals that keep to one side mean another load.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadWatch {
+pub struct LoadChangeDetector {
     threshold: Real,
     up: Real,
     down: Real,
     changes: u32,
 }
 
-impl LoadWatch {
+impl LoadChangeDetector {
     /// Alarm when a sum passes `threshold`; 0 = never.
     pub fn new(threshold: Real) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl LoadWatch {
     }
 
     /// Whether residuals keep to no side: nothing has spoken for another load since the last such time.
-    pub fn calm(&self) -> bool {
+    pub fn reset(&self) -> bool {
         self.up == 0.0 && self.down == 0.0
     }
 
@@ -49,7 +49,7 @@ impl LoadWatch {
     }
 }
 
-state!(LoadWatch { up, down, changes; threshold });
+state!(LoadChangeDetector { up, down, changes; threshold });
 
 #[cfg(test)]
 mod tests {
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn noise_is_no_change_and_a_shift_is() {
-        let mut watch = LoadWatch::new(20.0);
+        let mut watch = LoadChangeDetector::new(20.0);
         let mut random = Random::new(71);
         assert!((0..100_000).all(|_| !watch.changed(random.normal())));
         for shift in [4.0, -4.0] {
@@ -66,7 +66,7 @@ mod tests {
             assert!(steps.is_some());
         }
         assert_eq!(watch.changes(), 2);
-        let mut off = LoadWatch::new(0.0);
+        let mut off = LoadChangeDetector::new(0.0);
         assert!((0..100).all(|_| !off.changed(100.0)));
     }
 }

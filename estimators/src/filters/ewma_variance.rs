@@ -6,12 +6,12 @@ use crate::api::snapshot::state;
 
 /// Exponentially weighted mean and variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RunningDeviation {
+pub struct EwmaVariance {
     mean: Option<Real>,
     variance: Real,
 }
 
-impl RunningDeviation {
+impl EwmaVariance {
     /// Takes in a value with this `share` of the new mean.
     pub fn add(&mut self, value: Real, share: Real) {
         let Some(mean) = self.mean else {
@@ -34,7 +34,7 @@ impl RunningDeviation {
     }
 }
 
-state!(RunningDeviation { mean, variance; } where |this| this.variance >= 0.0);
+state!(EwmaVariance { mean, variance; } where |this| this.variance >= 0.0);
 
 #[cfg(test)]
 mod tests {
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn finds_the_deviation_of_noise_and_none_in_a_constant() {
-        let (mut noise, mut still) = (RunningDeviation::default(), RunningDeviation::default());
+        let (mut noise, mut still) = (EwmaVariance::default(), EwmaVariance::default());
         let mut random = Random::new(61);
         for _ in 0..10_000 {
             noise.add(7.0 + 2.0 * random.normal(), 0.01);

@@ -164,7 +164,7 @@ impl<const N: usize> Gaussian<N> {
     /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
     /// noise variance `r`.
     #[inline]
-    pub(crate) fn absorb(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
+    pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
         let PHt = self.P * h;
         let gain = gain(&y, &PHt, &(H * PHt + R))?;

@@ -4,13 +4,13 @@ use crate::api::snapshot::{Blank, State, state};
 
 /// First in, first out; at most `N` wait.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Waiting<T, const N: usize> {
+pub struct RingBuffer<T, const N: usize> {
     places: [Option<T>; N],
     first: usize,
     count: usize,
 }
 
-impl<T: Copy, const N: usize> Waiting<T, N> {
+impl<T: Copy, const N: usize> RingBuffer<T, N> {
     /// Nobody waits.
     pub fn new() -> Self {
         Self {
@@ -48,13 +48,13 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
     }
 }
 
-impl<T: Copy, const N: usize> Default for Waiting<T, N> {
+impl<T: Copy, const N: usize> Default for RingBuffer<T, N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-state!(@[T: State + Blank, const N: usize] Waiting<T, N> { places, first, count; }
+state!(@[T: State + Blank, const N: usize] RingBuffer<T, N> { places, first, count; }
     where |this| this.first < N.max(1) && this.count <= N);
 
 #[cfg(test)]
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn first_come_first_served_and_nobody_is_lost() {
-        let mut queue = Waiting::<u32, 3>::new();
+        let mut queue = RingBuffer::<u32, 3>::new();
         assert_eq!(queue.take(), None);
         let out: std::vec::Vec<u32> = (0..10).filter_map(|k| queue.join(k)).collect();
         assert_eq!(out, [0, 1, 2, 3, 4, 5, 6]);

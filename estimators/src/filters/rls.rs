@@ -25,7 +25,7 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::ud::Factors;
 
 /// Where a parameter that should be about 1 is stopped.
-const BEYOND_REASON: Real = 1e3;
+const MAX_PRIOR_SD_RATIO: Real = 1e3;
 
 /// Number of updates the running deviation of the residual looks back on.
 const SPREAD_MEMORY: Real = 50.0;
@@ -125,14 +125,14 @@ impl<const N: usize> Rls<N> {
             (_, Some(factors)) => {
                 (r > 0.0).then_some(())?;
                 factors.scale(1.0 / lambda);
-                belief.x += factors.absorb(h, r) * residual;
+                belief.x += factors.update_scalar(h, r) * residual;
                 let limited = factors.limit_variance(&self.prior);
                 belief.P = factors.covariance();
                 limited
             }
             (_, None) => {
                 belief.P *= 1.0 / lambda;
-                belief.absorb(residual, h, r)?;
+                belief.update_scalar(residual, h, r)?;
                 belief.limit_variance(&self.prior)
             }
         };
@@ -191,11 +191,11 @@ impl<const N: usize> Rls<N> {
     /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at a thousand. Limits
     /// of what is plausible do not belong here but where the parameters are told: a parameter cut back without those it hangs together with
     /// contradicts all samples before.
-    pub fn keep_usable(&mut self) {
+    pub fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief
             .x
-            .map(|x| within(x, -BEYOND_REASON, BEYOND_REASON));
+            .map(|x| within(x, -MAX_PRIOR_SD_RATIO, MAX_PRIOR_SD_RATIO));
     }
 
     /// Updates made so far.
@@ -204,14 +204,14 @@ impl<const N: usize> Rls<N> {
     }
 
     /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes on to.
-    pub fn loosen(&mut self, shares: &SVector<Real, N>) {
+    pub fn inflate(&mut self, shares: &SVector<Real, N>) {
         self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
         self.belief.limit_variance(&self.prior);
         self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
     }
 
     /// Gives the parameters for which `which` is not 0 their prior variance back and forgets their correlations.
-    pub fn reopen(&mut self, which: &SVector<Real, N>) {
+    pub fn reset_to_prior(&mut self, which: &SVector<Real, N>) {
         let kept = which.map(|w| if w == 0.0 { 1.0 } else { 0.0 });
         let D = SMatrix::from_diagonal(&kept);
         let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);

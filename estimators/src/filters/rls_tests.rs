@@ -106,8 +106,8 @@ fn the_square_root_form_agrees_to_rounding_under_every_policy() {
             // Half of the time only the first parameter is seen, so that the limit on the other one acts.
             let h = if k % 1000 < 500 { h } else { vector![h.x, 0.0] };
             if k == 700 {
-                plain.reopen(&vector![1.0, 0.0]);
-                factored.reopen(&vector![1.0, 0.0]);
+                plain.reset_to_prior(&vector![1.0, 0.0]);
+                factored.reset_to_prior(&vector![1.0, 0.0]);
             }
             let a = plain.update(y, &h, 0.01, k % 7 == 0).unwrap();
             let b = factored.update(y, &h, 0.01, k % 7 == 0).unwrap();
@@ -248,7 +248,7 @@ fn reopening_touches_only_the_named_parameter() {
         rls.update(y, &h, 0.01, false).unwrap();
     }
     let kept = rls.belief.P.m22;
-    rls.reopen(&vector![1.0, 0.0]);
+    rls.reset_to_prior(&vector![1.0, 0.0]);
     assert_eq!(rls.belief.P.m11, 100.0);
     assert_eq!(rls.belief.P.m12, 0.0);
     assert_eq!(rls.belief.P.m22, kept);

@@ -62,7 +62,7 @@ impl<const N: usize> Factors<N> {
     }
 
     /// Takes in a measurement with Jacobian row `h` and noise variance `r` > 0; the gain K = P h/(r + hᵀ P h).
-    pub fn absorb(&mut self, h: &SVector<Real, N>, r: Real) -> SVector<Real, N> {
+    pub fn update_scalar(&mut self, h: &SVector<Real, N>, r: Real) -> SVector<Real, N> {
         let mut gain = SVector::zeros();
         let mut S = r;
         for (mut u, d) in self.U.column_iter_mut().zip(self.D.iter_mut()) {
@@ -147,7 +147,7 @@ mod tests {
         let mut factors = Factors::of(&plain.P);
         for _ in 0..200 {
             let h = Vector3::from_fn(|_, _| random.normal());
-            let gain = factors.absorb(&h, 0.3);
+            let gain = factors.update_scalar(&h, 0.3);
             let done = plain.correct_scalar(1.0, &h, 0.3).unwrap();
             assert!((gain - done.K).norm() < 1e4 * Real::EPSILON);
             assert!(close(&factors.covariance(), &plain.P));

@@ -147,7 +147,7 @@ impl<const N: usize> Curvature<N> {
                 .rls
                 .update(self.excess.rate(), &first_then(h, 1.0), r, false)
                 .unwrap_or(self.outcome);
-            self.rls.keep_usable();
+            self.rls.clamp_usable();
         }
     }
 

@@ -22,7 +22,7 @@ use crate::models::force_balance::ForceBalance;
 
 params! {
     /// Parameters of the slope filter.
-    SlopeParams {
+    GradeParams {
         q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
         q_theta ["rad²/s"] = 1.5e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
@@ -32,19 +32,19 @@ params! {
 }
 
 /// Largest grade angle the filter goes to, rad: no monorail climbs more.
-pub const STEEPEST: Real = PI / 3.0;
+pub const MAX_GRADE_RAD: Real = PI / 3.0;
 
 /// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
-const OBEDIENT: Real = 3.0;
+const MAX_CONSISTENT_SD_RATIO: Real = 3.0;
 
-/// Growth of the slope's variance while moving blind, rad²/s: 3° after a second, 14° after twenty.
-const BLIND_RAD2_PER_S: Real = 3e-3;
+/// Growth of the slope's variance while moving dead_reckoning, rad²/s: 3° after a second, 14° after twenty.
+const DEAD_RECKONING_RAD2_PER_S: Real = 3e-3;
 
 /// Standard deviation below which a slope counts as found again, rad: twice that of a steady run.
-const FOUND_AGAIN_RAD: Real = 0.01;
+const OBSERVABLE_SD_RAD: Real = 0.01;
 
 /// Speed no crane reaches, m/s.
-const FASTEST: Real = 10.0;
+const MAX_SPEED_MPS: Real = 10.0;
 
 /// What a prediction step is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,12 +89,12 @@ impl Adaptation {
 }
 
 /// Largest fading factor of strong tracking.
-const MOST_FADING: Real = 50.0;
+const MAX_FADING: Real = 50.0;
 
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlopeFilter {
-    params: SlopeParams,
+pub struct ForceBalanceEkf {
+    params: GradeParams,
     balance: ForceBalance,
     belief: Gaussian<2>,
     R: Matrix1<Real>,
@@ -106,15 +106,15 @@ pub struct SlopeFilter {
     process: Real,
     started: bool,
     saturated: bool,
-    /// Whether it has moved blind and has not found the slope again.
-    blind: bool,
+    /// Whether it has moved dead_reckoning and has not found the slope again.
+    dead_reckoning: bool,
     last: Option<Correction<1, 2>>,
 }
 
-impl SlopeFilter {
+impl ForceBalanceEkf {
     /// From the balance, the parameters and the way to adapt. The adapted variance of wheel speed stays between a hundredth and
     /// a hundred times the nominal one.
-    pub fn new(balance: ForceBalance, params: SlopeParams, adaptation: Adaptation) -> Self {
+    pub fn new(balance: ForceBalance, params: GradeParams, adaptation: Adaptation) -> Self {
         let sd = params.wheel_speed_sd_mps;
         let rad = PI / 180.0;
         let x = vector![0.0, params.grade0_deg * rad];
@@ -132,7 +132,7 @@ impl SlopeFilter {
                 alarm,
                 ..
             } => Some((
-                StrongTracking::new(memory, weakening, MOST_FADING),
+                StrongTracking::new(memory, weakening, MAX_FADING),
                 Alarm::new(alarm),
             )),
             _ => None,
@@ -149,7 +149,7 @@ impl SlopeFilter {
             process: 0.0,
             started: false,
             saturated: false,
-            blind: false,
+            dead_reckoning: false,
             last: None,
         }
     }
@@ -171,10 +171,11 @@ impl SlopeFilter {
         self.process += Q.m11;
     }
 
-    /// Moving blind (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
+    /// Moving dead_reckoning (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
     pub fn drift(&mut self, dt: Real) {
-        self.blind = true;
-        self.belief.P.m22 = (self.belief.P.m22 + BLIND_RAD2_PER_S * dt).min(STEEPEST * STEEPEST);
+        self.dead_reckoning = true;
+        self.belief.P.m22 =
+            (self.belief.P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
     }
 
     /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
@@ -213,8 +214,8 @@ impl SlopeFilter {
             return;
         };
         self.last = Some(correction);
-        self.blind &= self.belief.P.m22 > FOUND_AGAIN_RAD * FOUND_AGAIN_RAD;
-        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        self.dead_reckoning &= self.belief.P.m22 > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
+        let inside = self.belief.x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = inside != self.belief.x.y;
         self.belief.x.y = inside;
         if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt && !tracking) {
@@ -241,8 +242,10 @@ impl SlopeFilter {
         self.belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
         self.belief.symmetrise();
         // Fading step upon step would grow without end while measurements make no sense.
-        self.belief
-            .limit_variance(&vector![FASTEST * FASTEST, STEEPEST * STEEPEST]);
+        self.belief.limit_variance(&vector![
+            MAX_SPEED_MPS * MAX_SPEED_MPS,
+            MAX_GRADE_RAD * MAX_GRADE_RAD
+        ]);
         active
     }
 
@@ -261,15 +264,15 @@ impl SlopeFilter {
         sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
     }
 
-    /// Whether the slope has been found again since the train last moved blind.
-    pub fn sighted(&self) -> bool {
-        !self.blind
+    /// Whether the slope has been found again since the train last moved dead_reckoning.
+    pub fn grade_observable(&self) -> bool {
+        !self.dead_reckoning
     }
 
     /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
     /// standard deviation then rises to several times the nominal one.
-    pub fn wheels_obey(&self) -> bool {
-        self.measurement_sd() < OBEDIENT * self.params.wheel_speed_sd_mps
+    pub fn wheel_speed_consistent(&self) -> bool {
+        self.measurement_sd() < MAX_CONSISTENT_SD_RATIO * self.params.wheel_speed_sd_mps
     }
 
     /// Fading factor of the last update, 1 while strong tracking is off.
@@ -291,7 +294,7 @@ impl SlopeFilter {
     }
 }
 
-impl State for SlopeFilter {
+impl State for ForceBalanceEkf {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             params: _,
@@ -305,7 +308,7 @@ impl State for SlopeFilter {
             process,
             started,
             saturated,
-            blind,
+            dead_reckoning,
             last,
         } = self;
         belief.visit(archive);
@@ -316,7 +319,7 @@ impl State for SlopeFilter {
         process.visit(archive);
         started.visit(archive);
         saturated.visit(archive);
-        blind.visit(archive);
+        dead_reckoning.visit(archive);
         last.visit(archive);
     }
 }
@@ -327,10 +330,10 @@ mod tests {
     use crate::testing::vehicles::vehicle;
     use crate::testing::{Random, chi_square_band};
 
-    fn filter(adaptation: Adaptation) -> SlopeFilter {
-        SlopeFilter::new(
+    fn filter(adaptation: Adaptation) -> ForceBalanceEkf {
+        ForceBalanceEkf::new(
             ForceBalance::new(&vehicle()),
-            SlopeParams::default(),
+            GradeParams::default(),
             adaptation,
         )
     }
@@ -359,7 +362,7 @@ mod tests {
     fn error_is_chi_square_when_the_world_is_the_model() {
         // The plant: (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white force noise; θ a random walk of the filter's own strength.
         let (mass, mu, dt): (Real, Real, Real) = (12_000.0, 0.02, 0.01);
-        let params = SlopeParams::default();
+        let params = GradeParams::default();
         let runs = 100;
         let mut nees = 0.0;
         for run in 0..runs {

@@ -9,7 +9,7 @@
 //!
 //! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a rail). Standing, braking or without torque there is no
 //! force balance, and the dynamic model is the kinematic one. On a long train i is what the instrument reads, and the force balance
-//! gets the effective grade, i less what [`LongTrain`](crate::models::distributed_train::LongTrain) has seen it to be ahead by.
+//! gets the effective grade, i less what [`DistributedTrain`](crate::models::distributed_train::DistributedTrain) has seen it to be ahead by.
 //!
 //! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a memory); no
 //! derivative of a measurement as input beside the measurement itself; no correction by the full innovation inside the model; the
@@ -68,7 +68,7 @@ params! {
 }
 
 /// Sine of the steepest grade.
-const STEEPEST: Real = 0.87;
+const MAX_GRADE_RAD: Real = 0.87;
 
 /// How a model says the acceleration goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,7 +206,7 @@ impl<const K: usize> SlopeModels<K> {
             .filter(|_| running)
             .map_or(kinematic, |torque| {
                 let direction = if speed < 0.0 { -1.0 } else { 1.0 };
-                let sine = self.imm.combined().x.z.clamp(-STEEPEST, STEEPEST);
+                let sine = self.imm.combined().x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
                 let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
                 let net_n = self.balance.net_traction(torque, speed) - bend_n;
                 self.dynamic(net_n, direction, sine, dt)
@@ -255,7 +255,7 @@ impl<const K: usize> SlopeModels<K> {
             }
             belief.P = model.A * belief.P * model.A.transpose() + model.Q;
             // Fading step upon step would grow without end while measurements make no sense.
-            belief.limit_variance(&vector![100.0, 100.0, STEEPEST * STEEPEST]);
+            belief.limit_variance(&vector![100.0, 100.0, MAX_GRADE_RAD * MAX_GRADE_RAD]);
             belief.symmetrise();
             let Some(correction) = belief.correct(y, &H, &R) else {
                 continue;
@@ -268,7 +268,7 @@ impl<const K: usize> SlopeModels<K> {
         self.imm.weigh(&logs);
         self.saturated = false;
         for belief in &mut self.imm.beliefs {
-            let inside = belief.x.z.clamp(-STEEPEST, STEEPEST);
+            let inside = belief.x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
             self.saturated |= inside != belief.x.z;
             belief.x.z = inside;
         }

@@ -19,8 +19,8 @@ use crate::filters::sage_husa::SageHusa;
 use crate::filters::ukf::Spread;
 use crate::filters::{ekf, ukf};
 use crate::grade::curvature_rls::Curvature;
-use crate::grade::force_balance_ekf::STEEPEST;
-use crate::models::distributed_train::{LongTrain, steeper};
+use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
+use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
@@ -55,7 +55,7 @@ pub struct CurvatureSlope<const N: usize> {
     /// Sigma points; `None`: extended.
     spread: Option<Spread>,
     curvature: Curvature<N>,
-    train: LongTrain,
+    train: DistributedTrain,
     mass_range_kg: [Real; 2],
     belief: Gaussian<2>,
     R: Matrix1<Real>,
@@ -89,7 +89,7 @@ impl<const N: usize> CurvatureSlope<N> {
                 kappa: sigma.kappa_ukf,
             }),
             standstill_mps: curvature.standstill_mps(),
-            train: LongTrain::new(vehicle, curvature.standstill_mps()),
+            train: DistributedTrain::new(vehicle, curvature.standstill_mps()),
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
             belief: Gaussian::independent(x, sd),
@@ -142,7 +142,7 @@ impl<const N: usize> CurvatureSlope<N> {
 
     /// No rail is steeper than the limit, whatever an instrument says.
     fn limit(&mut self) {
-        let inside = self.belief.x.y.clamp(-STEEPEST, STEEPEST);
+        let inside = self.belief.x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated |= inside != self.belief.x.y;
         self.belief.x.y = inside;
     }
@@ -202,9 +202,9 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(sd * sd + doubt * doubt);
             Value {
-                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: known && sd < 0.05 && x.y.abs() < STEEPEST,
+                valid: known && sd < 0.05 && x.y.abs() < MAX_GRADE_RAD,
             }
         };
         let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);

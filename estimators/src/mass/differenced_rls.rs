@@ -20,10 +20,10 @@ use crate::api::snapshot::state;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::models::distributed_train::{Ahead, LongTrain, Ready};
+use crate::models::distributed_train::{AlignedSample, DistributedTrain, GradeOffset};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::{Bend, Bends};
-use crate::preprocess::resampler::Conditioner;
+use crate::preprocess::resampler::Resampler;
 use crate::preprocess::sample_hold::Reading;
 
 params! {
@@ -46,10 +46,10 @@ params! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferencedMass {
     params: DifferencedParams,
-    signals: Conditioner,
+    signals: Resampler,
     bends: Bends,
-    train: LongTrain,
-    last: Option<(Ready, Bend)>,
+    train: DistributedTrain,
+    last: Option<(AlignedSample, Bend)>,
     /// M/M₀.
     rls: Rls<1>,
     mass0_kg: Real,
@@ -70,9 +70,9 @@ impl DifferencedMass {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
             params,
-            signals: Conditioner::new(params.cutoff_hz, params.difference_hz, params.settle_s),
+            signals: Resampler::new(params.cutoff_hz, params.difference_hz, params.settle_s),
             bends: Bends::new(bending, params.cutoff_hz),
-            train: LongTrain::new(vehicle, params.standstill_mps),
+            train: DistributedTrain::new(vehicle, params.standstill_mps),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -102,12 +102,13 @@ impl DifferencedMass {
 
     fn difference(
         &mut self,
-        (before, bend_before): &(Ready, Bend),
-        (now, bend): &(Ready, Bend),
+        (before, bend_before): &(AlignedSample, Bend),
+        (now, bend): &(AlignedSample, Bend),
         balance: &ForceBalance,
     ) {
-        let slope =
-            |ready: &Ready| Some(ready.felt?.whole(self.train.tare_kg(), self.found_kg()).0);
+        let slope = |ready: &AlignedSample| {
+            Some(ready.felt?.whole(self.train.tare_kg(), self.found_kg()).0)
+        };
         let slopes = slope(now).zip(slope(before));
         let (before, now) = (before.sample, now.sample);
         let faster = now.acceleration_mps2 - before.acceleration_mps2;
@@ -127,12 +128,12 @@ impl DifferencedMass {
             return;
         };
         self.outcome = outcome;
-        self.rls.keep_usable();
+        self.rls.clamp_usable();
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         self.saturated = !(low..=high).contains(&self.rls.belief.x.x);
     }
 
-    /// Mass within its range, kg. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    /// Mass within its range, kg. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
     fn found_kg(&self) -> Real {
         let [low, high] = self.range_kg;
         within(self.rls.belief.x.x * self.mass0_kg, low, high)
@@ -150,7 +151,7 @@ impl DifferencedMass {
     }
 
     /// By how much grades are ahead of the effective one.
-    pub fn ahead(&self) -> Ahead {
+    pub fn ahead(&self) -> GradeOffset {
         self.train.ahead(self.found_kg())
     }
 

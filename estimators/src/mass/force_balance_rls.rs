@@ -8,7 +8,7 @@
 //! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
 //! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
 //!
-//! A train is long: f and κ are means over where its masses rest ([`LongTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! A train is long: f and κ are means over where its masses rest ([`DistributedTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
 //! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
 //! known and goes to the left, so the balance stays linear in M.
 //!
@@ -25,15 +25,15 @@ use crate::api::params::params;
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
-use crate::filters::cusum::LoadWatch;
-use crate::filters::ewma_variance::RunningDeviation;
+use crate::filters::cusum::LoadChangeDetector;
+use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::models::distributed_train::{LongTrain, Ready};
+use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassStage;
-use crate::preprocess::resampler::Conditioner;
+use crate::pipelines::two_stage::MassEstimator;
+use crate::preprocess::resampler::Resampler;
 use crate::preprocess::sample_hold::Reading;
 
 /// What stands for the acceleration beside the mass.
@@ -76,27 +76,27 @@ const SWAY_MEMORY_S: Real = 3.0;
 
 /// The mass regression: conditioning, gates, recursion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MassRegression {
+pub struct ForceBalanceRls {
     params: MassParams,
     /// Parameters divided by the first mass: [M, r, a, q]/M₀.
     rls: Rls<4>,
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
-    signals: Conditioner,
-    regressor: RunningDeviation,
-    load: LoadWatch,
+    signals: Resampler,
+    regressor: EwmaVariance,
+    load: LoadChangeDetector,
     /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
     before: Rls<4>,
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    train: LongTrain,
+    train: DistributedTrain,
     /// Running deviation of the acceleration: what makes the load swing.
-    jolts: RunningDeviation,
+    jolts: EwmaVariance,
 }
 
-impl MassRegression {
+impl ForceBalanceRls {
     /// From the vehicle, the parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
@@ -126,21 +126,25 @@ impl MassRegression {
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
-            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
-            regressor: RunningDeviation::default(),
-            load: LoadWatch::new(params.load_change),
+            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            regressor: EwmaVariance::default(),
+            load: LoadChangeDetector::new(params.load_change),
             excited: false,
             saturated: false,
             outcome: Outcome {
                 lambda: 1.0,
                 ..Outcome::default()
             },
-            train: LongTrain::new(vehicle, params.standstill_mps),
-            jolts: RunningDeviation::default(),
+            train: DistributedTrain::new(vehicle, params.standstill_mps),
+            jolts: EwmaVariance::default(),
         }
     }
 
-    fn sample(&mut self, Ready { sample: now, felt }: Ready, balance: &ForceBalance) {
+    fn sample(
+        &mut self,
+        AlignedSample { sample: now, felt }: AlignedSample,
+        balance: &ForceBalance,
+    ) {
         let acceleration = now.acceleration_mps2;
         let tare = self.train.tare_kg() / self.mass0_kg;
         // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
@@ -189,7 +193,7 @@ impl MassRegression {
             return;
         };
         self.outcome = outcome;
-        self.rls.keep_usable();
+        self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x.x;
         if self.excited
             && self
@@ -200,16 +204,16 @@ impl MassRegression {
             // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
             // may be false, and on a steady grade nothing else tells the mass.
             self.rls = self.before;
-            self.rls.reopen(&vector![1.0, 0.0, 0.0, 0.0]);
+            self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
             self.rls
-                .loosen(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+                .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
         }
-        if self.load.calm() {
+        if self.load.reset() {
             self.before = self.rls;
         }
     }
 
-    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(self.rls.belief.x.x, low, high)
@@ -230,7 +234,7 @@ impl MassRegression {
     }
 }
 
-impl MassStage for MassRegression {
+impl MassEstimator for ForceBalanceRls {
     const INTERNALS: &'static [&'static str; 6] = &[
         "lambda",
         "mass_residual_n",
@@ -278,13 +282,13 @@ impl MassStage for MassRegression {
         sqrt(gradient.dot(&(self.covariance() * gradient)))
     }
 
-    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+    fn imu_grade_offset(&self, theta: Real) -> (Real, Real) {
         self.train.lead(self.found() * self.mass0_kg, theta)
     }
 
-    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+    fn valid_effective_grade(&mut self, theta: Real, dt: Real) {
         self.train
-            .vouched_grade(self.found() * self.mass0_kg, theta, dt);
+            .valid_effective_grade(self.found() * self.mass0_kg, theta, dt);
     }
 
     fn excited(&self) -> bool {
@@ -309,5 +313,5 @@ impl MassStage for MassRegression {
         ]
     }
 }
-state!(MassRegression { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
+state!(ForceBalanceRls { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
     params, mass0_kg, mu0, range_kg });

@@ -24,15 +24,15 @@ use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
-use crate::filters::cusum::LoadWatch;
+use crate::filters::cusum::LoadChangeDetector;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::models::distributed_train::{LongTrain, Ready};
+use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::pipelines::two_stage::MassStage;
-use crate::preprocess::resampler::Conditioner;
+use crate::pipelines::two_stage::MassEstimator;
+use crate::preprocess::resampler::Resampler;
 use crate::preprocess::sample_hold::Reading;
 
 params! {
@@ -60,8 +60,8 @@ const WEIGHTS: (Real, Real) = (0.02, 0.98);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiModelMass {
     params: MultiModelParams,
-    signals: Conditioner,
-    train: LongTrain,
+    signals: Resampler,
+    train: DistributedTrain,
     bends: Bends,
     start: Rls<1>,
     straight: Rls<1>,
@@ -69,7 +69,7 @@ pub struct MultiModelMass {
     straight_weight: Real,
     /// Σ a and Σ a² of the straight model, forgotten like its samples: what a constant error of the level does to the mass.
     sums: [Real; 2],
-    load: LoadWatch,
+    load: LoadChangeDetector,
     mass0_kg: Real,
     mu: Real,
     range_kg: [Real; 2],
@@ -90,15 +90,15 @@ impl MultiModelMass {
         );
         Self {
             params,
-            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
-            train: LongTrain::new(vehicle, params.standstill_mps),
+            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            train: DistributedTrain::new(vehicle, params.standstill_mps),
             bends: Bends::new(vehicle, params.cutoff_hz),
             start: rls,
             straight: rls,
             turning: rls,
             straight_weight: 1.0,
             sums: [0.0; 2],
-            load: LoadWatch::new(params.load_change),
+            load: LoadChangeDetector::new(params.load_change),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
             mu: vehicle.running_resistance,
             range_kg: vehicle.mass_range_kg,
@@ -107,7 +107,11 @@ impl MultiModelMass {
         }
     }
 
-    fn sample(&mut self, Ready { sample: now, felt }: Ready, balance: &ForceBalance) {
+    fn sample(
+        &mut self,
+        AlignedSample { sample: now, felt }: AlignedSample,
+        balance: &ForceBalance,
+    ) {
         let Some(felt) = felt else {
             return;
         };
@@ -150,7 +154,7 @@ impl MultiModelMass {
             self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
         }
         for rls in [&mut self.straight, &mut self.turning] {
-            rls.keep_usable();
+            rls.clamp_usable();
         }
         self.saturated = [&self.straight, &self.turning]
             .iter()
@@ -169,7 +173,7 @@ impl MultiModelMass {
         self.straight_weight * s + (1.0 - self.straight_weight) * t
     }
 
-    /// M/M₀ of a model within the range of the mass. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    /// M/M₀ of a model within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self, rls: &Rls<1>) -> Real {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(rls.belief.x.x, low, high)
@@ -208,7 +212,7 @@ fn log_likelihood(rls: &Rls<1>, outcome: &Outcome, a: Real, r: Real) -> Real {
     -0.5 * (ln(2.0 * PI * S) + size * size / S)
 }
 
-impl MassStage for MultiModelMass {
+impl MassEstimator for MultiModelMass {
     const INTERNALS: &'static [&'static str; 6] = &[
         "lambda",
         "mass_residual_n",
@@ -259,13 +263,13 @@ impl MassStage for MultiModelMass {
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
     }
 
-    fn grade_lead(&self, theta: Real) -> (Real, Real) {
+    fn imu_grade_offset(&self, theta: Real) -> (Real, Real) {
         self.train.lead(self.fused() * self.mass0_kg, theta)
     }
 
-    fn vouched_grade(&mut self, theta: Real, dt: Real) {
+    fn valid_effective_grade(&mut self, theta: Real, dt: Real) {
         self.train
-            .vouched_grade(self.fused() * self.mass0_kg, theta, dt);
+            .valid_effective_grade(self.fused() * self.mass0_kg, theta, dt);
     }
 
     fn bend_n(&self) -> Real {

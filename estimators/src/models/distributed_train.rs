@@ -1,29 +1,29 @@
 //! A long train for a pipeline: samples that wait until the rail under the train has been read, and by how much the grade at the
-//! instrument is ahead of that which the train as a whole feels ([`TrainOnRail`]). A point is ahead by nothing and never waits.
+//! instrument is ahead of that which the train as a whole feels ([`MappedTrain`]). A point is ahead by nothing and never waits.
 
 use crate::Real;
 use crate::api::real::{GRAVITY, PI, asin, sin};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Blank, state};
-use crate::filters::ring_buffer::Waiting;
-use crate::models::grade_map::{AtPlace, Felt, TrainOnRail};
-use crate::models::map_gaps::Silence;
-use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::filters::ring_buffer::RingBuffer;
+use crate::models::grade_map::{AtPlace, LoadedGrade, MappedTrain};
+use crate::models::map_gaps::MapGaps;
+use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::preprocess::sample_hold::Reading;
 
 /// The train with its waiting samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LongTrain {
-    train: TrainOnRail,
+pub struct DistributedTrain {
+    train: MappedTrain,
     /// A point is ahead by nothing, and that is certain; it needs no memory of the rail.
     point: bool,
     /// What the instrument reads.
     here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: Waiting<(Conditioned, Real), 32>,
+    waiting: RingBuffer<(ResampledSample, Real), 32>,
     standstill_mps: Real,
-    now: Option<Now>,
-    silence: Silence,
+    now: Option<LastKnown>,
+    silence: MapGaps,
     /// What the instrument reads more than g sin θ, m/s², and for how long it has been learnt, s.
     bias_mps2: Real,
     learnt_s: Real,
@@ -38,8 +38,8 @@ const BIAS_SD_MPS2: Real = 0.03;
 
 /// What was felt when the train last moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Now {
-    felt: Felt,
+struct LastKnown {
+    felt: LoadedGrade,
     /// g sin θ + b at the IMU and under the middle of the unit that carries it, m/s².
     imu: Real,
     unit: Real,
@@ -47,16 +47,16 @@ struct Now {
 
 /// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ready {
+pub struct AlignedSample {
     /// The sample.
-    pub sample: Conditioned,
+    pub sample: ResampledSample,
     /// Means over where tare and load rested.
-    pub felt: Option<Felt>,
+    pub felt: Option<LoadedGrade>,
 }
 
 /// By how much sin θ is above that of the effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ahead {
+pub struct GradeOffset {
     /// At the IMU.
     pub imu: Real,
     /// Under the middle of the unit that carries it: what the IMU, which pitches with that unit, reads.
@@ -65,42 +65,42 @@ pub struct Ahead {
     pub sd: Real,
 }
 
-impl Now {
+impl LastKnown {
     fn point([u, curvature]: AtPlace) -> Self {
         Self {
-            felt: Felt::point([u, curvature]),
+            felt: LoadedGrade::point([u, curvature]),
             imu: u,
             unit: u,
         }
     }
 }
 
-impl LongTrain {
+impl DistributedTrain {
     /// From the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
         Self {
-            train: TrainOnRail::new(vehicle),
+            train: MappedTrain::new(vehicle),
             point: vehicle.tare_span_m == [0.0; 2]
                 && vehicle.load_span_m == [0.0; 2]
                 && vehicle.imu_arm_m == 0.0,
             here: None,
-            waiting: Waiting::new(),
+            waiting: RingBuffer::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
-            silence: Silence::new(vehicle),
+            silence: MapGaps::new(vehicle),
             bias_mps2: 0.0,
             learnt_s: 0.0,
         }
     }
 
-    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`LongTrain::take`] has the others.
+    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`DistributedTrain::take`] has the others.
     pub fn step(
         &mut self,
-        signals: &Conditioner,
-        sample: Option<Conditioned>,
+        signals: &Resampler,
+        sample: Option<ResampledSample>,
         reading: &Reading,
         dt: Real,
-    ) -> Option<Ready> {
+    ) -> Option<AlignedSample> {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
@@ -112,13 +112,13 @@ impl LongTrain {
         Some(self.ready(oldest))
     }
 
-    /// The train moves on by one step; see [`TrainOnRail::step`].
+    /// The train moves on by one step; see [`MappedTrain::step`].
     pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
         self.here = place;
         let moving = speed_mps.abs() > self.standstill_mps;
         self.silence.step(place.is_some(), speed_mps.abs() * dt);
         if self.point {
-            self.now = place.filter(|_| moving).map(Now::point).or(self.now);
+            self.now = place.filter(|_| moving).map(LastKnown::point).or(self.now);
             return;
         }
         self.train.step(place, delayed_mps, speed_mps, dt);
@@ -126,12 +126,12 @@ impl LongTrain {
             && let Some((felt, imu)) = self.train.felt_now()
             && let Some(unit) = self.train.unit_now()
         {
-            self.now = Some(Now { felt, imu, unit });
+            self.now = Some(LastKnown { felt, imu, unit });
         }
     }
 
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    pub fn take(&mut self, running: bool) -> Option<Ready> {
+    pub fn take(&mut self, running: bool) -> Option<AlignedSample> {
         let (_, place_m) = self.waiting.first()?;
         if running && !self.train.seen(place_m) {
             return None;
@@ -140,17 +140,17 @@ impl LongTrain {
         Some(self.ready(next))
     }
 
-    fn ready(&self, (sample, place_m): (Conditioned, Real)) -> Ready {
-        Ready {
+    fn ready(&self, (sample, place_m): (ResampledSample, Real)) -> AlignedSample {
+        AlignedSample {
             sample,
             felt: sample.specific_force_mps2.and_then(|_| match self.point {
-                true => self.here.map(Felt::point),
+                true => self.here.map(LoadedGrade::point),
                 false => self.felt(place_m),
             }),
         }
     }
 
-    fn felt(&self, place_m: Real) -> Option<Felt> {
+    fn felt(&self, place_m: Real) -> Option<LoadedGrade> {
         let mut felt = self.train.felt(place_m)?;
         for mean in [&mut felt.tare, &mut felt.load] {
             mean.doubt_mps2 += GRAVITY * self.silence.under_rad();
@@ -159,19 +159,19 @@ impl LongTrain {
     }
 
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
-    pub fn ahead(&self, mass_kg: Real) -> Ahead {
+    pub fn ahead(&self, mass_kg: Real) -> GradeOffset {
         let blind = match self.point {
             true => 0.0,
             false => self.silence.here_rad() + self.silence.under_rad(),
         };
-        let Some(Now { felt, imu, unit }) = self.now else {
-            return Ahead {
+        let Some(LastKnown { felt, imu, unit }) = self.now else {
+            return GradeOffset {
                 sd: blind,
-                ..Ahead::default()
+                ..GradeOffset::default()
             };
         };
         let (mean, doubt) = felt.whole(self.train.tare_kg(), mass_kg);
-        Ahead {
+        GradeOffset {
             imu: (imu - mean) / GRAVITY,
             unit: (unit - mean) / GRAVITY,
             sd: doubt / GRAVITY + blind,
@@ -180,7 +180,7 @@ impl LongTrain {
 
     /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
     /// the instrument.
-    pub fn vouched_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+    pub fn valid_effective_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
         let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
         let Some(now) = self.now.filter(|_| seen) else {
             return;
@@ -231,24 +231,24 @@ pub fn steeper(theta: Real, by: Real) -> Real {
     }
 }
 
-impl Blank for Felt {
+impl Blank for LoadedGrade {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-impl Blank for Now {
+impl Blank for LastKnown {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-impl Blank for Ready {
+impl Blank for AlignedSample {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-state!(Now { felt, imu, unit; });
-state!(Ready { sample, felt; });
-state!(LongTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });
+state!(LastKnown { felt, imu, unit; });
+state!(AlignedSample { sample, felt; });
+state!(DistributedTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });

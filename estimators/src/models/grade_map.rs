@@ -6,7 +6,7 @@
 //! M g sin θ → Σ mᵢ g sin θ(s − dᵢ),  s chainage of the instrument, dᵢ how far behind it mass mᵢ rests
 //!
 //! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s) + b is kept by
-//! place ([`RailMemory`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
+//! place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
 //! the same at every place. Rail that the instrument has not seen (ahead of it; behind it at the start of a run) is taken to go on
 //! as what it has seen ends, and the doubt that this brings is told. What needs no answer at once can wait until it has been seen.
 //!
@@ -27,11 +27,11 @@ const BLOCK: usize = 8;
 /// Cells that the longest span is divided into: fewer than there are, so that a whole train fits.
 const CELLS_PER_SPAN: Real = 100.0;
 /// Shortest cell, m.
-const SHORTEST_M: Real = 0.1;
+const MIN_CELL_M: Real = 0.1;
 /// Way over which the gradient at an end of the known rail is taken, m.
 const END_M: Real = 1.0;
 /// Longest way that a filter's delay can make, m.
-const FARTHEST_M: Real = 2.0;
+const MAX_DELAY_M: Real = 2.0;
 /// How far beyond an end of the known rail its gradient is taken to go on, m.
 const ONWARD_M: Real = 3.0;
 /// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m: the
@@ -43,7 +43,7 @@ pub type AtPlace = [Real; 2];
 
 /// Signals by place on the rail, over the last stretch run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RailMemory {
+pub struct GradeMap {
     cell_m: Real,
     cells: [AtPlace; CELLS],
     /// Sums over the cells, block by block: a mean over a train need not add up all of them.
@@ -74,11 +74,11 @@ fn plus([a, b]: AtPlace, [c, d]: &AtPlace) -> AtPlace {
     [a + c, b + d]
 }
 
-impl RailMemory {
+impl GradeMap {
     /// Room for a stretch of `span_m` metres.
     pub fn new(span_m: Real) -> Self {
         Self {
-            cell_m: (span_m / CELLS_PER_SPAN).max(SHORTEST_M),
+            cell_m: (span_m / CELLS_PER_SPAN).max(MIN_CELL_M),
             cells: [[0.0; 2]; CELLS],
             blocks: [[0.0; 2]; CELLS / BLOCK],
             known: None,
@@ -235,8 +235,8 @@ impl RailMemory {
 
 /// The train's place on the remembered rail.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrainOnRail {
-    rail: RailMemory,
+pub struct MappedTrain {
+    rail: GradeMap,
     /// Way run, delayed like all filtered signals, m.
     place_m: Real,
     /// Way run as of now, m.
@@ -250,14 +250,14 @@ pub struct TrainOnRail {
 
 /// Means over where tare and load rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Felt {
+pub struct LoadedGrade {
     /// Mean over the tare.
     pub tare: Mean,
     /// Mean over the load.
     pub load: Mean,
 }
 
-impl Felt {
+impl LoadedGrade {
     /// Mean of u over a whole train of `mass_kg` with a tare of `tare_kg`, m/s², and its doubt.
     pub fn whole(&self, tare_kg: Real, mass_kg: Real) -> (Real, Real) {
         let tare_share = (tare_kg / mass_kg.max(tare_kg)).min(1.0);
@@ -270,7 +270,7 @@ impl Felt {
     }
 }
 
-impl Felt {
+impl LoadedGrade {
     /// What a point feels that reads `here`.
     pub fn point(here: AtPlace) -> Self {
         let here = Mean {
@@ -290,13 +290,13 @@ impl Felt {
     }
 }
 
-impl TrainOnRail {
+impl MappedTrain {
     /// From the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         let span_m = b.max(d).max(0.0) - a.min(c).min(0.0);
         Self {
-            rail: RailMemory::new(span_m),
+            rail: GradeMap::new(span_m),
             place_m: 0.0,
             now_m: 0.0,
             here: None,
@@ -312,7 +312,7 @@ impl TrainOnRail {
         self.place_m += delayed_mps * dt;
         self.now_m += speed_mps * dt;
         // What was lost while a signal was silent must not stay between the two.
-        let apart = within(self.now_m - self.place_m, -FARTHEST_M, FARTHEST_M);
+        let apart = within(self.now_m - self.place_m, -MAX_DELAY_M, MAX_DELAY_M);
         self.now_m = self.place_m + apart;
         self.here = now;
         if let Some(value) = now {
@@ -332,18 +332,18 @@ impl TrainOnRail {
     }
 
     /// What the train feels with the instrument's unit at `place_m`; `None` without an accelerometer.
-    pub fn felt(&self, place_m: Real) -> Option<Felt> {
+    pub fn felt(&self, place_m: Real) -> Option<LoadedGrade> {
         self.here?;
         let mean =
             |[nearest, farthest]: [Real; 2]| self.rail.mean(place_m - farthest, place_m - nearest);
-        Some(Felt {
+        Some(LoadedGrade {
             tare: mean(self.tare_span_m)?,
             load: mean(self.load_span_m)?,
         })
     }
 
     /// What the train feels now, the delay of the filters made up, and u at the instrument now, m/s².
-    pub fn felt_now(&self) -> Option<(Felt, Real)> {
+    pub fn felt_now(&self) -> Option<(LoadedGrade, Real)> {
         let place_m = self.now_m + self.arm_m;
         let [here_mps2, _] = self.rail.mean(place_m, place_m)?.value;
         Some((self.felt(self.now_m)?, here_mps2))
@@ -361,7 +361,7 @@ impl TrainOnRail {
     }
 }
 
-impl State for RailMemory {
+impl State for GradeMap {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             cells,
@@ -378,8 +378,8 @@ impl State for RailMemory {
 }
 
 state!(Mean { value, doubt_mps2, unseen_m; } where |this| this.doubt_mps2 >= 0.0);
-state!(Felt { tare, load; });
-state!(TrainOnRail { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
+state!(LoadedGrade { tare, load; });
+state!(MappedTrain { rail, place_m, now_m, here; tare_kg, tare_span_m, load_span_m, arm_m });
 
 #[cfg(test)]
 #[path = "grade_map_tests.rs"]

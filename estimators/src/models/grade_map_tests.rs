@@ -10,7 +10,7 @@ fn u(s: Real) -> Real {
     1.3 * (0.314 * s).sin() + 0.05 * s
 }
 
-fn run(rail: &mut RailMemory, from: Real, to: Real) {
+fn run(rail: &mut GradeMap, from: Real, to: Real) {
     let step = if to > from { 0.005 } else { -0.005 };
     for k in 0..=((to - from) / step) as usize {
         let s = from + k as Real * step;
@@ -20,7 +20,7 @@ fn run(rail: &mut RailMemory, from: Real, to: Real) {
 
 #[test]
 fn the_mean_over_a_train_is_the_integral_over_the_rail() {
-    let mut rail = RailMemory::new(18.0);
+    let mut rail = GradeMap::new(18.0);
     run(&mut rail, 3.0, 45.0);
     let integral = |s: Real| -1.3 / 0.314 * (0.314 * s).cos() + 0.025 * s * s;
     for [rear, front] in [[27.3, 45.0], [30.0, 34.7], [36.02, 36.07]] {
@@ -38,7 +38,7 @@ fn the_mean_over_a_train_is_the_integral_over_the_rail() {
 
 #[test]
 fn sums_by_block_are_sums_by_cell() {
-    let mut rail = RailMemory::new(18.0);
+    let mut rail = GradeMap::new(18.0);
     let mut random = Random::new(62);
     let mut place = 0.0;
     for _ in 0..3000 {
@@ -58,7 +58,7 @@ fn sums_by_block_are_sums_by_cell() {
                 Ordering::Equal => 0.0,
                 Ordering::Greater => rail.gradient(known, near, -1),
             };
-            let [u, curvature] = rail.cells[RailMemory::slot(near)];
+            let [u, curvature] = rail.cells[GradeMap::slot(near)];
             value[0] += share * (u + onward * away.min(ONWARD_M));
             value[1] += share * curvature;
             doubt += share * away * (UNSEEN_MPS2_PER_M + onward.abs());
@@ -72,7 +72,7 @@ fn sums_by_block_are_sums_by_cell() {
 
 #[test]
 fn a_place_revisited_backwards_is_still_known_and_a_jump_forgets() {
-    let mut rail = RailMemory::new(18.0);
+    let mut rail = GradeMap::new(18.0);
     run(&mut rail, 0.0, 15.0);
     run(&mut rail, 15.0, 4.0);
     let mean = rail.mean(14.0, 14.2).unwrap();
@@ -84,7 +84,7 @@ fn a_place_revisited_backwards_is_still_known_and_a_jump_forgets() {
 
 #[test]
 fn unseen_rail_continues_the_seen_and_is_doubted_the_more_the_farther_and_the_steeper() {
-    let mut level = RailMemory::new(18.0);
+    let mut level = GradeMap::new(18.0);
     let mut bend = level;
     for k in 0..1000 {
         let s = k as Real * 0.005;
@@ -99,7 +99,7 @@ fn unseen_rail_continues_the_seen_and_is_doubted_the_more_the_farther_and_the_st
 
 #[test]
 fn a_point_feels_what_its_instrument_reads() {
-    let mut train = TrainOnRail::new(&vehicle());
+    let mut train = MappedTrain::new(&vehicle());
     assert_eq!(train.felt(0.0), None);
     for k in 0..1000 {
         let now = u(0.004 * k as Real);
@@ -114,7 +114,7 @@ fn a_point_feels_what_its_instrument_reads() {
 
 #[test]
 fn garbage_places_are_survived() {
-    let mut rail = RailMemory::new(1e6);
+    let mut rail = GradeMap::new(1e6);
     for place in [0.0, 1e300, -1e300, Real::NAN, 1e12, 3.0] {
         rail.visit(place, [1.0, 0.0]);
         assert!(

@@ -8,11 +8,11 @@ use crate::api::snapshot::state;
 /// By how much the grade may change per metre of rail that nothing has read, rad/m: transitions turn by one to two degrees a metre.
 const RAD_PER_M: Real = 0.02;
 /// After this way nothing more can get lost, m.
-const MOST_M: Real = 50.0;
+const MAX_M: Real = 50.0;
 
 /// Ways run without an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Silence {
+pub struct MapGaps {
     length_m: Real,
     /// Way run since the instrument last spoke, m.
     silent_m: Real,
@@ -21,13 +21,13 @@ pub struct Silence {
     since_m: Real,
 }
 
-impl Silence {
+impl MapGaps {
     /// For a train as long as the vehicle says, before its instrument has spoken.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         Self {
             length_m: (b.max(d) - a.min(c)).max(0.1),
-            silent_m: MOST_M,
+            silent_m: MAX_M,
             gap_m: 0.0,
             since_m: 0.0,
         }
@@ -36,11 +36,11 @@ impl Silence {
     /// The train has run `way_m` on, and the instrument has spoken, or not.
     pub fn step(&mut self, spoken: bool, way_m: Real) {
         if !spoken {
-            self.silent_m = within(self.silent_m + way_m, 0.0, MOST_M);
+            self.silent_m = within(self.silent_m + way_m, 0.0, MAX_M);
             return;
         }
         // Before the first word there is no rail to have a gap.
-        if self.silent_m > 0.0 && self.silent_m < MOST_M {
+        if self.silent_m > 0.0 && self.silent_m < MAX_M {
             (self.gap_m, self.since_m) = (self.gap_m.max(self.silent_m), 0.0);
         }
         self.silent_m = 0.0;
@@ -62,7 +62,7 @@ impl Silence {
     }
 }
 
-state!(Silence { silent_m, gap_m, since_m; length_m });
+state!(MapGaps { silent_m, gap_m, since_m; length_m });
 
 #[cfg(test)]
 mod tests {
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_gap_is_doubted_until_the_train_has_run_over_it() {
-        let mut silence = Silence::new(&Vehicle {
+        let mut silence = MapGaps::new(&Vehicle {
             tare_span_m: [0.0, 18.0],
             ..vehicle()
         });

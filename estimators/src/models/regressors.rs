@@ -27,7 +27,7 @@ use crate::Real;
 use crate::api::real::{GRAVITY, cos, sin, sqrt};
 use crate::mass::force_balance_rls::AccelSource;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::resampler::Conditioned;
+use crate::preprocess::resampler::ResampledSample;
 
 /// Which regression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,9 +92,9 @@ pub struct Known {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signals {
     /// Now.
-    pub now: Conditioned,
+    pub now: ResampledSample,
     /// The sample before it.
-    pub before: Option<Conditioned>,
+    pub before: Option<ResampledSample>,
     /// Grade angle of the slope filter, rad.
     pub theta: Real,
     /// Steering angle, rad, and lateral acceleration, m/s².
@@ -195,12 +195,12 @@ impl Regressor {
 }
 
 /// F − J v̇, N.
-fn net_force(sample: &Conditioned, known: &Known) -> Real {
+fn net_force(sample: &ResampledSample, known: &Known) -> Real {
     sample.force_n - known.rotating_mass_kg * sample.acceleration_mps2
 }
 
 /// v̇ + g sin θ, from the accelerometer or from the wheels and a slope.
-fn felt(now: &Conditioned, source: AccelSource, theta: Real) -> Option<Real> {
+fn felt(now: &ResampledSample, source: AccelSource, theta: Real) -> Option<Real> {
     match source {
         AccelSource::SpecificForce => now.specific_force_mps2,
         AccelSource::Kinematic => Some(now.acceleration_mps2 + GRAVITY * sin(theta)),
@@ -212,11 +212,11 @@ mod tests {
     use super::*;
 
     /// Signals of a force balance that holds exactly.
-    fn exact(known: &Known, mass: Real, v: Real, a: Real, theta: Real) -> Conditioned {
+    fn exact(known: &Known, mass: Real, v: Real, a: Real, theta: Real) -> ResampledSample {
         let direction = v.signum();
         let force = (mass + known.rotating_mass_kg) * a
             + mass * GRAVITY * (theta.sin() + direction * known.mu * theta.cos());
-        Conditioned {
+        ResampledSample {
             force_n: force,
             speed_mps: v,
             acceleration_mps2: a,

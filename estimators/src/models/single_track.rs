@@ -27,7 +27,7 @@ use crate::preprocess::sample_hold::Reading;
 /// Speed, m/s, below which the slip angles of the model are not defined well; backwards they are others.
 const SLOW_MPS: Real = 1.0;
 /// No front wheel is steered further, rad.
-const MOST_STEER: Real = 0.7;
+const MAX_STEER: Real = 0.7;
 /// Steering angle, rad, and lateral acceleration, m/s², from which on a vehicle counts as turning.
 const TURNING: [Real; 2] = [PI / 180.0, 0.3];
 
@@ -121,7 +121,7 @@ fn bend(
     mass_kg: Real,
 ) -> Option<Bend> {
     let speed = reading.speed_mps.filter(|v| *v > SLOW_MPS)?;
-    let steer = reading.steering_angle_rad?.clamp(-MOST_STEER, MOST_STEER);
+    let steer = reading.steering_angle_rad?.clamp(-MAX_STEER, MAX_STEER);
     let (across, yaw_rate) = (reading.lateral_force_mps2?, reading.yaw_rate_radps?);
     let length = road.front_axle_m + road.rear_axle_m;
     let slip = mass_kg * across * road.front_axle_m / (length * road.rear_cornering_npr);

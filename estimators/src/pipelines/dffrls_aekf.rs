@@ -1,8 +1,8 @@
 //! `dffrls_aekf`: Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification
 //! research", Coal Science and Technology 51(S1), in the form that works.
 //!
-//! signals → mass by least squares with residual-driven forgetting ([`MassRegression`]) → slope by an adaptive extended Kalman
-//! filter with that mass ([`SlopeFilter`]).
+//! signals → mass by least squares with residual-driven forgetting ([`ForceBalanceRls`]) → slope by an adaptive extended Kalman
+//! filter with that mass ([`ForceBalanceEkf`]).
 //!
 //! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope helps
 //! instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations; angles are not
@@ -11,10 +11,10 @@
 use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
-use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
-use crate::mass::force_balance_rls::{MassParams, MassRegression};
+use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
+use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassThenSlope;
+use crate::pipelines::two_stage::TwoStage;
 
 params! {
     /// How `dffrls_aekf` forgets and adapts.
@@ -28,11 +28,11 @@ params! {
 
 param_groups! {
     /// Parameters of `dffrls_aekf`.
-    Params { own: Own, mass: MassParams, slope: SlopeParams }
+    Params { own: Own, mass: MassParams, slope: GradeParams }
 }
 
 /// The pipeline.
-pub type DffrlsAekf = MassThenSlope<MassRegression>;
+pub type DffrlsAekf = TwoStage<ForceBalanceRls>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekf {
@@ -43,10 +43,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekf {
         sharpness: own.sigma,
         first: own.lambda0,
     };
-    MassThenSlope {
+    TwoStage {
         balance,
-        mass: MassRegression::new(vehicle, params.mass, policy),
-        slope: SlopeFilter::new(balance, params.slope, Adaptation::sage_husa(own.kappa)),
+        mass: ForceBalanceRls::new(vehicle, params.mass, policy),
+        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::sage_husa(own.kappa)),
         standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

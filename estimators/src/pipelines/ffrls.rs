@@ -15,12 +15,12 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::grade::force_balance_ekf::STEEPEST;
-use crate::models::distributed_train::{LongTrain, steeper};
+use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
+use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
@@ -55,8 +55,8 @@ pub struct Ffrls {
     range_kg: [Real; 2],
     /// [M₀/M, sin(θ + θ_μ)].
     rls: Rls<2>,
-    signals: Conditioner,
-    train: LongTrain,
+    signals: Resampler,
+    train: DistributedTrain,
     /// Sign of the speed at the last sample: χ₂ belongs to it.
     direction: Real,
     speed_mps: Real,
@@ -81,8 +81,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         range_kg: vehicle.mass_range_kg,
         rls: Rls::new(prior, Forgetting::Constant(own.lambda0))
             .in_square_root_form(own.square_root >= 0.5),
-        signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
-        train: LongTrain::new(vehicle, own.standstill_mps),
+        signals: Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
+        train: DistributedTrain::new(vehicle, own.standstill_mps),
         direction: 1.0,
         speed_mps: 0.0,
         saturated: false,
@@ -91,7 +91,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
 }
 
 impl Ffrls {
-    fn sample(&mut self, now: Conditioned) {
+    fn sample(&mut self, now: ResampledSample) {
         self.direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
         let acceleration = now.acceleration_mps2;
         let h = vector![
@@ -103,11 +103,11 @@ impl Ffrls {
             return;
         };
         self.outcome = outcome;
-        self.rls.keep_usable();
+        self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x;
     }
 
-    /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Vector2<Real> {
         let ([low, high], x) = (self.range_kg, self.rls.belief.x);
         vector![
@@ -144,7 +144,7 @@ impl Pipeline for Ffrls {
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(theta_sd * theta_sd + doubt * doubt);
             Value {
-                value: steeper(theta, by).clamp(-STEEPEST, STEEPEST),
+                value: steeper(theta, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
                 valid: running && known && sd < 0.05,
             }

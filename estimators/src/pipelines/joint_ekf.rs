@@ -4,7 +4,7 @@
 //! wheel speed is the only measurement.
 //!
 //! The filter is sure of more than it knows: at steady speed the noise of its inputs passes for information, and after hours it is
-//! certain of a mass that noise has made. What it *says* is kept honest: the variance of w is let shrink only while the speed
+//! certain of a mass that noise has made. What it *says* is kept legitimate_repeats: the variance of w is let shrink only while the speed
 //! changes (`JointEkf::known`), which alone tells mass from slope; mass and slope are not valid before.
 //!
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
@@ -17,14 +17,14 @@ use crate::api::real::{PI, lag, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf;
-use crate::filters::ewma_variance::RunningDeviation;
+use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::grade::force_balance_ekf::STEEPEST;
-use crate::models::distributed_train::{LongTrain, steeper};
+use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
+use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::resampler::Conditioner;
+use crate::preprocess::resampler::Resampler;
 use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
@@ -55,7 +55,7 @@ const EXCITATION_MPS: Real = 0.05;
 const EXCITATION_MEMORY_S: Real = 5.0;
 
 /// How many times the range of the mass the filter itself goes beyond it.
-const BEYOND: Real = 100.0;
+const MAX_RATIO: Real = 100.0;
 
 /// M w, kg.
 const SCALE: Real = 1e4;
@@ -69,11 +69,11 @@ pub struct JointEkf {
     range_kg: [Real; 2],
     belief: Gaussian<3>,
     /// For the grade at the IMU of a long train alone.
-    signals: Conditioner,
-    train: LongTrain,
+    signals: Resampler,
+    train: DistributedTrain,
     /// Variance of w that was earned while the speed changed.
     earned: Real,
-    speed: RunningDeviation,
+    speed: EwmaVariance,
     excited: bool,
     started: bool,
     saturated: bool,
@@ -102,10 +102,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
         belief: Gaussian::independent(x, sd),
-        signals: Conditioner::new(CUTOFF_HZ, 1.0, 0.0),
-        train: LongTrain::new(vehicle, params.own.standstill_mps),
+        signals: Resampler::new(CUTOFF_HZ, 1.0, 0.0),
+        train: DistributedTrain::new(vehicle, params.own.standstill_mps),
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
-        speed: RunningDeviation::default(),
+        speed: EwmaVariance::default(),
         excited: false,
         started: false,
         saturated: false,
@@ -187,12 +187,12 @@ impl JointEkf {
         self.last = Some(correction);
         let [low, high] = self.range_kg;
         let x = self.belief.x;
-        let theta = within(x.y, -STEEPEST, STEEPEST);
+        let theta = within(x.y, -MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = theta != x.y || self.w() != x.z;
         // The range of the mass limits what is told and not the filter: w cut back without the slope it hangs together with would contradict all
         // measurements before. Only where the force balance loses its sense does it stop.
         self.belief.x.y = theta;
-        self.belief.x.z = within(x.z, SCALE / (BEYOND * high), BEYOND * SCALE / low);
+        self.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
     }
 }
 
@@ -235,7 +235,7 @@ impl Pipeline for JointEkf {
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
             Value {
-                value: steeper(x.y, by).clamp(-STEEPEST, STEEPEST),
+                value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
                 valid: running && mass_known && sd < 0.05,
             }

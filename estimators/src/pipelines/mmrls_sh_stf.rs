@@ -1,15 +1,15 @@
 //! `mmrls_sh_stf`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
 //! road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches
-//! between Sage-Husa and strong tracking ([`SlopeFilter`]). The formulas are reconstructed: those of the published text are pictures,
+//! between Sage-Husa and strong tracking ([`ForceBalanceEkf`]). The formulas are reconstructed: those of the published text are pictures,
 //! and the switching criterion is cut off; here strong tracking takes over
 //! while innovations are too large and keep to one side.
 
 use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
-use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
+use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::multi_model_rls::{MultiModelMass, MultiModelParams};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassThenSlope;
+use crate::pipelines::two_stage::TwoStage;
 
 params! {
     /// How `mmrls_sh_stf` adapts.
@@ -23,11 +23,11 @@ params! {
 
 param_groups! {
     /// Parameters of `mmrls_sh_stf`.
-    Params { own: Own, mass: MultiModelParams, slope: SlopeParams }
+    Params { own: Own, mass: MultiModelParams, slope: GradeParams }
 }
 
 /// The pipeline.
-pub type MmrlsShStf = MassThenSlope<MultiModelMass>;
+pub type MmrlsShStf = TwoStage<MultiModelMass>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
@@ -39,10 +39,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
         weakening: own.weakening,
         alarm: own.alarm,
     };
-    MassThenSlope {
+    TwoStage {
         balance,
         mass: MultiModelMass::new(vehicle, params.mass),
-        slope: SlopeFilter::new(balance, params.slope, adaptation),
+        slope: ForceBalanceEkf::new(balance, params.slope, adaptation),
         standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

@@ -15,13 +15,13 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::low_pass::MatchedFilter;
 use crate::filters::rls::{Outcome, Rls};
-use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
+use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::AccelSource;
 use crate::models::force_balance::ForceBalance;
 use crate::models::regressors;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
-use crate::pipelines::two_stage::{MassStage, MassThenSlope};
-use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::pipelines::two_stage::{MassEstimator, TwoStage};
+use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::preprocess::sample_hold::Reading;
 
 params! {
@@ -53,19 +53,19 @@ params! {
 
 param_groups! {
     /// Parameters of `regression`.
-    Params { regression: RegressionParams, slope: SlopeParams }
+    Params { regression: RegressionParams, slope: GradeParams }
 }
 
 /// The pipeline.
-pub type Regression = MassThenSlope<OneRegression>;
+pub type Regression = TwoStage<OneRegression>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let balance = ForceBalance::new(vehicle);
-    MassThenSlope {
+    TwoStage {
         balance,
         mass: OneRegression::new(vehicle, params.regression),
-        slope: SlopeFilter::new(balance, params.slope, Adaptation::None),
+        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
         standstill_mps: vehicle.standstill_mps(params.regression.standstill_mps),
     }
 }
@@ -79,8 +79,8 @@ pub struct OneRegression {
     wheelbase_m: Real,
     range_kg: [Real; 2],
     rls: Rls<2>,
-    signals: Conditioner,
-    before: Option<Conditioned>,
+    signals: Resampler,
+    before: Option<ResampledSample>,
     steering: MatchedFilter,
     lateral: MatchedFilter,
     excess: MatchedFilter,
@@ -151,7 +151,7 @@ impl OneRegression {
                 Gaussian::independent(vector![mean, free], vector![sd, free_sd]),
                 policy(&params),
             ),
-            signals: Conditioner::new(params.cutoff_hz, params.regression_hz, params.settle_s),
+            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
             before: None,
             steering: filter,
             lateral: filter,
@@ -167,11 +167,11 @@ impl OneRegression {
         }
     }
 
-    fn sample(&mut self, now: Conditioned) {
+    fn sample(&mut self, now: ResampledSample) {
         let before = self.before.replace(now);
         let turned = before.is_some_and(|before| before.speed_mps * now.speed_mps < 0.0);
         if turned && self.regressor.has_free_term() {
-            self.rls.reopen(&vector![0.0, 1.0]);
+            self.rls.reset_to_prior(&vector![0.0, 1.0]);
         }
         let across = self.lateral.value().unwrap_or(0.0);
         let steer = self.steering.value().unwrap_or(0.0);
@@ -192,11 +192,11 @@ impl OneRegression {
             return;
         };
         self.outcome = outcome;
-        self.rls.keep_usable();
+        self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x.x;
     }
 
-    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::keep_usable`]).
+    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg;
         let first = self.known.mass0_kg;
@@ -214,7 +214,7 @@ impl OneRegression {
     }
 }
 
-impl MassStage for OneRegression {
+impl MassEstimator for OneRegression {
     const INTERNALS: &'static [&'static str; 6] =
         &["lambda", "residual", "chi1", "chi1_sd", "chi2", "chi2_sd"];
 
@@ -274,7 +274,7 @@ impl MassStage for OneRegression {
         traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value)
     }
 
-    fn told_grade(&mut self, theta: Real) {
+    fn stage_two_grade(&mut self, theta: Real) {
         self.theta = theta;
     }
 

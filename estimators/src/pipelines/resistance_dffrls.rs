@@ -21,14 +21,14 @@ use crate::api::signals::{Command, Estimate, Flags, Measurements, Value, Vehicle
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
-use crate::filters::ring_buffer::Waiting;
+use crate::filters::ring_buffer::RingBuffer;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::models::grade_map::TrainOnRail;
+use crate::models::grade_map::MappedTrain;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::resampler::{Conditioned, Conditioner};
-use crate::preprocess::sample_hold::{FrontEnd, Reading};
+use crate::preprocess::resampler::{ResampledSample, Resampler};
+use crate::preprocess::sample_hold::{Reading, SampleHold};
 use crate::{Error, Real, Time};
 
 params! {
@@ -56,7 +56,7 @@ param_groups! {
 }
 
 /// Largest size of the coefficient: beyond it the rail would brake harder than the train weighs.
-const MOST: Real = 1.0;
+const MAX_COEFFICIENT: Real = 1.0;
 
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,10 +65,10 @@ pub struct Resistance {
     balance: ForceBalance,
     mass_kg: Real,
     rls: Rls<1>,
-    signals: Conditioner,
-    train: TrainOnRail,
+    signals: Resampler,
+    train: MappedTrain,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: Waiting<(Conditioned, Real), 32>,
+    waiting: RingBuffer<(ResampledSample, Real), 32>,
     /// |F|/(M g) of the last sample: what a share of mass or torque makes of μ.
     load: Real,
     outcome: Outcome,
@@ -91,9 +91,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
         balance: ForceBalance::new(vehicle),
         mass_kg: vehicle.first_mass_kg(own.known_mass_kg),
         rls: Rls::new(prior, policy),
-        signals: Conditioner::new(own.cutoff_hz, own.regression_hz, own.settle_s),
-        train: TrainOnRail::new(vehicle),
-        waiting: Waiting::new(),
+        signals: Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
+        train: MappedTrain::new(vehicle),
+        waiting: RingBuffer::new(),
         load: 0.0,
         outcome: Outcome::default(),
     }
@@ -133,7 +133,7 @@ impl Resistance {
         (moving, running)
     }
 
-    fn sample(&mut self, (now, place_m): (Conditioned, Real)) {
+    fn sample(&mut self, (now, place_m): (ResampledSample, Real)) {
         let felt = now
             .specific_force_mps2
             .and_then(|_| self.train.felt(place_m));
@@ -153,7 +153,7 @@ impl Resistance {
         };
         self.outcome = outcome;
         self.load = (now.force_n / (self.mass_kg * GRAVITY)).abs();
-        self.rls.belief.x.x = within(self.rls.belief.x.x, -MOST, MOST);
+        self.rls.belief.x.x = within(self.rls.belief.x.x, -MAX_COEFFICIENT, MAX_COEFFICIENT);
     }
 
     fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t_s: Time) -> Estimate {
@@ -194,7 +194,7 @@ impl Resistance {
             flags: Flags {
                 moving,
                 excited: running && self.signals.settled(),
-                saturated: self.rls.belief.x.x.abs() >= MOST,
+                saturated: self.rls.belief.x.x.abs() >= MAX_COEFFICIENT,
             },
         }
     }
@@ -229,7 +229,7 @@ impl Pipeline for Resistance {
 /// The same with a slope that the caller knows, as in the paper, in place of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surveyed {
-    front_end: FrontEnd,
+    front_end: SampleHold,
     resistance: Resistance,
 }
 
@@ -237,7 +237,7 @@ impl Surveyed {
     /// From the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, params: &Params) -> Self {
         Self {
-            front_end: FrontEnd::new(vehicle),
+            front_end: SampleHold::new(vehicle),
             resistance: new(vehicle, params),
         }
     }

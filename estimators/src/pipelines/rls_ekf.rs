@@ -5,26 +5,26 @@
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
-use crate::grade::force_balance_ekf::{Adaptation, SlopeFilter, SlopeParams};
-use crate::mass::force_balance_rls::{MassParams, MassRegression};
+use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
+use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassThenSlope;
+use crate::pipelines::two_stage::TwoStage;
 
 param_groups! {
     /// Parameters of `rls_ekf`.
-    Params { mass: MassParams, slope: SlopeParams }
+    Params { mass: MassParams, slope: GradeParams }
 }
 
 /// The pipeline.
-pub type RlsEkf = MassThenSlope<MassRegression>;
+pub type RlsEkf = TwoStage<ForceBalanceRls>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> RlsEkf {
     let balance = ForceBalance::new(vehicle);
-    MassThenSlope {
+    TwoStage {
         balance,
-        mass: MassRegression::new(vehicle, params.mass, Forgetting::None),
-        slope: SlopeFilter::new(balance, params.slope, Adaptation::None),
+        mass: ForceBalanceRls::new(vehicle, params.mass, Forgetting::None),
+        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
         standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
     }
 }

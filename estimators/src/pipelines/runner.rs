@@ -5,7 +5,7 @@ use core::fmt;
 use crate::api::estimator::Estimator;
 use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
 use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
-use crate::preprocess::sample_hold::{FrontEnd, Reading};
+use crate::preprocess::sample_hold::{Reading, SampleHold};
 use crate::{Error, Real, Time};
 
 /// The work of a pipeline, once its input is checked and merged. Plain data: a copy is a snapshot.
@@ -27,16 +27,16 @@ pub trait Pipeline: Copy {
 
 /// A pipeline made an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hosted<P> {
-    front_end: FrontEnd,
+pub struct Runner<P> {
+    front_end: SampleHold,
     now: P,
-    start: (FrontEnd, P),
+    start: (SampleHold, P),
 }
 
-impl<P: Pipeline> Hosted<P> {
+impl<P: Pipeline> Runner<P> {
     /// Hosts `pipeline`, built for `vehicle`.
     pub fn new(vehicle: &Vehicle, pipeline: P) -> Self {
-        let front_end = FrontEnd::new(vehicle);
+        let front_end = SampleHold::new(vehicle);
         Self {
             front_end,
             now: pipeline,
@@ -45,21 +45,21 @@ impl<P: Pipeline> Hosted<P> {
     }
 }
 
-impl<P: Pipeline + fmt::Debug> Hosted<P> {
+impl<P: Pipeline + fmt::Debug> Runner<P> {
     /// What it was built with: vehicle, parameters, and how this version keeps them.
     pub(crate) fn fingerprint(&self) -> u64 {
         Fingerprint::of(&self.start)
     }
 }
 
-impl<P: Pipeline> State for Hosted<P> {
+impl<P: Pipeline> State for Runner<P> {
     fn visit(&mut self, archive: &mut Archive) {
         self.front_end.visit(archive);
         self.now.visit(archive);
     }
 }
 
-impl<P: Pipeline> Estimator for Hosted<P> {
+impl<P: Pipeline> Estimator for Runner<P> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         let before = (self.front_end, self.now);
         let reading = self.front_end.read(z, u, dt)?;

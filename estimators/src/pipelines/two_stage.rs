@@ -3,7 +3,7 @@
 use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
-use crate::grade::force_balance_ekf::{Drive, STEEPEST, SlopeFilter};
+use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
 use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
@@ -20,8 +20,8 @@ pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
 }
 
 /// A first stage: something that learns the mass while the train runs.
-pub trait MassStage: Copy {
-    /// Names of [`MassStage::internals`].
+pub trait MassEstimator: Copy {
+    /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [&'static str; 6];
 
     /// One step. `running` tells that the force balance holds now: moving, brake released.
@@ -46,15 +46,15 @@ pub trait MassStage: Copy {
     /// train for a point.
     ///
     /// `theta` is that effective grade, rad.
-    fn grade_lead(&self, _theta: Real) -> (Real, Real) {
+    fn imu_grade_offset(&self, _theta: Real) -> (Real, Real) {
         (0.0, 0.0)
     }
 
     /// An effective grade, rad, that is vouched for, `dt` seconds after the last step.
-    fn vouched_grade(&mut self, _theta: Real, _dt: Real) {}
+    fn valid_effective_grade(&mut self, _theta: Real, _dt: Real) {}
 
     /// The grade angle, rad, that the second stage has found with this mass; most first stages need none.
-    fn told_grade(&mut self, _theta: Real) {}
+    fn stage_two_grade(&mut self, _theta: Real) {}
 
     /// Whether it is excited and learns.
     fn excited(&self) -> bool;
@@ -68,18 +68,18 @@ pub trait MassStage: Copy {
 
 /// Mass first, then slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MassThenSlope<M> {
+pub struct TwoStage<M> {
     /// Constants of the force balance.
     pub balance: ForceBalance,
     /// First stage.
     pub mass: M,
     /// Second stage.
-    pub slope: SlopeFilter,
+    pub slope: ForceBalanceEkf,
     /// Speed below which the train counts as standing, m/s.
     pub standstill_mps: Real,
 }
 
-impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
+impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
     const INTERNALS: &'static [&'static str] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
@@ -123,7 +123,7 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
         }
 
         let belief = self.slope.belief();
-        self.mass.told_grade(belief.x.y);
+        self.mass.stage_two_grade(belief.x.y);
         let parameters_sd = drive.map_or(0.0, |drive| {
             self.mass
                 .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)
@@ -136,19 +136,19 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
             valid: running
                 && mass_kg.valid
                 && effective_sd < 0.05
-                && self.slope.wheels_obey()
-                && self.slope.sighted(),
+                && self.slope.wheel_speed_consistent()
+                && self.slope.grade_observable(),
         };
         if effective_grade_rad.valid {
-            self.mass.vouched_grade(belief.x.y, dt);
+            self.mass.valid_effective_grade(belief.x.y, dt);
         }
-        let (lead, lead_sd) = self.mass.grade_lead(belief.x.y);
+        let (lead, lead_sd) = self.mass.imu_grade_offset(belief.x.y);
         let grade_sd = sqrt(effective_sd * effective_sd + lead_sd * lead_sd);
         Estimate {
             t_s,
             total_mass_kg: mass_kg,
             grade_rad: Value {
-                value: steeper(belief.x.y, lead).clamp(-STEEPEST, STEEPEST),
+                value: steeper(belief.x.y, lead).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd: grade_sd,
                 valid: effective_grade_rad.valid && grade_sd < 0.05,
             },
@@ -190,4 +190,4 @@ impl<M: MassStage + State> Pipeline for MassThenSlope<M> {
     }
 }
 
-state!(@[M: State] MassThenSlope<M> { mass, slope; balance, standstill_mps });
+state!(@[M: State] TwoStage<M> { mass, slope; balance, standstill_mps });

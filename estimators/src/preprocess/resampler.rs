@@ -12,7 +12,7 @@ const TIGHTEST_PER_M: Real = 0.5;
 
 /// One filtered sample; all its numbers are delayed alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Conditioned {
+pub struct ResampledSample {
     /// Traction at the rims, N.
     pub force_n: Real,
     /// Speed, m/s.
@@ -29,7 +29,7 @@ pub struct Conditioned {
 
 /// The filters and the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditioner {
+pub struct Resampler {
     force: MatchedFilter,
     speed: MatchedFilter,
     specific_force: MatchedFilter,
@@ -42,7 +42,7 @@ pub struct Conditioner {
     fresh: bool,
 }
 
-impl Conditioner {
+impl Resampler {
     /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got going.
     pub fn new(cutoff_hz: Real, rate_hz: Real, settle_s: Real) -> Self {
         let filter = MatchedFilter::new(cutoff_hz);
@@ -67,7 +67,7 @@ impl Conditioner {
         balance: &ForceBalance,
         running: bool,
         dt: Real,
-    ) -> Option<Conditioned> {
+    ) -> Option<ResampledSample> {
         let spoke = self.fresh;
         self.fresh = reading.speed_mps.is_some();
         let Some(speed) = reading.speed_mps else {
@@ -98,7 +98,7 @@ impl Conditioner {
         }
         let period_s = self.since_s;
         self.since_s = 0.0;
-        Some(Conditioned {
+        Some(ResampledSample {
             force_n: self.force.value()?,
             speed_mps: self.speed.value()?,
             acceleration_mps2: self.speed.rate(),
@@ -141,14 +141,14 @@ pub fn curvature_per_m(reading: &Reading) -> Real {
     }
 }
 
-impl Blank for Conditioned {
+impl Blank for ResampledSample {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-state!(Conditioned { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
-state!(Conditioner { force, speed, specific_force, curvature, running_s, since_s, fresh; rate_hz, settle_s });
+state!(ResampledSample { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
+state!(Resampler { force, speed, specific_force, curvature, running_s, since_s, fresh; rate_hz, settle_s });
 
 #[cfg(test)]
 mod tests {
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn samples_come_at_their_rate_and_only_after_settling() {
         let balance = ForceBalance::new(&vehicle());
-        let mut conditioner = Conditioner::new(1.0, 2.0, 1.0);
+        let mut conditioner = Resampler::new(1.0, 2.0, 1.0);
         let reading = Reading {
             speed_mps: Some(1.0),
             motor_torque_nm: Some(100.0),
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_silent_accelerometer_is_told() {
         let balance = ForceBalance::new(&vehicle());
-        let mut conditioner = Conditioner::new(1.0, 100.0, 0.0);
+        let mut conditioner = Resampler::new(1.0, 100.0, 0.0);
         let mut reading = Reading {
             speed_mps: Some(1.0),
             motor_torque_nm: Some(0.0),

@@ -2,7 +2,7 @@
 
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::state;
-use crate::preprocess::stuck_detector::Repeats;
+use crate::preprocess::stuck_detector::StuckDetector;
 use crate::{Error, Real, Time};
 
 /// What the pipelines work with. `None` = not known now.
@@ -32,25 +32,25 @@ pub struct Reading {
 }
 
 /// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
-const LONGEST_PAUSE_S: Time = 60.0;
+const MAX_PAUSE_S: Time = 60.0;
 
 /// Latest instant, s: three hundred years, which leaves room for clocks that count from 1970.
-const LATEST_S: Time = 1e10;
+const MAX_TIME_S: Time = 1e10;
 
-/// Silence after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
+/// MapGaps after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
 const CLOCK_SET_BACK_S: Time = 1.0;
 
 /// A channel's last sample. It is fresh for three sample periods, counted by the estimator's own clock, unless the sensor hangs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Held {
+struct HeldSample {
     stamp_s: Time,
     arrived_s: Time,
     period_s: Real,
     value: Option<Real>,
-    repeats: Repeats,
+    repeats: StuckDetector,
 }
 
-impl Held {
+impl HeldSample {
     /// Takes a new sample; a sample not younger than the last one is skipped, unless nothing younger has come for so long that its clock
     /// must have been set back. Tells whether it was taken.
     fn take(&mut self, sample: Option<Sample<Real>>, now_s: Time) -> bool {
@@ -83,21 +83,21 @@ impl Held {
 
 /// Holds the channels of one estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrontEnd {
+pub struct SampleHold {
     drives: usize,
     /// How far the speeds of wheels that roll may be apart, m/s.
     rolling_mps: Real,
     last_s: Option<Time>,
-    torque: [Held; MAX_DRIVES],
-    speed: [Held; MAX_DRIVES],
-    forward: Held,
-    left: Held,
-    pitch_rate: Held,
-    yaw_rate: Held,
-    steering: Held,
+    torque: [HeldSample; MAX_DRIVES],
+    speed: [HeldSample; MAX_DRIVES],
+    forward: HeldSample,
+    left: HeldSample,
+    pitch_rate: HeldSample,
+    yaw_rate: HeldSample,
+    steering: HeldSample,
 }
 
-impl FrontEnd {
+impl SampleHold {
     /// For a train of `vehicle.drives` drive units.
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
@@ -106,11 +106,11 @@ impl FrontEnd {
             last_s: None,
             torque: Default::default(),
             speed: Default::default(),
-            forward: Held::default(),
-            left: Held::default(),
-            pitch_rate: Held::default(),
-            yaw_rate: Held::default(),
-            steering: Held::default(),
+            forward: HeldSample::default(),
+            left: HeldSample::default(),
+            pitch_rate: HeldSample::default(),
+            yaw_rate: HeldSample::default(),
+            steering: HeldSample::default(),
         }
     }
 
@@ -208,11 +208,11 @@ impl FrontEnd {
             return Err(Error::OutOfOrder { t_s: z.t_s, last_s });
         }
         if let Some(last_s) = self.last_s
-            && z.t_s - last_s > LONGEST_PAUSE_S
+            && z.t_s - last_s > MAX_PAUSE_S
         {
             return Err(Error::TooFarAhead { t_s: z.t_s, last_s });
         }
-        if z.t_s.abs() > LATEST_S {
+        if z.t_s.abs() > MAX_TIME_S {
             return Err(Error::OutOfRange("time"));
         }
         for s in z.specific_force_mps2.iter() {
@@ -294,8 +294,8 @@ fn train_speed(
     }
 }
 
-state!(Held { stamp_s, arrived_s, period_s, value, repeats; });
-state!(FrontEnd { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives, rolling_mps });
+state!(HeldSample { stamp_s, arrived_s, period_s, value, repeats; });
+state!(SampleHold { last_s, torque, speed, forward, left, pitch_rate, yaw_rate, steering; drives, rolling_mps });
 
 #[cfg(test)]
 mod tests {
@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn a_silent_channel_is_held_for_three_periods_only() {
-        let mut front = FrontEnd::new(&vehicle());
+        let mut front = SampleHold::new(&vehicle());
         let u = Command::default();
         for k in 1..=10 {
             front
@@ -370,7 +370,7 @@ mod tests {
                     value: 100.0,
                 });
             }
-            FrontEnd::new(&vehicle())
+            SampleHold::new(&vehicle())
                 .read(&z, &u, 0.01)
                 .unwrap()
                 .motor_torque_nm
@@ -384,7 +384,7 @@ mod tests {
 
     #[test]
     fn bad_input_is_named_and_changes_nothing() {
-        let mut front = FrontEnd::new(&vehicle());
+        let mut front = SampleHold::new(&vehicle());
         let u = Command::default();
         front.read(&with_speed(1.0, &[1.0]), &u, 0.01).unwrap();
         let before = front;
@@ -439,7 +439,7 @@ mod tests {
             }),
             ..Default::default()
         };
-        let reading = FrontEnd::new(&vehicle())
+        let reading = SampleHold::new(&vehicle())
             .read(&z, &Command::default(), 0.01)
             .unwrap();
         assert_eq!(reading.pitch_rate_radps, Some(0.1));

@@ -9,20 +9,20 @@ use crate::{Real, Time};
 /// Same values in a row, and time without another one, s, that no noise makes.
 const TOO_MANY: u32 = 20;
 const TOO_LONG_S: Time = 0.5;
-/// Changes after which a sensor is known, and how many of them there must be for each honest repetition.
+/// Changes after which a sensor is known, and how many of them there must be for each legitimate_repeats repetition.
 const KNOWN: u32 = 200;
 const NOISY: u32 = 100;
 
 /// How often a sensor repeats itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Repeats {
+pub struct StuckDetector {
     changes: u32,
-    honest: u32,
+    legitimate_repeats: u32,
     run: u32,
     changed_s: Time,
 }
 
-impl Repeats {
+impl StuckDetector {
     /// A new sample after an older one.
     pub fn take(&mut self, value: Real, before: Real, now_s: Time) {
         if value == before && value != 0.0 {
@@ -30,7 +30,7 @@ impl Repeats {
             return;
         }
         if !self.frozen(now_s) {
-            self.honest = self.honest.saturating_add(self.run);
+            self.legitimate_repeats = self.legitimate_repeats.saturating_add(self.run);
         }
         self.changes = self.changes.saturating_add(1);
         (self.run, self.changed_s) = (0, now_s);
@@ -38,12 +38,13 @@ impl Repeats {
 
     /// Whether it hangs.
     pub fn frozen(&self, now_s: Time) -> bool {
-        let noisy = self.changes >= KNOWN && self.honest.saturating_mul(NOISY) < self.changes;
+        let noisy =
+            self.changes >= KNOWN && self.legitimate_repeats.saturating_mul(NOISY) < self.changes;
         noisy && self.run >= TOO_MANY && now_s - self.changed_s > TOO_LONG_S
     }
 }
 
-state!(Repeats { changes, honest, run, changed_s; });
+state!(StuckDetector { changes, legitimate_repeats, run, changed_s; });
 
 #[cfg(test)]
 mod tests {
@@ -52,7 +53,7 @@ mod tests {
 
     /// Frozen after `count` samples at 100 Hz, then `hang` more of the last value.
     fn hangs(mut signal: impl FnMut(u32) -> Real, count: u32, hang: u32) -> bool {
-        let (mut repeats, mut last) = (Repeats::default(), signal(0));
+        let (mut repeats, mut last) = (StuckDetector::default(), signal(0));
         for k in 1..=count + hang {
             let value = if k <= count { signal(k) } else { last };
             repeats.take(value, last, 0.01 * Time::from(k));

@@ -26,7 +26,7 @@ const RIGHT_CUTOFF_HZ: Real = 2.0;
 const RIGHT_SAMPLES: u32 = 25;
 const RIGHT_SLOPE_GATE: Real = 0.05;
 /// Beyond this no mass is one, kg.
-const MOST_KG: Real = 1e9;
+const MAX_KG: Real = 1e9;
 
 /// Force, acceleration of the wheels, specific force.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,7 @@ impl MassFromDifferences {
         let L = self.P * phi / (phi * self.P * phi + self.own.omega);
         let m = self.m + L * (y - phi * self.m);
         let P = (1.0 - L * phi) * self.P / self.own.omega;
-        if m.abs() < MOST_KG && P.is_finite() {
+        if m.abs() < MAX_KG && P.is_finite() {
             (self.m, self.P) = (m, P);
         } else {
             (self.m, self.P) = (self.first_kg, self.own.p0);

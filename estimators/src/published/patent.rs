@@ -16,7 +16,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::resampler::{Conditioned, Conditioner};
+use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::preprocess::sample_hold::Reading;
 use crate::published::slope_ekf::{Balance, Noise, SlopeEkf, Told};
 use crate::published::{Says, printed};
@@ -54,7 +54,7 @@ const STANDSTILL_MPS: Real = 0.05;
 /// Right: steering angle, rad, below which the straight model stands alone.
 const STRAIGHT: Real = PI / 180.0;
 /// Beyond this no mass is one, kg.
-const MOST_KG: Real = 1e9;
+const MAX_KG: Real = 1e9;
 
 /// One scalar regression in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,7 @@ impl Mass {
     }
 
     fn usable(&self) -> bool {
-        self.m.abs() < MOST_KG && self.P.is_finite() && self.S.is_finite() && self.e.is_finite()
+        self.m.abs() < MAX_KG && self.P.is_finite() && self.S.is_finite() && self.e.is_finite()
     }
 }
 
@@ -108,7 +108,7 @@ pub struct MmrlsShStfPrinted {
     turning: Mass,
     straight_weight: Real,
     samples: u32,
-    signals: Conditioner,
+    signals: Resampler,
     steering: MatchedFilter,
     lateral: MatchedFilter,
     slope: SlopeEkf,
@@ -135,7 +135,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
         turning: first,
         straight_weight: 0.5,
         samples: 0,
-        signals: Conditioner::new(own.cutoff_hz, own.regression_hz, 1.0),
+        signals: Resampler::new(own.cutoff_hz, own.regression_hz, 1.0),
         steering: filter,
         lateral: filter,
         slope: SlopeEkf::new(Told {
@@ -162,7 +162,7 @@ impl MmrlsShStfPrinted {
     }
 
     /// Eq. 20–34.
-    fn learn(&mut self, now: &Conditioned) {
+    fn learn(&mut self, now: &ResampledSample) {
         let Some(f) = now.specific_force_mps2 else {
             return;
         };

@@ -1,13 +1,13 @@
 //! What holds for every named estimator.
 
-use crate::api::signals::Sample;
-use crate::{Error, Real};
 use crate::api::estimator::Estimator;
 use crate::api::params::{Key, ParamError};
+use crate::api::signals::Sample;
 use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle};
 use crate::registry::*;
 use crate::testing::Random;
 use crate::testing::vehicles::*;
+use crate::{Error, Real};
 use std::vec::Vec;
 
 /// Every named estimator on a train and on a road vehicle.
