@@ -1,7 +1,7 @@
 //! The running-resistance coefficient as in Liu et al. 2023, section 2.2: identified with 50 t on a climb of 1 200 m, verified by
 //! predicting the speed on a descent of 1 200 m from motor torque and surveyed grade.
 
-use monorig_estimators::pipelines::resistance_dffrls::{Params, SpeedPrediction, Surveyed};
+use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
 use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;

@@ -127,7 +127,7 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert_eq!(names, 1, "something was left behind");
 }
 
-/// A study of `dffrls_aekf` over one run of 60 s.
+/// A study of `dffrls_aekf_robust` over one run of 60 s.
 fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
     let folder = tempfile::tempdir().unwrap();
     let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
@@ -141,7 +141,7 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
         .map(|m| format!("{{metric: {m}, after_s: 10}}"))
         .collect();
     let text = format!(
-        "version: 1\nwhy: A test.\nestimator: dffrls_aekf\nevaluation: {evaluation}\n\
+        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nevaluation: {evaluation}\n\
          parameters: {{delta: {{from: 0.9, to: 0.9999}}}}\ntuning: {}\nvalidation: {}\n\
          objective: {{metrics: [{}]}}\nbudget: 5\n",
         run(1),
@@ -193,7 +193,7 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
             &[
                 ("stop.after_s", "60"),
                 ("drive.controller.feedforward", "estimate"),
-                ("estimators.dffrls_aekf", &format!("{{delta: {delta}}}")),
+                ("estimators.dffrls_aekf_robust", &format!("{{delta: {delta}}}")),
             ],
         );
         let mut series = Series::default();
@@ -205,7 +205,7 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
         .unwrap();
         let end = f64::INFINITY;
         let alone = [
-            measure(&series, "dffrls_aekf", metrics[0], 10.0, end).unwrap(),
+            measure(&series, "dffrls_aekf_robust", metrics[0], 10.0, end).unwrap(),
             measure_run(&series, metrics[1], 10.0, end).unwrap(),
             measure_run(&series, metrics[2], 10.0, end).unwrap(),
         ];

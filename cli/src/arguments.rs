@@ -59,7 +59,7 @@ pub enum Task {
 const RUN_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
-  monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' --set 'estimators.joint_ekf={}'
+  monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' --set 'estimators.joint_ekf_robust={}'
   monorig run scenarios/minimal.yaml --plant point-mass --no-rerun   fast: a point on the rail, no 3-D recording
 
 Results: OUT/<scenario>/<seed>/ with manifest.json (what was run), channels.parquet (every signal),

@@ -125,11 +125,11 @@ mod tests {
             simulated_s: 60.0,
             steps: 30000,
             after_s: 5.0,
-            estimators: BTreeMap::from([("joint_ekf".to_owned(), values)]),
+            estimators: BTreeMap::from([("joint_ekf_robust".to_owned(), values)]),
             run: BTreeMap::new(),
             refusals: Vec::new(),
             expectations: vec![Verdict {
-                estimator: Some("joint_ekf".into()),
+                estimator: Some("joint_ekf_robust".into()),
                 metric: "slope_rmse_deg".into(),
                 after_s: None,
                 until_s: None,
@@ -150,7 +150,7 @@ mod tests {
         let row: Vec<&str> = lines[2].split_whitespace().collect();
         assert_eq!(
             row,
-            ["joint_ekf", "92.7", "7.630", "never", "0.500", "-", "-"]
+            ["joint_ekf_robust", "92.7", "7.630", "never", "0.500", "-", "-"]
         );
         assert!(lines[5].ends_with("held"), "{text}");
         assert_eq!(lines[6], "60.0 s simulated in 0.12 s, 500 times real time");

@@ -43,10 +43,10 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ),
     (
         "feedforward_without_estimator",
-        "in_loop: dffrls_aekf\n",
+        "in_loop: dffrls_aekf_robust\n",
         "",
     ),
-    ("in_loop_unknown", "in_loop: dffrls_aekf", "in_loop: jekf"),
+    ("in_loop_unknown", "in_loop: dffrls_aekf_robust", "in_loop: jekf"),
     ("stop_without_end", "stop: {after_s: 60}", "stop: {}"),
     (
         "stop_behind_start",
@@ -128,8 +128,8 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ("expect_without_bound", "at_most: 0.032", "quantile: 0.5"),
     (
         "expect_unknown_estimator",
-        "{estimator: dffrls_aekf,",
-        "{estimator: dffrls_aukf,",
+        "{estimator: dffrls_aekf_robust,",
+        "{estimator: dffrls_aukf_robust,",
     ),
     ("expect_after_the_end", "after_s: 10", "after_s: 100"),
     (

@@ -24,16 +24,16 @@ physics: {{plant: point-mass}}
 drive:
   speed: [{{at_s: 0, mps: 0}}, {{at_s: 1, mps: 0}}, {{at_s: 5, mps: 1.0}}]
   controller: {{kp: 2.0, ki: 0.6, feedforward: truth}}
-estimators: {{dffrls_aekf: {{}}}}
+estimators: {{dffrls_aekf_robust: {{}}}}
 events: []
 seeds: 1..2
 expect:
   # a controller that knows the slope holds the speed within 2 cm/s once it is up to speed
   - {{metric: speed_rmse_mps, after_s: 10, at_most: 0.02}}
   # the published claim for the mass (Liu et al. 2023), when the climb has told it
-  - {{estimator: dffrls_aekf, metric: mass_error_rel_max, after_s: 45, at_most: 0.032}}
+  - {{estimator: dffrls_aekf_robust, metric: mass_error_rel_max, after_s: 45, at_most: 0.032}}
   # the published slope RMSE of the vehicle test (table 4)
-  - {{estimator: dffrls_aekf, metric: slope_rmse_deg, after_s: 10, at_most: 0.328}}
+  - {{estimator: dffrls_aekf_robust, metric: slope_rmse_deg, after_s: 10, at_most: 0.328}}
 "
     );
     rig.write("climb.yaml", change(text).as_bytes());
@@ -70,7 +70,7 @@ fn a_stuck_sensor_is_red() {
     let stuck = "events: [{from_s: 12, sensor: imu, fault: stuck}]";
     red(
         |text| text.replace("events: []", stuck),
-        "dffrls_aekf slope_rmse_deg from 10 s",
+        "dffrls_aekf_robust slope_rmse_deg from 10 s",
     );
 }
 
@@ -85,7 +85,7 @@ fn an_estimator_with_equation_14_as_printed_is_red() {
             );
             let start = text.find("  # the published claim").unwrap();
             let bound = "  - {estimator: resistance_dffrls_printed, metric: running_resistance_rmse, after_s: 20, at_most: 0.02}\n";
-            text[..start].replace("{dffrls_aekf: {}}", &own) + bound
+            text[..start].replace("{dffrls_aekf_robust: {}}", &own) + bound
         }
     };
     let (code, out, _) = climb(identify(0)).monorig(&["test", "climb.yaml"]);

@@ -17,10 +17,10 @@ stop: {after_s: 30}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf: {}}
-in_loop: dffrls_aukf
+estimators: {dffrls_aukf_robust: {}}
+in_loop: dffrls_aukf_robust
 published:
-  - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf, metric: slope_mae_deg, value: 12.375}
+  - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}
 ";
 
 fn rig() -> Rig {
@@ -49,7 +49,7 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn the_table_says_what_the_runs_say() {
     let rig = rig();
     let files = ["--json", "both.json", "--csv", "both.csv"];
-    let both = [&["--estimators", "dffrls_aukf,dffrls_ukf"][..], &files].concat();
+    let both = [&["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..], &files].concat();
     let (code, out, err) = rig.monorig(&compare(&both));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
@@ -67,16 +67,16 @@ fn the_table_says_what_the_runs_say() {
     let row = &json["table"][1];
     assert_eq!(
         (&row["estimator"], &row["metric"]),
-        (&"dffrls_ukf".into(), &"slope_mae_deg".into())
+        (&"dffrls_ukf_robust".into(), &"slope_mae_deg".into())
     );
     let close = |told: &Value, expected: f64| {
         let told = told["mean"].as_f64().unwrap();
         assert!((told - expected).abs() < 1e-12, "{told} {expected}");
     };
-    close(&row["mean"], mean(&|r| value(r, "dffrls_ukf")));
+    close(&row["mean"], mean(&|r| value(r, "dffrls_ukf_robust")));
     close(
         &row["difference"],
-        mean(&|r| value(r, "dffrls_ukf") - value(r, "dffrls_aukf")),
+        mean(&|r| value(r, "dffrls_ukf_robust") - value(r, "dffrls_aukf_robust")),
     );
     assert_eq!(row["published"]["value"], 12.375);
     assert_eq!(rig.read("both.csv").lines().count(), 1 + 2 * 2);
@@ -85,7 +85,7 @@ fn the_table_says_what_the_runs_say() {
     assert_eq!(code, Some(0));
     let alone: Value = serde_json::from_str(&rig.read("alone.json")).unwrap();
     for (a, b) in alone["runs"].as_array().unwrap().iter().zip(runs) {
-        let of = |run: &Value| run["summary"]["estimators"]["dffrls_aukf"].clone();
+        let of = |run: &Value| run["summary"]["estimators"]["dffrls_aukf_robust"].clone();
         assert_eq!(of(a), of(b));
     }
 }
@@ -106,12 +106,12 @@ fn what_is_not_there_is_named() {
     let rig = rig();
     for (more, says) in [
         (
-            ["--estimators", "dffrls_aukf,jiont_ekf"],
-            "did you mean `joint_ekf`",
+            ["--estimators", "dffrls_aukf_robust,jiont_ekf"],
+            "did you mean `joint_ekf_robust`",
         ),
         (
-            ["--reference", "joint_ekf"],
-            "--reference with one of: dffrls_aukf",
+            ["--reference", "joint_ekf_robust"],
+            "--reference with one of: dffrls_aukf_robust",
         ),
         (
             ["--metrics", "slope_mea_deg"],

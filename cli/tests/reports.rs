@@ -18,12 +18,12 @@ stop: {after_s: 60}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf: {}, rls_ekf: {}}
+estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}
 events: [{at_s: 20, load_mass_kg: 1500}]
 seeds: 1..3
 expect:
   - {metric: speed_rmse_mps, at_most: 5}
-  - {estimator: rls_ekf, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001}
+  - {estimator: rls_ekf_robust, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001}
 ";
 
 /// All text of a page, read as XML, which is stricter than HTML; a page that is not well-formed panics.
@@ -80,7 +80,7 @@ fn of_a_run() {
         "1 of 2 expectations FAILED",
         "speed_rmse_mps",
         "≤ 5",
-        "rls_ekf slope_rmse_deg from 1 s",
+        "rls_ekf_robust slope_rmse_deg from 1 s",
         "held",
         "slope, °",
         "otal mass",
@@ -108,9 +108,9 @@ fn of_a_run() {
 fn of_a_run_without_estimators() {
     let rig = Rig::new();
     let without = QUICK
-        .replace("estimators: {dffrls_aukf: {}, rls_ekf: {}}\n", "")
+        .replace("estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}\n", "")
         .lines()
-        .filter(|l| !l.contains("estimator: rls_ekf"))
+        .filter(|l| !l.contains("estimator: rls_ekf_robust"))
         .map(|l| format!("{l}\n"))
         .collect::<String>();
     rig.write("bare.yaml", without.as_bytes());
@@ -144,7 +144,7 @@ fn of_a_test_with_every_verdict() {
         }
     }
     assert!(text.contains("1 of 1 scenarios FAILED") && text.contains("0 of 3"));
-    assert!(text.contains("Differences to dffrls_aukf"));
+    assert!(text.contains("Differences to dffrls_aukf_robust"));
 }
 
 const STUDY: &str = "\
@@ -179,7 +179,7 @@ fn of_a_study() {
     let rmse: Vec<f64> = runs
         .map(|line| {
             let run: serde_json::Value = serde_json::from_str(line).unwrap();
-            let of = &run["summary"]["estimators"]["dffrls_aukf"]["slope_rmse_deg"];
+            let of = &run["summary"]["estimators"]["dffrls_aukf_robust"]["slope_rmse_deg"];
             of.as_f64().unwrap()
         })
         .collect();
@@ -187,11 +187,11 @@ fn of_a_study() {
     for part in [
         "Study masses",
         "4 of 4 runs, 4 of them finished",
-        "2 of 5 checks FAILED", // rls_ekf never vouches here, so its bound does not hold either
-        "rls_ekf slope_rmse_deg from 1 s",
+        "2 of 5 checks FAILED", // rls_ekf_robust never vouches here, so its bound does not hold either
+        "rls_ekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",
-        "Differences to dffrls_aukf",
+        "Differences to dffrls_aukf_robust",
         mean.as_str(),
     ] {
         assert!(report().contains(part), "{part}\n{}", report());
@@ -213,13 +213,13 @@ fn of_a_study() {
 #[test]
 fn of_a_comparison() {
     let rig = Rig::new();
-    let published = "published: [{source: 'A & B 2024, table 9', estimator: dffrls_ukf, metric: slope_mae_deg, value: 12.375}]\n";
+    let published = "published: [{source: 'A & B 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}]\n";
     rig.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
     let (code, out, err) = rig.monorig(&[
         "compare",
         "quick.yaml",
         "--estimators",
-        "dffrls_aukf,dffrls_ukf",
+        "dffrls_aukf_robust,dffrls_ukf_robust",
         "--metrics",
         "slope_mae_deg,slope_error_p95_deg",
         "--json",
@@ -238,7 +238,7 @@ fn of_a_comparison() {
     let mut parts = vec![
         "Comparison on quick".to_owned(),
         "All 3 runs came to their end".to_owned(),
-        "minus dffrls_aukf".to_owned(),
+        "minus dffrls_aukf_robust".to_owned(),
         "Published: A & B 2024, table 9.".to_owned(),
         number(12.375),
     ];

@@ -88,8 +88,8 @@ fn a_run_leaves_four_files_with_everything_in_them() {
         "truth/grade_at_imu",
         "sensors/imu/specific_force_x",
         "sensors/drive_8/wheel_speed",
-        "estimates/dffrls_aekf/total_mass_sd",
-        "internals/dffrls_aekf/lambda",
+        "estimates/dffrls_aekf_robust/total_mass_sd",
+        "internals/dffrls_aekf_robust/lambda",
         "control/reference_speed",
     ] {
         assert!(all.contains_key(name), "{name}");

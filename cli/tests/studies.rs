@@ -19,11 +19,11 @@ stop: {after_s: 20}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {joint_ekf: {}, dffrls_aekf: {}}
+estimators: {joint_ekf_robust: {}, dffrls_aekf_robust: {}}
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: joint_ekf, metric: mass_valid_share, at_least: 0}
-  - {estimator: dffrls_aekf, metric: mass_valid_share, at_least: 0}
+  - {estimator: joint_ekf_robust, metric: mass_valid_share, at_least: 0}
+  - {estimator: dffrls_aekf_robust, metric: mass_valid_share, at_least: 0}
 ";
 
 /// Everything that can vary: numbers of the scenario, of the files it names, whole entries.
@@ -40,7 +40,7 @@ vary:
   - {path: 'sensors.wheel_speed.errors.bias', normal: {mean: 0, sd: 0.01}}
   - {path: 'track.vertical[1].to_grade_deg', uniform: [6, 10]}
   - {path: sensors.gyro.sampling.dropout, also: [sensors.wheel_speed.sampling.dropout], uniform: [0, 0.02]}
-  - {path: estimators.joint_ekf, choice: [{}]}
+  - {path: estimators.joint_ekf_robust, choice: [{}]}
 ";
 
 fn rig(study: &str) -> Rig {

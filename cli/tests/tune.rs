@@ -12,7 +12,7 @@ use std::time::Duration;
 const STUDY: &str = "\
 version: 1
 why: A sample.
-estimator: dffrls_aekf
+estimator: dffrls_aekf_robust
 parameters:
   delta: {from: 0.9, to: 0.9999, scale: memory}
   regression_hz: {from: 1, to: 10, integer: true}
@@ -181,7 +181,7 @@ fn before_and_after_are_recorded_side_by_side() {
         "--set=events=[]",
         "--set=expect=[]",
         "--set=drive.controller.feedforward=none",
-        "--set=estimators.dffrls_aekf={cutoff_hz: 2}",
+        "--set=estimators.dffrls_aekf_robust={cutoff_hz: 2}",
     ]);
     assert_eq!(code, Some(0), "{told}{err}");
     let masses = |file: &str, name: &str| {
@@ -189,7 +189,7 @@ fn before_and_after_are_recorded_side_by_side() {
         let entity = format!("/estimates/{name}/total_mass");
         recorded.entities[&entity].scalars.clone()
     };
-    let alone = masses("runs/scenario/7/run.rrd", "dffrls_aekf");
+    let alone = masses("runs/scenario/7/run.rrd", "dffrls_aekf_robust");
     assert!(alone.len() > 1000);
     assert_eq!(masses(recording, "default"), alone);
     for other in ["published", "winner"] {
@@ -244,7 +244,7 @@ fn a_study_without_a_good_trial_says_so() {
 fn parameters_are_included() {
     let rig = rig();
     let parameters =
-        "version: 1\nwhy: A test.\nestimator: dffrls_aekf\nparameters: {delta: 0.97, sigma: 3}\n";
+        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
     rig.write("tuned.yaml", parameters.as_bytes());
     let (code, out, err) = rig.monorig(&["check", "tuned.yaml"]);
     assert_eq!(
@@ -253,7 +253,7 @@ fn parameters_are_included() {
         "{err}"
     );
     let run = |settings: &str| {
-        let set = format!("estimators={{dffrls_aekf: {settings}}}");
+        let set = format!("estimators={{dffrls_aekf_robust: {settings}}}");
         let (code, _, err) = rig.monorig(&[
             "run",
             "scenario.yaml",
@@ -299,7 +299,7 @@ fn without_lists(told: &str) -> String {
 /// Case, file, text to replace, replacement.
 #[rustfmt::skip] // a table
 const BAD: &[(&str, &str, &str, &str)] = &[
-    ("unknown_estimator", "study.yaml", "estimator: dffrls_aekf", "estimator: dffrls_ekf"),
+    ("unknown_estimator", "study.yaml", "estimator: dffrls_aekf_robust", "estimator: dffrls_ekf"),
     ("unknown_parameter", "study.yaml", "  delta: {from", "  delat: {from"),
     ("value_out_of_range", "study.yaml", "from: 0.9,", "from: 0.1,"),
     ("range_without_ends", "study.yaml", "{from: 1, to: 10, integer: true}", "{integer: true}"),
@@ -350,13 +350,13 @@ fn bad_studies() {
 /// Case, parameter file, settings in the scenario.
 #[rustfmt::skip] // a table
 const BAD_PARAMETERS: &[(&str, &str, &str)] = &[
-    ("unknown", "version: 1\nwhy: x\nestimator: dffrls_aekf\nparameters: {delat: 0.9}\n", "{from: tuned.yaml}"),
-    ("out_of_range", "version: 1\nwhy: x\nestimator: dffrls_aekf\nparameters:\n  delta: 1.9\n", "{from: tuned.yaml}"),
-    ("of_another_estimator", "version: 1\nwhy: x\nestimator: ffrls\nparameters: {}\n", "{from: tuned.yaml}"),
-    ("not_there", "version: 1\nwhy: x\nestimator: dffrls_aekf\nparameters: {}\n", "{from: tune.yaml}"),
-    ("not_a_name", "version: 1\nwhy: x\nestimator: dffrls_aekf\nparameters: {}\n", "{from: 3}"),
-    ("without_a_reason", "version: 1\nwhy: ' '\nestimator: dffrls_aekf\nparameters: {}\n", "{from: tuned.yaml}"),
-    ("not_a_number", "version: 1\nwhy: x\nestimator: dffrls_aekf\nparameters: {delta: many}\n", "{from: tuned.yaml}"),
+    ("unknown", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {delat: 0.9}\n", "{from: tuned.yaml}"),
+    ("out_of_range", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters:\n  delta: 1.9\n", "{from: tuned.yaml}"),
+    ("of_another_estimator", "version: 1\nwhy: x\nestimator: ffrls_robust\nparameters: {}\n", "{from: tuned.yaml}"),
+    ("not_there", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: tune.yaml}"),
+    ("not_a_name", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: 3}"),
+    ("without_a_reason", "version: 1\nwhy: ' '\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: tuned.yaml}"),
+    ("not_a_number", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {delta: many}\n", "{from: tuned.yaml}"),
 ];
 
 #[test]

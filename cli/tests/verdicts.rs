@@ -19,7 +19,7 @@ stop: {{after_s: 60}}
 physics: {{plant: point-mass}}
 drive: {{speed: [{{at_s: 0, mps: 0}}, {{at_s: 3, mps: 1.5}}]}}
 sensors: sensors.yaml
-estimators: {{dffrls_aukf: {{}}}}
+estimators: {{dffrls_aukf_robust: {{}}}}
 seeds: 1..4
 {expect}"
     )
@@ -62,13 +62,13 @@ fn a_bound_that_does_not_hold_is_named() {
     let expect = "\
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: dffrls_aukf, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6}
+  - {estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6}
 ";
     let rig = with(&[("one", quick(expect)), ("two", quick(HOLDS))]);
     let (code, out, err) = rig.monorig(&["test", "all", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.contains("FAILED  one") && out.contains("held    two"));
-    let told = "dffrls_aukf slope_mae_deg from 6 s: ";
+    let told = "dffrls_aukf_robust slope_mae_deg from 6 s: ";
     let line = out.lines().find(|l| l.contains(told)).unwrap();
     for part in ["is not ≤ 0.000001 (seed ", "; 0 of 4 seeds hold"] {
         assert!(line.contains(part), "{line}");
@@ -103,13 +103,13 @@ fn a_run_that_breaks_down_is_a_failure() {
 
 #[test]
 fn a_bad_file_is_shown_and_the_others_run() {
-    let bad = quick(HOLDS).replace("dffrls_aukf", "dffrls_aukv");
+    let bad = quick(HOLDS).replace("dffrls_aukf_robust", "dffrls_aukv");
     let rig = with(&[("bad", bad), ("good", quick(HOLDS))]);
     let (code, out, err) = rig.monorig(&["test", "all"]);
     assert_eq!(code, Some(2), "{out}{err}");
     assert!(out.contains("held    good"), "{out}");
     assert!(
-        err.contains("all/bad.yaml:10:27") && err.contains("did you mean `dffrls_aukf`"),
+        err.contains("all/bad.yaml:10:27") && err.contains("did you mean `dffrls_aukf_robust`"),
         "{err}"
     );
 }

@@ -18,7 +18,7 @@ PARAMETER = re.compile(r'(\w+) \["([^"]*)"\] = ([^,]+), (\S+) => (\S+), "((?:[^"
 HEAD = """# Parameters of the estimators
 
 Made by `docs/tools/parameters.py` from the tables in `estimators/src/crane/` and `estimators/src/printed/`. A scenario sets a parameter by its name:
-`estimators: {dffrls_aekf: {mass_sd: 0.2}}`. A value outside its range, or a name that is not there, is an error.
+`estimators: {dffrls_aekf_robust: {mass_sd: 0.2}}`. A value outside its range, or a name that is not there, is an error.
 """
 
 

@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
-       "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf")
+ALL = ("dffrls_aekf_robust,rls_ekf_robust,ffrls_robust,joint_ekf_robust,dffrls_aukf_robust,dffrls_ukf_robust,dffrls_aekf_inclination_robust,ffrls_aukf_robust,rls_mff_aukf_robust,"
+       "imm_stf_robust,imm_stf_fixed_robust,imm_ekf_robust,kinematic_stf_robust,dynamic_stf_robust,mmrls_sh_stf_robust")
 LIU = ["mass_rmse_kg", "slope_rmse_deg", "slope_valid_share"]
 HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]

@@ -10,9 +10,11 @@ use crate::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehic
 use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
 use crate::pipelines::runner::Runner;
 use crate::pipelines::{
-    dffrls_aekf, dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, dynamic_stf, ffrls, ffrls_aukf,
-    imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, joint_ekf, kinematic_stf,
-    mmrls_sh_stf, regression, resistance_dffrls, rls_ekf, rls_mff_aukf,
+    dffrls_aekf_inclination_robust, dffrls_aekf_robust, dffrls_aukf_robust, dffrls_ukf_robust,
+    dynamic_stf_robust, ffrls_aukf_robust, ffrls_robust, imm_ekf_fixed_robust, imm_ekf_robust,
+    imm_stf_fixed_robust, imm_stf_no_lateral_robust, imm_stf_robust, joint_ekf_robust,
+    kinematic_stf_robust, mmrls_sh_stf_robust, regression, resistance_dffrls_robust,
+    rls_ekf_robust, rls_mff_aukf_robust,
 };
 #[cfg(feature = "printed")]
 use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
@@ -112,43 +114,43 @@ macro_rules! registry {
 
 registry! {{
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    "dffrls_aekf" => dffrls_aekf::DffrlsAekf,
+    "dffrls_aekf_robust" => dffrls_aekf_robust::DffrlsAekf,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
-    "rls_ekf" => rls_ekf::RlsEkf,
+    "rls_ekf_robust" => rls_ekf_robust::RlsEkf,
     /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
-    "ffrls" => ffrls::Ffrls,
+    "ffrls_robust" => ffrls_robust::Ffrls,
     /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
-    "joint_ekf" => joint_ekf::JointEkf,
+    "joint_ekf_robust" => joint_ekf_robust::JointEkf,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
-    "dffrls_aukf" => dffrls_aukf::DffrlsAukf,
+    "dffrls_aukf_robust" => dffrls_aukf_robust::DffrlsAukf,
     /// The same with fixed noise.
-    "dffrls_ukf" => dffrls_ukf::DffrlsUkf,
+    "dffrls_ukf_robust" => dffrls_ukf_robust::DffrlsUkf,
     /// The adaptive one with an extended filter.
-    "dffrls_aekf_inclination" => dffrls_aekf_inclination::DffrlsAekfInclination,
+    "dffrls_aekf_inclination_robust" => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
     /// The adaptive one with constant forgetting.
-    "ffrls_aukf" => ffrls_aukf::FfrlsAukf,
+    "ffrls_aukf_robust" => ffrls_aukf_robust::FfrlsAukf,
     /// The adaptive one with multiple forgetting.
-    "rls_mff_aukf" => rls_mff_aukf::RlsMffAukf,
+    "rls_mff_aukf_robust" => rls_mff_aukf_robust::RlsMffAukf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
-    "imm_stf" => imm_stf::ImmStf,
+    "imm_stf_robust" => imm_stf_robust::ImmStf,
     /// The same with fixed transitions between the models.
-    "imm_stf_fixed" => imm_stf_fixed::ImmStfFixed,
+    "imm_stf_fixed_robust" => imm_stf_fixed_robust::ImmStfFixed,
     /// The same without correction for bends.
-    "imm_stf_no_lateral" => imm_stf_no_lateral::ImmStfNoLateral,
+    "imm_stf_no_lateral_robust" => imm_stf_no_lateral_robust::ImmStfNoLateral,
     /// The same with plain Kalman filters.
-    "imm_ekf" => imm_ekf::ImmEkf,
+    "imm_ekf_robust" => imm_ekf_robust::ImmEkf,
     /// Plain Kalman filters, fixed transitions.
-    "imm_ekf_fixed" => imm_ekf_fixed::ImmEkfFixed,
-    /// The kinematic model of `imm_stf` alone.
-    "kinematic_stf" => kinematic_stf::KinematicStf,
-    /// The dynamic model of `imm_stf` alone.
-    "dynamic_stf" => dynamic_stf::DynamicStf,
+    "imm_ekf_fixed_robust" => imm_ekf_fixed_robust::ImmEkfFixed,
+    /// The kinematic model of `imm_stf_robust` alone.
+    "kinematic_stf_robust" => kinematic_stf_robust::KinematicStf,
+    /// The dynamic model of `imm_stf_robust` alone.
+    "dynamic_stf_robust" => dynamic_stf_robust::DynamicStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
-    "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStf,
+    "mmrls_sh_stf_robust" => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls" => resistance_dffrls::Resistance,
+    "resistance_dffrls_robust" => resistance_dffrls_robust::Resistance,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
-    "regression" => regression::Regression,
+    "regression_bench" => regression::Regression,
 } as printed: {
     /// Liu et al. 2023 as printed.
     "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,

@@ -26,7 +26,7 @@ const LIGHT: (&str, Real) = ("mass0_kg", 12_000.0);
 
 fn regression(settings: &[(&'static str, Real)]) -> AnyEstimator {
     let settings = settings.iter().copied();
-    registry::build("regression", &vehicle(2), settings).unwrap()
+    registry::build("regression_bench", &vehicle(2), settings).unwrap()
 }
 
 /// M̂/M − 1 at the end.
@@ -69,7 +69,7 @@ fn constant_speed_on_the_level_does_not_tell_the_mass() {
         mass_rms(world, &[R_A, WHEELS, LIGHT]),
     );
     assert!(free > 0.1 && coupled > 0.1, "{free} {coupled}");
-    let rows = world.run(&mut registry::build("dffrls_aekf", &vehicle(2), []).unwrap());
+    let rows = world.run(&mut registry::build("dffrls_aekf_robust", &vehicle(2), []).unwrap());
     assert!(
         rows.iter()
             .all(|(estimate, _)| !estimate.total_mass_kg.valid)
@@ -143,7 +143,7 @@ fn a_torque_gain_is_a_mass_gain() {
         assert!((gain - 1.0 - e).abs() < 0.1 * e, "{settings:?}: {gain}");
     }
     let inertial = |world: &World| {
-        let mut estimator = registry::build("dffrls_ukf", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_ukf_robust", &vehicle(2), []).unwrap();
         grade_errors(world, &mut estimator)
     };
     assert_eq!(inertial(&right), inertial(&wrong));
@@ -223,7 +223,7 @@ fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
             seconds,
             ..world(hills, steps)
         };
-        let mut estimator = registry::build("dffrls_ukf", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_ukf_robust", &vehicle(2), []).unwrap();
         let offset = grade_errors(&world, &mut estimator).0;
         let law = (bias_mps2 / G).to_degrees();
         assert!(
@@ -239,7 +239,7 @@ fn a_joint_filter_on_wheel_speed_alone_is_poor() {
     let world = world(ramp, steady);
     let mut square = 0.0;
     for seed in 1..=SEEDS {
-        let mut joint = registry::build("joint_ekf", &vehicle(2), [LIGHT]).unwrap();
+        let mut joint = registry::build("joint_ekf_robust", &vehicle(2), [LIGHT]).unwrap();
         let (last, _) = *World { seed, ..world }.run(&mut joint).last().unwrap();
         square += (last.total_mass_kg.value / MASS_KG - 1.0).powi(2) / SEEDS as Real;
     }

@@ -155,23 +155,31 @@ fn liu_2023() {
         "slope_filter_sd_rad",
     ];
     let mut rows = Vec::new();
-    for (run, name) in ["dffrls_aekf", "rls_ekf"].into_iter().enumerate() {
+    for (run, name) in ["dffrls_aekf_robust", "rls_ekf_robust"]
+        .into_iter()
+        .enumerate()
+    {
         let named = (name, &mass0[..], &two_stages[..]);
         rows.extend(number(
             run,
             drive("pipeline_liu_input.csv", &rail(), named, traction_row),
         ));
     }
-    let ffrls = ("ffrls", &mass0[..], &["chi1", "chi2"][..]);
+    let ffrls_robust = ("ffrls_robust", &mass0[..], &["chi1", "chi2"][..]);
     let sine_variance = |e: &Estimate| {
         let mut row = traction_row(e);
         row.push(e.effective_grade_rad.sd);
         row
     };
-    let ffrls = drive("pipeline_liu_input.csv", &rail(), ffrls, sine_variance);
-    rows.extend(number(2, ffrls));
+    let ffrls_robust = drive(
+        "pipeline_liu_input.csv",
+        &rail(),
+        ffrls_robust,
+        sine_variance,
+    );
+    rows.extend(number(2, ffrls_robust));
     let joint = (
-        "joint_ekf",
+        "joint_ekf_robust",
         &mass0[..],
         &["inverse_mass_sd", "slope_mass_correlation"][..],
     );
@@ -183,11 +191,11 @@ fn liu_2023() {
 #[test]
 fn curvature_and_inclination() {
     let names = [
-        "dffrls_aukf",
-        "dffrls_ukf",
-        "dffrls_aekf_inclination",
-        "ffrls_aukf",
-        "rls_mff_aukf",
+        "dffrls_aukf_robust",
+        "dffrls_ukf_robust",
+        "dffrls_aekf_inclination_robust",
+        "ffrls_aukf_robust",
+        "rls_mff_aukf_robust",
     ];
     let internals = [
         "curvature_per_m",
@@ -241,20 +249,20 @@ fn guo_2024() {
     };
     let mut rows = Vec::new();
     for (run, name) in [
-        "imm_stf",
-        "imm_stf_fixed",
-        "imm_stf_no_lateral",
-        "imm_ekf",
-        "imm_ekf_fixed",
-        "kinematic_stf",
-        "dynamic_stf",
+        "imm_stf_robust",
+        "imm_stf_fixed_robust",
+        "imm_stf_no_lateral_robust",
+        "imm_ekf_robust",
+        "imm_ekf_fixed_robust",
+        "kinematic_stf_robust",
+        "dynamic_stf_robust",
     ]
     .into_iter()
     .enumerate()
     {
         let tracks: &[_] = if name.contains("stf") { &strong } else { &[] };
         // Alone at the default it would multiply rounding errors by a billion: see the oracle.
-        let calm: &[_] = if name == "dynamic_stf" {
+        let calm: &[_] = if name == "dynamic_stf_robust" {
             &[("force_sd_mps2", 1.0)]
         } else {
             &[]
@@ -298,7 +306,7 @@ fn patent() {
         "slope_filter_sd_rad",
         "fading",
     ];
-    let named = ("mmrls_sh_stf", &settings[..], &internals[..]);
+    let named = ("mmrls_sh_stf_robust", &settings[..], &internals[..]);
     let rows = drive("pipeline_patent_input.csv", &road(), named, traction_row);
     assert_agrees("pipeline_patent", &rows);
 }

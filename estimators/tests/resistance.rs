@@ -6,8 +6,8 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Measurements, Vehicle};
-use monorig_estimators::pipelines::resistance_dffrls;
-use monorig_estimators::pipelines::resistance_dffrls::{SpeedPrediction, Surveyed};
+use monorig_estimators::pipelines::resistance_dffrls_robust;
+use monorig_estimators::pipelines::resistance_dffrls_robust::{SpeedPrediction, Surveyed};
 use monorig_estimators::{Real, registry};
 
 const GRAVITY: Real = 9.81;
@@ -51,7 +51,7 @@ fn drive(direction: Real, seed: u64, mut each: impl FnMut(Measurements, Real)) {
 fn identified(direction: Real, bias: Real, settings: &[(&str, Real)]) -> (Real, Real) {
     let known = [("known_mass_kg", MASS_KG)];
     let settings = known.into_iter().chain(settings.iter().copied());
-    let mut estimator = registry::build("resistance_dffrls", &told(), settings).unwrap();
+    let mut estimator = registry::build("resistance_dffrls_robust", &told(), settings).unwrap();
     drive(direction, 3, |mut z, _| {
         for f in z.specific_force_mps2.iter_mut() {
             f.value[0] += bias;
@@ -65,7 +65,7 @@ fn identified(direction: Real, bias: Real, settings: &[(&str, Real)]) -> (Real, 
 
 /// The same with a survey in place of the accelerometer, off by `error_rad`.
 fn surveyed(direction: Real, error_rad: Real) -> (Real, Real) {
-    let mut params = resistance_dffrls::Params::default();
+    let mut params = resistance_dffrls_robust::Params::default();
     params.set("known_mass_kg", MASS_KG).unwrap();
     let mut estimator = Surveyed::new(&told(), &params);
     let mut last = (0.0, 0.0);
@@ -161,7 +161,7 @@ fn the_coefficient_predicts_the_speed_of_a_descent_and_a_wrong_one_does_not() {
 
 #[test]
 fn a_survey_that_is_not_a_number_is_refused_and_changes_nothing() {
-    let mut estimator = Surveyed::new(&told(), &resistance_dffrls::Params::default());
+    let mut estimator = Surveyed::new(&told(), &resistance_dffrls_robust::Params::default());
     let before = estimator;
     let z = Crane::new(train(), MASS_KG, 1).step(1.0, DT);
     assert!(

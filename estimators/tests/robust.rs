@@ -381,12 +381,12 @@ const SLOW_DT: Real = 0.1;
 const DAY: usize = 24 * 3600 * 10;
 
 /// Estimators that learn 1/M, so that the prior bounds the standard deviation of 1/M, sd/M², and not that of M.
-const BY_INVERSE_MASS: [&str; 2] = ["ffrls", "joint_ekf"];
+const BY_INVERSE_MASS: [&str; 2] = ["ffrls_robust", "joint_ekf_robust"];
 
 /// Estimators that take the mass for a constant without process noise and never pause while moving: a day at constant speed makes them
 /// sure of a mass that the noise of their inputs has made, and no later excitation moves it soon. Part of their method; they must say
 /// that the mass is not valid.
-const FALLS_ASLEEP: [&str; 1] = ["joint_ekf"];
+const FALLS_ASLEEP: [&str; 1] = ["joint_ekf_robust"];
 
 /// Standard deviation of what the estimator learns: of M, or of 1/M.
 fn learnt_sd(name: &str, estimate: &Estimate) -> Real {
@@ -486,7 +486,12 @@ fn a_day_at_standstill_winds_nothing_up() {
 
 #[test]
 fn a_mass_once_learnt_is_kept_for_a_day_at_constant_speed() {
-    for name in ["dffrls_aekf", "rls_ekf", "imm_stf", "mmrls_sh_stf"] {
+    for name in [
+        "dffrls_aekf_robust",
+        "rls_ekf_robust",
+        "imm_stf_robust",
+        "mmrls_sh_stf_robust",
+    ] {
         let mut estimator = registry::build(name, &vehicle(2), []).unwrap();
         let mut crane = Crane::new(vehicle(2), 18_000.0, 7);
         excite(&mut estimator, &mut crane);

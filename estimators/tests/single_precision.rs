@@ -72,9 +72,11 @@ fn each_named_estimator_strays_little() {
     let narrowed: Vec<_> = drive.iter().map(narrow).collect();
     let mut strayed = Vec::new();
     let forms = registry::NAMES.iter().map(|name| (*name, false));
-    for (name, square_root) in
-        forms.chain([("dffrls_aekf", true), ("rls_ekf", true), ("ffrls", true)])
-    {
+    for (name, square_root) in forms.chain([
+        ("dffrls_aekf_robust", true),
+        ("rls_ekf_robust", true),
+        ("ffrls_robust", true),
+    ]) {
         let form = square_root.then_some(("square_root", 1.0));
         let mut wide = registry::build(name, &vehicle(2), form).unwrap();
         let form = square_root.then_some(("square_root", 1.0_f32));
@@ -117,7 +119,7 @@ fn each_named_estimator_strays_little() {
     assert_eq!(strayed, []);
 }
 
-/// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly excited. Tells the
+/// Least squares for two parameters of scales as in `ffrls_robust` written in N and kg: regressors of 10⁴ and 1, hardly excited. Tells the
 /// smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter at the end, in its units.
 macro_rules! long_regression {
     ($crate_name:ident, $real:ty, $square_root:expr) => {{

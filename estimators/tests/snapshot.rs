@@ -194,13 +194,19 @@ fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
     let built = |name: &str, drives, settings: &[(&'static str, Real)]| {
         registry::build(name, &vehicle(drives), settings.iter().copied()).unwrap()
     };
-    let mut estimator = built("dffrls_aekf", 2, &[]);
+    let mut estimator = built("dffrls_aekf_robust", 2, &[]);
     let before = estimator;
     for (other, why) in [
-        (built("rls_ekf", 2, &[]), SnapshotError::OtherEstimator),
-        (built("dffrls_aekf", 3, &[]), SnapshotError::OtherSettings),
         (
-            built("dffrls_aekf", 2, &[("mass_sd", 0.41)]),
+            built("rls_ekf_robust", 2, &[]),
+            SnapshotError::OtherEstimator,
+        ),
+        (
+            built("dffrls_aekf_robust", 3, &[]),
+            SnapshotError::OtherSettings,
+        ),
+        (
+            built("dffrls_aekf_robust", 2, &[("mass_sd", 0.41)]),
             SnapshotError::OtherSettings,
         ),
     ] {

@@ -72,7 +72,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// What is measured, such as `dffrls_aekf mass_error_rel_max from 10 s`.
+    /// What is measured, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub fn what(&self) -> String {
         let mut text = match &self.estimator {
             Some(name) => format!("{name} {}", self.metric),

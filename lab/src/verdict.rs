@@ -21,7 +21,7 @@ pub struct Judged {
 /// One thing asked of all runs of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What, such as `dffrls_aekf mass_error_rel_max from 10 s`.
+    /// What, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub what: String,
     /// The bound, such as `≤ 0.032`; empty where there is none.
     pub bound: String,
@@ -210,7 +210,7 @@ mod tests {
 
     fn run(seed: u64, value: Option<f64>, finished: bool, quantile: Option<f64>) -> RunResult {
         let verdict = Verdict {
-            estimator: Some("joint_ekf".into()),
+            estimator: Some("joint_ekf_robust".into()),
             metric: "slope_rmse_deg".into(),
             after_s: Some(5.0),
             until_s: None,
@@ -235,7 +235,7 @@ mod tests {
                 simulated_s: 60.0,
                 steps: 1,
                 after_s: 5.0,
-                estimators: BTreeMap::from([("joint_ekf".to_owned(), BTreeMap::new())]),
+                estimators: BTreeMap::from([("joint_ekf_robust".to_owned(), BTreeMap::new())]),
                 run: BTreeMap::new(),
                 refusals: Vec::new(),
                 expectations: vec![verdict],
@@ -256,7 +256,7 @@ mod tests {
         assert!(!judged.held);
         assert_eq!(
             reasons(&judged),
-            ["joint_ekf slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"]
+            ["joint_ekf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"]
         );
     }
 
@@ -295,8 +295,8 @@ mod tests {
     #[test]
     fn an_estimator_that_never_speaks_fails() {
         let mut silent = run(1, Some(0.5), true, None);
-        silent.summary.as_mut().unwrap().silent = vec!["joint_ekf".into()];
+        silent.summary.as_mut().unwrap().silent = vec!["joint_ekf_robust".into()];
         let judged = Judged::new("hill", vec![silent]);
-        assert!(reasons(&judged)[0].contains("joint_ekf: its estimates were invalid"));
+        assert!(reasons(&judged)[0].contains("joint_ekf_robust: its estimates were invalid"));
     }
 }

@@ -22,7 +22,7 @@ const ROUNDS: usize = 5;
 
 /// A scenario with one estimator, whatever others it compares.
 fn one_estimator(name: &str, set: &[(&str, &str)]) -> Scenario {
-    let alone = [("expect", "[]"), ("estimators", "{dffrls_aekf: {}}")];
+    let alone = [("expect", "[]"), ("estimators", "{dffrls_aekf_robust: {}}")];
     scenario(name, &[&alone, set].concat())
 }
 

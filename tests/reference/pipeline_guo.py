@@ -1,4 +1,4 @@
-"""`imm_stf` and its variants (Guo et al. 2024) on one recorded drive of a road vehicle with bends.
+"""`imm_stf_robust` and its variants (Guo et al. 2024) on one recorded drive of a road vehicle with bends.
 
 Mass: Δ(F + gained − J v̇) = M Δ(v̇ + taken), differences of samples 1/4 s apart, behind two gates.
 Slope: x = [v, a, i], z = [f + drift, v] = [a + g i, v];

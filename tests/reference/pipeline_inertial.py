@@ -1,4 +1,4 @@
-"""`dffrls_aukf`, `dffrls_ukf`, `dffrls_aekf_inclination`, `ffrls_aukf`, `rls_mff_aukf` (DFFRLS-AUKF method) on one recorded drive.
+"""`dffrls_aukf_robust`, `dffrls_ukf_robust`, `dffrls_aekf_inclination_robust`, `ffrls_aukf_robust`, `rls_mff_aukf_robust` (DFFRLS-AUKF method) on one recorded drive.
 
 Curvature: d(f − v̇)/dt = (g v cos θ) ρ [+ c], both sides adaptively smoothed, then twice through the low-pass.
 Slope: x = [v, θ], v⁻ = v + dt (f − g sin θ), θ⁻ = θ + dt ρ v, z = v; sums over sigma points (`ukf.py`), or the Jacobian.

@@ -1,9 +1,9 @@
-"""`dffrls_aekf`, `rls_ekf`, `ffrls`, `joint_ekf` (Liu et al. 2023, eq. 16–30) on one recorded drive of a train that is a point.
+"""`dffrls_aekf_robust`, `rls_ekf_robust`, `ffrls_robust`, `joint_ekf_robust` (Liu et al. 2023, eq. 16–30) on one recorded drive of a train that is a point.
 
 Mass regression, both sides divided by the first mass m₀:
     (F − J v̇)/m₀ = [f + s μ g c, s g c, 1, s g c |κ|] · [M, r, a, q]/m₀,  s = sgn v, c = cos θ from sin θ = (f − v̇)/g
 Slope filter: x = [v, θ], v⁻ = v + dt (F − M g (sin θ + s μ cos θ))/(M + J), z = v; R adapted (Sage & Husa) or not.
-ffrls: v̇ = [(F − J v̇)/m₀, −g √(1 + μ²)] · [m₀/M, sin(θ + s atan μ)].  joint_ekf: x = [v, θ, 10⁴/M].
+ffrls_robust: v̇ = [(F − J v̇)/m₀, −g √(1 + μ²)] · [m₀/M, sin(θ + s atan μ)].  joint_ekf_robust: x = [v, θ, 10⁴/M].
 """
 
 import math

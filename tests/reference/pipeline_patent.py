@@ -1,4 +1,4 @@
-"""`mmrls_sh_stf` (patent CN 111507019 B) on one recorded drive of a road vehicle with bends.
+"""`mmrls_sh_stf_robust` (patent CN 111507019 B) on one recorded drive of a road vehicle with bends.
 
     straight  (F − J v̇)/m₀ = a M/m₀, a = f + s μ g c;  turning  (F + gained − J v̇)/m₀ = (a + taken + drift) M/m₀, above 1° and 0.3 m/s²
     λ(k) = 1 − 0.05 · 0.98ᵏ;  ln Λ = −½ (ln 2πS + tanh²(|e|/2σ)/S), σ running deviation of e, S = 1 + a² P/r

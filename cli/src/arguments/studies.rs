@@ -66,7 +66,7 @@ fn seeds(text: &str) -> Result<String, String> {
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
-  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf,rls_ekf,joint_ekf --seeds 1..50
+  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust --seeds 1..50
   monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
 
 All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to

@@ -21,8 +21,8 @@ drive:
   controller: {kp: 1.5, ki: 0.5, feedforward: estimate, hold: true}
 sensors: sensors.yaml
 estimators:
-  dffrls_aekf: {lambda0: 0.98}
-in_loop: dffrls_aekf
+  dffrls_aekf_robust: {lambda0: 0.98}
+in_loop: dffrls_aekf_robust
 events:
   - {at_s: 30, load_mass_kg: 1500}
   - {from_m: 80, to_m: 95, adhesion: 0.12}
@@ -31,7 +31,7 @@ surroundings: [{at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}]
 seeds: 1..10
 record: {rate_hz: 50}
 expect:
-  - {estimator: dffrls_aekf, metric: mass_error_rel_max, after_s: 10, at_most: 0.032}
+  - {estimator: dffrls_aekf_robust, metric: mass_error_rel_max, after_s: 10, at_most: 0.032}
 ";
 
 /// A track with elements of many kinds, 124 m long.

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn one_slipping_wheel_and_three_silent_drives_do_no_harm() {
-    let rows = tampered("dffrls_aekf", |z, _| {
+    let rows = tampered("dffrls_aekf_robust", |z, _| {
         if z.t_s > 20.0 {
             for i in 0..3 {
                 z.wheel_speed_mps[i] = None;
@@ -20,12 +20,12 @@ fn one_slipping_wheel_and_three_silent_drives_do_no_harm() {
 
 #[test]
 fn a_dead_accelerometer_stops_the_mass_from_learning_and_a_dead_tachometer_the_slope() {
-    let blind = tampered("dffrls_aekf", |z, _| z.specific_force_mps2 = None);
+    let blind = tampered("dffrls_aekf_robust", |z, _| z.specific_force_mps2 = None);
     for row in &blind {
         assert_eq!(row.estimate.total_mass_kg.value, 12_000.0);
         assert!(!row.estimate.total_mass_kg.valid && !row.estimate.grade_rad.valid);
     }
-    let deaf = tampered("dffrls_aekf", |z, _| {
+    let deaf = tampered("dffrls_aekf_robust", |z, _| {
         if z.t_s > 20.0 {
             z.wheel_speed_mps = Default::default();
         }
@@ -45,7 +45,7 @@ fn a_dead_accelerometer_stops_the_mass_from_learning_and_a_dead_tachometer_the_s
 
 #[test]
 fn under_the_brake_neither_mass_nor_slope_learn_from_traction() {
-    let rows = tampered("dffrls_aekf", |z, u| {
+    let rows = tampered("dffrls_aekf_robust", |z, u| {
         u.brake = if (30.0..40.0).contains(&z.t_s) {
             1.0
         } else {

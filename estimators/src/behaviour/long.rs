@@ -68,21 +68,21 @@ fn errors(name: &str, settings: &[(&str, Real)], told: bool) -> Errors {
 
 /// The pipelines of the published methods.
 const METHODS: &[&str] = &[
-    "dffrls_aekf",
-    "rls_ekf",
-    "ffrls",
-    "joint_ekf",
-    "dffrls_aukf",
-    "dffrls_aekf_inclination",
-    "rls_mff_aukf",
-    "imm_stf",
-    "imm_ekf_fixed",
-    "kinematic_stf",
-    "dynamic_stf",
-    "mmrls_sh_stf",
+    "dffrls_aekf_robust",
+    "rls_ekf_robust",
+    "ffrls_robust",
+    "joint_ekf_robust",
+    "dffrls_aukf_robust",
+    "dffrls_aekf_inclination_robust",
+    "rls_mff_aukf_robust",
+    "imm_stf_robust",
+    "imm_ekf_fixed_robust",
+    "kinematic_stf_robust",
+    "dynamic_stf_robust",
+    "mmrls_sh_stf_robust",
 ];
 /// What goes by traction alone is as wrong on a ramp with its length as without; see the page of the baselines.
-const HOPELESS: &[&str] = &["ffrls", "joint_ekf"];
+const HOPELESS: &[&str] = &["ffrls_robust", "joint_ekf_robust"];
 
 #[test]
 fn told_its_length_every_pipeline_tells_how_far_the_grade_at_the_imu_is_ahead() {
@@ -101,8 +101,8 @@ fn told_its_length_every_pipeline_tells_how_far_the_grade_at_the_imu_is_ahead() 
 #[test]
 fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
     let settings = [("mass0_kg", 12_000.0)];
-    let long = errors("mmrls_sh_stf", &settings, true);
-    let point = errors("mmrls_sh_stf", &settings, false);
+    let long = errors("mmrls_sh_stf_robust", &settings, true);
+    let point = errors("mmrls_sh_stf_robust", &settings, false);
     assert!(long.mass < 0.02 && point.mass > 0.05);
 }
 
@@ -115,11 +115,11 @@ fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
         ..vehicle()
     };
     for name in [
-        "dffrls_aekf",
-        "rls_ekf",
-        "ffrls",
-        "joint_ekf",
-        "mmrls_sh_stf",
+        "dffrls_aekf_robust",
+        "rls_ekf_robust",
+        "ffrls_robust",
+        "joint_ekf_robust",
+        "mmrls_sh_stf_robust",
     ] {
         let tamper = |z: &mut Measurements, _: &mut Command| {
             if (62.0..72.0).contains(&z.t_s) {
@@ -157,7 +157,11 @@ fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
         load_span_m: LOAD_SPAN_M,
         ..vehicle()
     };
-    for name in ["dffrls_aekf", "rls_ekf", "mmrls_sh_stf"] {
+    for name in [
+        "dffrls_aekf_robust",
+        "rls_ekf_robust",
+        "mmrls_sh_stf_robust",
+    ] {
         for seed in 1..=2 {
             let mut estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
             let world = World {

@@ -5,7 +5,8 @@ use super::*;
 #[test]
 fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degree() {
     for seed in 1..=10 {
-        let mut estimator = build("dffrls_aekf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator =
+            build("dffrls_aekf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
         let rows = world(seed).run(&mut estimator);
         let (mass, slope) = (mass_error(&rows, 50.0), grade_error_deg(&rows, 10.0));
         std::println!("seed {seed}: mass {:.3} %, slope {slope:.3}°", 100.0 * mass);
@@ -17,7 +18,7 @@ fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degre
 
 #[test]
 fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
-    let (bias, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+    let (bias, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
         let mut random = Random::new(900 + seed);
         World {
             mu: 0.02 * (1.0 + 0.25 * random.normal()),
@@ -40,7 +41,7 @@ fn a_torque_gain_error_is_a_mass_error_and_hardly_a_slope_error() {
     let (mut slope, mut slope_gain, mut ratio) = (0.0, 0.0, 0.0);
     for seed in 1..=10 {
         let run = |torque_gain| {
-            let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+            let mut estimator = build("dffrls_aekf_robust", &vehicle(), []).unwrap();
             World {
                 torque_gain,
                 ..world(seed)
@@ -60,7 +61,7 @@ fn a_torque_gain_error_is_a_mass_error_and_hardly_a_slope_error() {
 #[test]
 fn without_excitation_the_mass_stays_near_its_prior_and_says_so() {
     // Rolling at constant speed on the level: the force tells M only as well as the running resistance is known.
-    let (_, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+    let (_, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
         let mut random = Random::new(700 + seed);
         World {
             mu: 0.02 * (1.0 + 0.3 * random.normal()),
@@ -77,7 +78,7 @@ fn without_excitation_the_mass_stays_near_its_prior_and_says_so() {
 
 #[test]
 fn a_steady_grade_tells_the_mass_as_well_as_the_prior_of_resistance_and_bias_allows() {
-    let (_, rms, normalised) = mass_statistics("dffrls_aekf", |seed| {
+    let (_, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
         let mut random = Random::new(800 + seed);
         World {
             mu: 0.02 * (1.0 + 0.3 * random.normal()),
@@ -96,7 +97,7 @@ fn a_steady_grade_tells_the_mass_as_well_as_the_prior_of_resistance_and_bias_all
 #[test]
 fn another_load_is_noticed_and_learnt() {
     for seed in 1..=5 {
-        let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+        let mut estimator = build("dffrls_aekf_robust", &vehicle(), []).unwrap();
         let waves = |s: Real| 4f64.to_radians() * (0.3 * s).sin();
         let start_stop = |t: Real| 0.7 + 0.3 * (0.5 * t).sin();
         let change = Some((60.0, 10_000.0));
@@ -122,7 +123,7 @@ fn another_load_is_noticed_and_learnt() {
 fn another_load_is_another_running_resistance() {
     let mut worst: Real = 0.0;
     for seed in 1..=5 {
-        let mut estimator = build("dffrls_aekf", &vehicle(), []).unwrap();
+        let mut estimator = build("dffrls_aekf_robust", &vehicle(), []).unwrap();
         let world = World {
             mass_kg: 9_000.0,
             mass_change: Some((90.0, 21_000.0)),
@@ -156,7 +157,8 @@ fn another_load_is_another_running_resistance() {
 #[test]
 fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
     let run = |mu: Real, seed: u64| {
-        let mut estimator = build("mmrls_sh_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator =
+            build("mmrls_sh_stf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
         let rows = World { mu, ..world(seed) }.run(&mut estimator);
         let last = rows.last().unwrap().estimate.total_mass_kg;
         (
@@ -186,7 +188,7 @@ fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it
 #[test]
 fn a_load_set_down_is_noticed_by_the_patent_too() {
     for seed in 1..=5 {
-        let mut estimator = build("mmrls_sh_stf", &vehicle(), []).unwrap();
+        let mut estimator = build("mmrls_sh_stf_robust", &vehicle(), []).unwrap();
         let world = World {
             mass_change: Some((60.0, 10_000.0)),
             grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
@@ -206,7 +208,7 @@ fn a_load_set_down_is_noticed_by_the_patent_too() {
 #[test]
 fn a_reversal_tells_running_resistance_and_accelerometer_bias_apart() {
     for (seed, mu, accel_bias) in [(1, 0.026, 0.02), (2, 0.014, -0.02), (3, 0.026, -0.02)] {
-        let mut estimator = build("rls_ekf", &vehicle(), []).unwrap();
+        let mut estimator = build("rls_ekf_robust", &vehicle(), []).unwrap();
         let world = World {
             mu,
             accel_bias,
@@ -255,7 +257,8 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
         let (mut mass, mut slope) = (0.0, 0.0);
         for seed in 1..=10 {
             let settings = settings.iter().copied();
-            let rows = curves(seed).run(&mut build("dffrls_aekf", &vehicle(), settings).unwrap());
+            let rows =
+                curves(seed).run(&mut build("dffrls_aekf_robust", &vehicle(), settings).unwrap());
             mass += mass_error(&rows, 60.0) / 10.0;
             slope += grade_error_deg(&rows, 30.0) / 10.0;
         }
@@ -276,12 +279,12 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];
     for (name, range_kg) in [
-        ("dffrls_aekf", near),
-        ("rls_ekf", near),
-        ("ffrls", near),
-        ("joint_ekf", [14_500.0, 16_900.0]),
-        ("imm_stf", near),
-        ("mmrls_sh_stf", [14_900.0, 15_100.0]),
+        ("dffrls_aekf_robust", near),
+        ("rls_ekf_robust", near),
+        ("ffrls_robust", near),
+        ("joint_ekf_robust", [14_500.0, 16_900.0]),
+        ("imm_stf_robust", near),
+        ("mmrls_sh_stf_robust", [14_900.0, 15_100.0]),
     ] {
         let run = |mass_range_kg| {
             let told = Vehicle {

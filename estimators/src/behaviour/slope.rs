@@ -15,8 +15,11 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
         std::println!("{name}: mass {:.2} %, slope {slope:.2}°", 100.0 * mass);
         (mass, slope)
     };
-    let (dynamic, plain) = (rms("dffrls_aekf", &world), rms("rls_ekf", &world));
-    let (coupled, joint) = (rms("ffrls", &world), rms("joint_ekf", &world));
+    let (dynamic, plain) = (
+        rms("dffrls_aekf_robust", &world),
+        rms("rls_ekf_robust", &world),
+    );
+    let (coupled, joint) = (rms("ffrls_robust", &world), rms("joint_ekf_robust", &world));
     assert!(plain.0 < 0.01 && plain.1 < 0.3);
     assert!(plain.0 < 1.2 * dynamic.0);
     // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone cannot tell
@@ -30,21 +33,21 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
         speed: |t| 0.7 + 0.3 * (0.7 * t).sin(),
         ..world(seed)
     };
-    let coupled = rms("ffrls", &level);
+    let coupled = rms("ffrls_robust", &level);
     assert!(coupled.0 < 0.1, "{coupled:?}");
 }
 
 #[test]
 fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mistuned() {
-    let right = grade_rms("dffrls_ukf", &[], world);
+    let right = grade_rms("dffrls_ukf_robust", &[], world);
     assert!(right < 0.25, "{right}");
-    let gyro = grade_rms("dffrls_ukf", &[("gyro", 1.0)], world);
+    let gyro = grade_rms("dffrls_ukf_robust", &[("gyro", 1.0)], world);
     assert!(2.0 * gyro < right, "{gyro} {right}");
     // Noise told ten times too large: adaptation takes most of the loss back.
     let wrong = [("wheel_speed_sd_mps", 0.05)];
     let (fixed, adaptive) = (
-        grade_rms("dffrls_ukf", &wrong, world),
-        grade_rms("dffrls_aukf", &wrong, world),
+        grade_rms("dffrls_ukf_robust", &wrong, world),
+        grade_rms("dffrls_aukf_robust", &wrong, world),
     );
     assert!(adaptive < 0.85 * fixed, "{adaptive} {fixed}");
     // The curvature feed-forward is worth its trouble where the slope keeps changing.
@@ -53,12 +56,12 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
         ..world(seed)
     };
     let (with, without) = (
-        grade_rms("dffrls_ukf", &[], wavy),
-        grade_rms("dffrls_ukf", &[("curvature_sd_per_m", 1e-4)], wavy),
+        grade_rms("dffrls_ukf_robust", &[], wavy),
+        grade_rms("dffrls_ukf_robust", &[("curvature_sd_per_m", 1e-4)], wavy),
     );
     assert!(with < 0.7 * without, "{with} {without}");
     // An accelerometer bias is a slope error, b/g, and nothing here can see it.
-    let biased = grade_rms("dffrls_ukf", &[], |seed| World {
+    let biased = grade_rms("dffrls_ukf_robust", &[], |seed| World {
         accel_bias: 0.05,
         ..world(seed)
     });
@@ -68,11 +71,11 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
 
 #[test]
 fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
-    let slope = grade_rms("imm_stf", &[("mass0_kg", 15_000.0)], world);
+    let slope = grade_rms("imm_stf_robust", &[("mass0_kg", 15_000.0)], world);
     assert!(slope < 0.25, "{slope}");
     // A mass told wrongly misleads the dynamic model; the kinematic one keeps the slope.
     let misled = grade_rms(
-        "imm_stf",
+        "imm_stf_robust",
         &[
             ("mass0_kg", 10_000.0),
             ("mass_sd", 0.05),
@@ -89,10 +92,10 @@ fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_d
         ..world(seed)
     };
     for seed in 1..=5 {
-        let mut estimator = build("imm_stf", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator = build("imm_stf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
         let rows = jerky(seed).run(&mut estimator);
         let error = mass_error(&rows, 100.0);
-        std::println!("imm_stf mass, seed {seed}: {:.1} %", 100.0 * error);
+        std::println!("imm_stf_robust mass, seed {seed}: {:.1} %", 100.0 * error);
         assert!(error < 0.02, "seed {seed}: {error}");
     }
 }
@@ -101,7 +104,10 @@ fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_d
 fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_husa() {
     let settings = [("mass0_kg", 15_000.0), ("mass_sd", 0.01), ("q_theta", 1e-7)];
     let watch = |world: World, name: &str| {
-        let mut watched = Watched::new(build("mmrls_sh_stf", &vehicle(), settings).unwrap(), name);
+        let mut watched = Watched::new(
+            build("mmrls_sh_stf_robust", &vehicle(), settings).unwrap(),
+            name,
+        );
         let rows = world.run(&mut watched);
         (watched.values, rows)
     };
@@ -120,7 +126,7 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
             .filter(|r| r.theta > 0.0 && (r.estimate.grade_rad.value - r.theta).abs() > 0.02)
             .count()
     };
-    let mut plain = build("rls_ekf", &vehicle(), settings).unwrap();
+    let mut plain = build("rls_ekf_robust", &vehicle(), settings).unwrap();
     let plain_rows = World {
         grade: step,
         ..world(1)

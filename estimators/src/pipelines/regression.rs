@@ -1,4 +1,4 @@
-//! `regression`: any of the [`regressors`] with any way to forget, then an extended Kalman filter for the slope with the
+//! `regression_bench`: any of the [`regressors`] with any way to forget, then an extended Kalman filter for the slope with the
 //! mass found: a test bench for the question which regression can know what.
 //!
 //! Nothing beyond the textbook: no memory of the rail for a long train, no watch for another load, no gate for excitation. The gates that
@@ -25,7 +25,7 @@ use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::preprocess::sample_hold::Reading;
 
 params! {
-    /// Parameters of `regression`.
+    /// Parameters of `regression_bench`.
     RegressionParams {
         regressor ["-"] = 6.0, 0.0 => 7.0, "Which regression: 0 R-A coupled, 1 R-B running resistance, 2 R-C differenced, 3 R-D straight, 4 R-E turning, 5 R-F curvature, 6 R-G specific force with known resistance, 7 R-H with free resistance.";
         policy ["-"] = 0.0, 0.0 => 4.0, "How it forgets: 0 not at all (RLS), 1 constantly (FFRLS), 2 by the residual (DFFRLS), 3 each parameter by its own factor (RLS-MFF), 4 by the patent's time law.";
@@ -52,7 +52,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `regression`.
+    /// Parameters of `regression_bench`.
     Params { regression: RegressionParams, slope: GradeParams }
 }
 

@@ -98,7 +98,7 @@ fn an_impossible_vehicle_is_refused() {
     ];
     for vehicle in bad {
         assert!(matches!(
-            build("dffrls_aekf", &vehicle, []),
+            build("dffrls_aekf_robust", &vehicle, []),
             Err(ParamError::Vehicle(_))
         ));
     }
@@ -129,12 +129,12 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
 
 /// Pipelines that know the slope only through traction.
 const BY_TRACTION: &[&str] = &[
-    "dffrls_aekf",
-    "rls_ekf",
-    "ffrls",
-    "joint_ekf",
-    "mmrls_sh_stf",
-    "regression",
+    "dffrls_aekf_robust",
+    "rls_ekf_robust",
+    "ffrls_robust",
+    "joint_ekf_robust",
+    "mmrls_sh_stf_robust",
+    "regression_bench",
 ];
 
 #[test]

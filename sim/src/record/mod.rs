@@ -34,8 +34,8 @@ pub struct Layout<'a> {
 /// One scalar column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Path such as `truth/grade_at_imu`, `sensors/imu/specific_force_x`, `estimates/dffrls_aekf/total_mass`,
-    /// `estimates/dffrls_aekf/total_mass_sd`, `internals/dffrls_aekf/lambda`, `control/reference_speed`.
+    /// Path such as `truth/grade_at_imu`, `sensors/imu/specific_force_x`, `estimates/dffrls_aekf_robust/total_mass`,
+    /// `estimates/dffrls_aekf_robust/total_mass_sd`, `internals/dffrls_aekf_robust/lambda`, `control/reference_speed`.
     pub path: String,
     /// Unit such as `m/s²`, `rad`, `kg`, `1`.
     pub unit: &'static str,

@@ -10,7 +10,7 @@ train: train.yaml
 stop: {after_s: 60}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1.0}], controller: {feedforward: estimate}}
 sensors: sensors.yaml
-estimators: {dffrls_aekf: {lambda0: 0.98}, jekf: {}}
+estimators: {dffrls_aekf_robust: {lambda0: 0.98}, jekf: {}}
 in_loop: jekf
 events: [{at_s: 30, load_mass_kg: 10000}, {from_s: 40, sensor: gyro, fault: drift, size: 0.1}]
 seeds: 3..5
@@ -99,9 +99,9 @@ fn sets_apply_in_order_and_are_checked_like_the_file() {
 
 #[test]
 fn estimators_are_checked_against_those_there_are() {
-    let names = ["dffrls_aekf", "jekf"];
+    let names = ["dffrls_aekf_robust", "jekf"];
     let keys = |name: &str| match name {
-        "dffrls_aekf" => vec!["lambda0", "delta"],
+        "dffrls_aekf_robust" => vec!["lambda0", "delta"],
         _ => vec![],
     };
     let accept = |_: &str, key: &str, x: f64| match x {
@@ -117,9 +117,9 @@ fn estimators_are_checked_against_those_there_are() {
     assert_eq!(check(&[]), Ok(()));
     let told = check(&[("estimators.jekff", "{}")]).unwrap_err();
     assert!(told.contains("did you mean `jekf`"), "{told}");
-    let told = check(&[("estimators.dffrls_aekf.lamda0", "0.9")]).unwrap_err();
+    let told = check(&[("estimators.dffrls_aekf_robust.lamda0", "0.9")]).unwrap_err();
     assert!(told.contains("did you mean `lambda0`"), "{told}");
-    let told = check(&[("estimators.dffrls_aekf.delta", "1.5")]).unwrap_err();
+    let told = check(&[("estimators.dffrls_aekf_robust.delta", "1.5")]).unwrap_err();
     assert!(told.contains("at most 1"), "{told}");
 }
 

@@ -155,7 +155,7 @@ fn names(count: usize) -> Vec<Channel> {
         all.push((format!("sensors/imu/specific_force_{axis}"), "m/s²"));
         all.push((format!("sensors/imu/angular_rate_{axis}"), "rad/s"));
     }
-    for e in ["dffrls_aekf", "jekf"] {
+    for e in ["dffrls_aekf_robust", "jekf"] {
         for (q, unit) in [("total_mass", "kg"), ("grade", "rad"), ("speed", "m/s")] {
             all.push((format!("estimates/{e}/{q}"), unit));
             all.push((format!("estimates/{e}/{q}_sd"), unit));

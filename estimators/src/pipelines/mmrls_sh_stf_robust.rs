@@ -1,4 +1,4 @@
-//! `mmrls_sh_stf`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
+//! `mmrls_sh_stf_robust`: patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and
 //! road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches
 //! between Sage-Husa and strong tracking ([`ForceBalanceEkf`]). The formulas are reconstructed: those of the published text are pictures,
 //! and the switching criterion is cut off; here strong tracking takes over
@@ -12,7 +12,7 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
 params! {
-    /// How `mmrls_sh_stf` adapts.
+    /// How `mmrls_sh_stf_robust` adapts.
     Own {
         b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of Sage-Husa, per wheel-speed sample.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";
@@ -22,7 +22,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `mmrls_sh_stf`.
+    /// Parameters of `mmrls_sh_stf_robust`.
     Params { own: Own, mass: MultiModelParams, slope: GradeParams }
 }
 

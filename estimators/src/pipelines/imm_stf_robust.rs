@@ -1,4 +1,4 @@
-//! `imm_stf`: Guo, Wang, Zhao & Dai 2024: mass from differences ([`DifferencedParams`]), slope by a kinematic and a dynamic model
+//! `imm_stf_robust`: Guo, Wang, Zhao & Dai 2024: mass from differences ([`DifferencedParams`]), slope by a kinematic and a dynamic model
 //! ([`SlopeModels`]) with strong tracking each, interacting with time-varying transitions, corrected for bends on a road.
 
 use crate::api::params::param_groups;
@@ -7,7 +7,7 @@ use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels, Trac
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `imm_stf`.
+    /// Parameters of `imm_stf_robust`.
     Params { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
 }
 

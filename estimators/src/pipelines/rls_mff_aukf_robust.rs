@@ -1,4 +1,4 @@
-//! `rls_mff_aukf`: `dffrls_aukf` with multiple forgetting (Vahidi, Stefanopoulou & Peng 2005) of curvature and offset, a baseline of
+//! `rls_mff_aukf_robust`: `dffrls_aukf_robust` with multiple forgetting (Vahidi, Stefanopoulou & Peng 2005) of curvature and offset, a baseline of
 //! the DFFRLS-AUKF paper. The paper does not say what its second parameter is; with the curvature alone, multiple forgetting is the
 //! constant one.
 
@@ -7,7 +7,7 @@ use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams};
 use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
-use crate::pipelines::dffrls_aukf::AdaptiveParams;
+use crate::pipelines::dffrls_aukf_robust::AdaptiveParams;
 
 params! {
     /// Multiple forgetting of the curvature and an offset.
@@ -19,7 +19,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `rls_mff_aukf`.
+    /// Parameters of `rls_mff_aukf_robust`.
     Params { own: Own, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams }
 }
 

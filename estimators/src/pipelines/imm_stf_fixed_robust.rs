@@ -1,4 +1,4 @@
-//! `imm_stf_fixed`: `imm_stf` with fixed transition probabilities (Blom & Bar-Shalom 1988).
+//! `imm_stf_fixed_robust`: `imm_stf_robust` with fixed transition probabilities (Blom & Bar-Shalom 1988).
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -6,7 +6,7 @@ use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels, Trac
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `imm_stf_fixed`.
+    /// Parameters of `imm_stf_fixed_robust`.
     Params { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
 }
 

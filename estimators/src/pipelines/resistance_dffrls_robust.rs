@@ -1,4 +1,4 @@
-//! `resistance_dffrls`: running-resistance coefficient of a train of known mass by least squares with dynamic forgetting
+//! `resistance_dffrls_robust`: running-resistance coefficient of a train of known mass by least squares with dynamic forgetting
 //! (Liu et al. 2023, section 2.2, eq. 8–15).
 //!
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
@@ -51,7 +51,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `resistance_dffrls`.
+    /// Parameters of `resistance_dffrls_robust`.
     Params { resistance: ResistanceParams }
 }
 

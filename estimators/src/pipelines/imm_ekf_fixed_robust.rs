@@ -1,5 +1,4 @@
-//! `imm_ekf`: `imm_stf` with plain Kalman filters in place of strong tracking. Its models are linear once the cosine of the combined
-//! estimate is put in, so that the extended filter is the plain one.
+//! `imm_ekf_fixed_robust`: plain Kalman filters that interact with fixed transition probabilities: the method of Blom & Bar-Shalom 1988.
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -7,19 +6,19 @@ use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels};
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `imm_ekf`.
+    /// Parameters of `imm_ekf_fixed_robust`.
     Params { imm: ImmParams, models: ModelParams, mass: DifferencedParams }
 }
 
 /// The pipeline.
-pub type ImmEkf = SlopeModels<2>;
+pub type ImmEkfFixed = SlopeModels<2>;
 
 /// From the vehicle's nominal values and the parameters.
-pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkf {
+pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkfFixed {
     let choice = Choice {
         models: [Model::Kinematic, Model::Dynamic],
         stay: params.imm.stay,
-        time_varying: true,
+        time_varying: false,
         tracking: None,
         lateral: true,
     };

@@ -1,4 +1,5 @@
-//! `imm_ekf_fixed`: plain Kalman filters that interact with fixed transition probabilities: the method of Blom & Bar-Shalom 1988.
+//! `imm_ekf_robust`: `imm_stf_robust` with plain Kalman filters in place of strong tracking. Its models are linear once the cosine of the combined
+//! estimate is put in, so that the extended filter is the plain one.
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -6,19 +7,19 @@ use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels};
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `imm_ekf_fixed`.
+    /// Parameters of `imm_ekf_robust`.
     Params { imm: ImmParams, models: ModelParams, mass: DifferencedParams }
 }
 
 /// The pipeline.
-pub type ImmEkfFixed = SlopeModels<2>;
+pub type ImmEkf = SlopeModels<2>;
 
 /// From the vehicle's nominal values and the parameters.
-pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkfFixed {
+pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkf {
     let choice = Choice {
         models: [Model::Kinematic, Model::Dynamic],
         stay: params.imm.stay,
-        time_varying: false,
+        time_varying: true,
         tracking: None,
         lateral: true,
     };

@@ -1,4 +1,4 @@
-//! `dffrls_aukf`: the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests):
+//! `dffrls_aukf_robust`: the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests):
 //! curvature by least squares with dynamic forgetting, slope by an adaptive unscented Kalman filter ([`CurvatureSlope`]); Sage-Husa
 //! adapts the wheel-speed noise alone, in a form that stays positive. It helps where the noise was told wrongly, and costs a little
 //! where it was told rightly.
@@ -16,7 +16,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `dffrls_aukf`.
+    /// Parameters of `dffrls_aukf_robust`.
     Params { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting }
 }
 

@@ -1,5 +1,5 @@
-//! `rls_ekf`: baseline of Liu et al. 2023: mass by least squares without forgetting, slope by an extended Kalman filter with
-//! fixed noise. Same regression and same filter equations as `dffrls_aekf`, so that a comparison shows what forgetting and
+//! `rls_ekf_robust`: baseline of Liu et al. 2023: mass by least squares without forgetting, slope by an extended Kalman filter with
+//! fixed noise. Same regression and same filter equations as `dffrls_aekf_robust`, so that a comparison shows what forgetting and
 //! adaptation do, and nothing else. With a load that never changes, no forgetting is the best forgetting.
 
 use crate::api::params::param_groups;
@@ -11,7 +11,7 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
 param_groups! {
-    /// Parameters of `rls_ekf`.
+    /// Parameters of `rls_ekf_robust`.
     Params { mass: MassParams, slope: GradeParams }
 }
 

@@ -1,11 +1,11 @@
-//! `ffrls_aukf`: `dffrls_aukf` with constant forgetting of the curvature, a baseline of the DFFRLS-AUKF paper.
+//! `ffrls_aukf_robust`: `dffrls_aukf_robust` with constant forgetting of the curvature, a baseline of the DFFRLS-AUKF paper.
 
 use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams};
 use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
-use crate::pipelines::dffrls_aukf::AdaptiveParams;
+use crate::pipelines::dffrls_aukf_robust::AdaptiveParams;
 
 params! {
     /// Constant forgetting of the curvature.
@@ -15,7 +15,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `ffrls_aukf`.
+    /// Parameters of `ffrls_aukf_robust`.
     Params { own: Own, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams }
 }
 

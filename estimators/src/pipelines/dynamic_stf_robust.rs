@@ -1,4 +1,4 @@
-//! `dynamic_stf`: the dynamic model of Guo et al. 2024 alone, with strong tracking. Where there is no force balance (standing, braking,
+//! `dynamic_stf_robust`: the dynamic model of Guo et al. 2024 alone, with strong tracking. Where there is no force balance (standing, braking,
 //! torque unknown) it goes on as the kinematic one.
 
 use crate::api::params::param_groups;
@@ -7,7 +7,7 @@ use crate::grade::imm::{Choice, Model, ModelParams, SlopeModels, TrackingParams}
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `dynamic_stf`.
+    /// Parameters of `dynamic_stf_robust`.
     Params { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
 }
 

@@ -1,5 +1,5 @@
-//! `dffrls_ukf`: curvature by least squares with dynamic forgetting, slope by an unscented Kalman filter with fixed noise
-//! ([`CurvatureSlope`]). The baseline of `dffrls_aukf`.
+//! `dffrls_ukf_robust`: curvature by least squares with dynamic forgetting, slope by an unscented Kalman filter with fixed noise
+//! ([`CurvatureSlope`]). The baseline of `dffrls_aukf_robust`.
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -7,7 +7,7 @@ use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting}
 use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
 
 param_groups! {
-    /// Parameters of `dffrls_ukf`.
+    /// Parameters of `dffrls_ukf_robust`.
     Params { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting }
 }
 

@@ -1,4 +1,4 @@
-//! `joint_ekf`: baseline of Liu et al. 2023: one extended Kalman filter for speed, slope and mass.
+//! `joint_ekf_robust`: baseline of Liu et al. 2023: one extended Kalman filter for speed, slope and mass.
 //!
 //! State [v, θ, w], w = 10⁴/M (about 1, and the traction enters linearly). Force balance as in [`ForceBalance`]; w is constant;
 //! wheel speed is the only measurement.
@@ -29,7 +29,7 @@ use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
 params! {
-    /// What `joint_ekf` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
+    /// What `joint_ekf_robust` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
     /// slope does for a matter of mass, and is sure of it.
     Own {
         mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
@@ -44,7 +44,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `joint_ekf`.
+    /// Parameters of `joint_ekf_robust`.
     Params { own: Own }
 }
 

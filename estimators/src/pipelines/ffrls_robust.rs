@@ -1,4 +1,4 @@
-//! `ffrls`: baseline of Liu et al. 2023: mass and slope from one regression with constant forgetting (their eq. 16–18).
+//! `ffrls_robust`: baseline of Liu et al. 2023: mass and slope from one regression with constant forgetting (their eq. 16–18).
 //!
 //! v̇ = α₁ χ₁ + α₂ χ₂,  α₁ = F − J v̇, α₂ = −g √(1 + μ²),  χ₁ = 1/M, χ₂ = sin(θ + θ_μ), θ_μ = atan μ
 //!
@@ -41,7 +41,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `ffrls`.
+    /// Parameters of `ffrls_robust`.
     Params { own: Own }
 }
 

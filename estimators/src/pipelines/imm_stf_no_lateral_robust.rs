@@ -1,4 +1,4 @@
-//! `imm_stf_no_lateral`: `imm_stf` that takes bends for straights, the baseline of Guo et al. 2024. On a rail the two are the same.
+//! `imm_stf_no_lateral_robust`: `imm_stf_robust` that takes bends for straights, the baseline of Guo et al. 2024. On a rail the two are the same.
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -6,7 +6,7 @@ use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels, Trac
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `imm_stf_no_lateral`.
+    /// Parameters of `imm_stf_no_lateral_robust`.
     Params { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
 }
 

@@ -1,4 +1,4 @@
-//! `dffrls_aekf`: Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification
+//! `dffrls_aekf_robust`: Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification
 //! research", Coal Science and Technology 51(S1), in the form that works.
 //!
 //! signals → mass by least squares with residual-driven forgetting ([`ForceBalanceRls`]) → slope by an adaptive extended Kalman
@@ -17,7 +17,7 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
 params! {
-    /// How `dffrls_aekf` forgets and adapts.
+    /// How `dffrls_aekf_robust` forgets and adapts.
     Own {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
         delta ["-"] = 0.995, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
@@ -27,7 +27,7 @@ params! {
 }
 
 param_groups! {
-    /// Parameters of `dffrls_aekf`.
+    /// Parameters of `dffrls_aekf_robust`.
     Params { own: Own, mass: MassParams, slope: GradeParams }
 }
 

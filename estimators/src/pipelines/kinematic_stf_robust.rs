@@ -1,4 +1,4 @@
-//! `kinematic_stf`: the kinematic model of Guo et al. 2024 alone, with strong tracking.
+//! `kinematic_stf_robust`: the kinematic model of Guo et al. 2024 alone, with strong tracking.
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
@@ -6,7 +6,7 @@ use crate::grade::imm::{Choice, Model, ModelParams, SlopeModels, TrackingParams}
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
-    /// Parameters of `kinematic_stf`.
+    /// Parameters of `kinematic_stf_robust`.
     Params { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams }
 }
 
