@@ -18,8 +18,11 @@ use crate::pipelines::joint_ekf_robust::{self as joint_ekf, JointModel};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
+/// A model's name and what draws an input and a state for it and checks its Jacobians there.
+type Case = (&'static str, fn(&mut Random));
+
 /// Every model by the name of its type, sorted, with what draws inputs and states for it.
-const MODELS: &[(&str, fn(&mut Random))] = &[
+const MODELS: &[Case] = &[
     ("ForceBalanceModel", force_balance),
     ("InertialModel", inertial),
     ("JointModel", joint),
