@@ -1,10 +1,10 @@
 //! What happens to a run when something happens in it: every kind of event, obstacles, and the closed loop.
 
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::{Frame, Observer, run};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Frame, Observer, run};
-use monorig_sim::scenario::Scenario;
 use monorig_tests::{G, scenario, train};
 
 /// Keeps what a test asks for.
@@ -20,7 +20,7 @@ impl<F: FnMut(&Frame<'_>)> Observer for Keep<F> {
     }
 }
 
-fn watch(s: Scenario, look: impl FnMut(&Frame<'_>)) -> monorig_sim::run::Outcome {
+fn watch(s: Scenario, look: impl FnMut(&Frame<'_>)) -> monorig_sim::closed_loop::run::Outcome {
     let mut rig = Rig::build(s, 1).expect("rig");
     let mut keep = Keep(look);
     run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run")

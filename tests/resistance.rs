@@ -3,9 +3,9 @@
 
 use monorig_estimators::crane::resistance::{Params, SpeedPrediction, Surveyed};
 use monorig_estimators::signals::Vehicle;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::{Frame, Observer, run};
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Frame, Observer, run};
 use monorig_tests::{G, scenario};
 use std::thread;
 

@@ -15,9 +15,9 @@ use monorig_lab::series::Series;
 use monorig_lab::tune::evaluate::Bench;
 use monorig_lab::tune::optimise::{Search, minimise, random_point};
 use monorig_lab::tune::study::{Optimiser, Study};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::run;
-use monorig_sim::scenario::Scenario;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::run;
+use monorig_sim::config::scenario::Scenario;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
 

@@ -2,9 +2,9 @@
 
 use monorig_lab::expected;
 use monorig_lab::tune::Study;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Scenario;
 use std::path::Path;
 
 /// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig for

@@ -5,15 +5,15 @@ use crate::errors::CliError;
 use crate::note::note;
 use monorig_lab::series::Series;
 use monorig_lab::summary::Summary;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::{self, Observer, Outcome};
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::tape::{self, Tape};
+use monorig_sim::record::recorder::{self, Tape};
 use monorig_sim::record::{Layout, Sink};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Observer, Outcome};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -88,7 +88,7 @@ pub fn record(
 
 fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result<Tape<'a>, Error> {
     let scenario = &rig.scenario;
-    let channels = tape::channels(
+    let channels = recorder::channels(
         rig.train.drives.len(),
         rig.plant.truth().road.is_some(),
         &rig.bank,

@@ -1,9 +1,9 @@
 //! Errors of every estimator, sample by sample, gathered while a run goes on.
 
-use monorig_sim::bank::Member;
+use monorig_sim::closed_loop::estimators::Member;
+use monorig_sim::closed_loop::run::{Frame, Observer};
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
-use monorig_sim::run::{Frame, Observer};
 
 /// The part of the truth that an estimate is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

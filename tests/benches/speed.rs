@@ -4,17 +4,17 @@
 //! machines.
 
 use monorig_estimators::signals::{Command, Measurements};
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::{Observer, run};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
+use monorig_sim::plant::train::body_state::Wrench;
 use monorig_sim::rail::Cursor;
 use monorig_sim::record::Layout;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::tape::{self, Tape};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Observer, run};
-use monorig_sim::scenario::Scenario;
+use monorig_sim::record::recorder::{self, Tape};
 use monorig_sim::sensors::Sensors;
-use monorig_sim::train::body_state::Wrench;
 use monorig_tests::*;
 use std::time::Instant;
 
@@ -48,7 +48,7 @@ fn recorded(name: &str) -> f64 {
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
-        let channels = tape::channels(rig.train.drives.len(), false, &rig.bank);
+        let channels = recorder::channels(rig.train.drives.len(), false, &rig.bank);
         let samples = rig.rail_samples();
         let (rail, train) = (rig.rail.clone(), rig.train.clone());
         let layout = Layout {
@@ -180,7 +180,7 @@ fn main() {
 fn point_mass_alone(dt: f64) -> f64 {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
-    let o = monorig_sim::point_mass::PointMassOptions {
+    let o = monorig_sim::plant::point_mass::PointMassOptions {
         front_m: 20.0,
         speed_mps: 0.5,
         gravity_mps2: G,
@@ -190,7 +190,7 @@ fn point_mass_alone(dt: f64) -> f64 {
     };
     let c = torque(&train, 10.0);
     let us = micros(20, || {
-        let mut p = monorig_sim::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
+        let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
         for _ in 0..20_000 {
             p.step(&c, dt).expect("step");
         }

@@ -3,8 +3,8 @@
 use crate::errors::CliError;
 use crate::simulate::record;
 use monorig_lab::series::Series;
+use monorig_sim::closed_loop::builder::Rig;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
 use monorig_viz::RerunSink;
 use std::path::Path;
 

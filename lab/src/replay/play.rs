@@ -3,7 +3,7 @@
 use super::Columns;
 use crate::series::Sample;
 use monorig_estimators::crane::AnyEstimator;
-use monorig_sim::bank::Member;
+use monorig_sim::closed_loop::estimators::Member;
 
 /// Gives an estimator what it would have been given in the run, and puts its errors into `samples`, one per step. They are
 /// bit for bit those of the run, because the same code makes them.

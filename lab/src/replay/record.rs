@@ -3,10 +3,10 @@
 use super::Columns;
 use crate::series::Target;
 use monorig_estimators::signals::Command;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run::{self, Frame, Observer};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Frame, Observer};
-use monorig_sim::scenario::Scenario;
 
 /// Keeps what the estimators are given.
 pub struct Recorder {

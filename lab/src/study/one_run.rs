@@ -3,10 +3,10 @@
 use crate::expected;
 use crate::series::Series;
 use crate::summary::Summary;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::run;
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run;
-use monorig_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;

@@ -3,9 +3,9 @@
 use crate::metrics::{METRICS, RUN_METRICS};
 use monorig_estimators::crane;
 use monorig_estimators::crane::params::Key;
+use monorig_sim::config::file::{input_error, nearest};
+use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
-use monorig_sim::file::{input_error, nearest};
-use monorig_sim::scenario::ParameterFile;
 use std::path::Path;
 
 /// What is wrong, and what would be right.

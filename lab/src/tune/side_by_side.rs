@@ -3,11 +3,11 @@
 use super::space::Values;
 use super::study::{Evaluation, Study};
 use monorig_estimators::crane;
-use monorig_sim::bank::Member;
-use monorig_sim::checked::Finite;
+use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::estimators::Member;
+use monorig_sim::config::checked::Finite;
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Settings;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
 /// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.

@@ -3,12 +3,12 @@
 //! Angles accumulate from element to element, so the tangent has no jump whatever the elements are. The curvature may
 //! jump (an arc right beside a line), as it does on rails bent that way; clothoids, easements and transitions avoid it.
 
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use std::path::Path;
 
 /// Longest track, m: longer is taken for a slip of the pen.
-pub(super) const LONGEST_M: f64 = 50_000.0;
+pub(crate) const LONGEST_M: f64 = 50_000.0;
 /// Shortest element, m.
 const SHORTEST_M: f64 = 1e-3;
 /// Sharpest bend, 1/m: no rail is bent to less than half a metre.

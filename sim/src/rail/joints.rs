@@ -9,9 +9,9 @@
 //!
 //! Only points nearer to the rail's line than r/2 (the radius of curvature within a step) project uniquely there.
 
-use crate::checked::{NonNegative, Positive};
+use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

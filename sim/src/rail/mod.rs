@@ -1,31 +1,28 @@
 //! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
 //!
-//! A track file ([`track`]) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
+//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
 //! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
-//! curvatures κ_h and κ_v. A surveyed track ([`survey`]) gives the same functions through a smoothing spline; rail joints
+//! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
 //! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
 //! as short polynomials (`nodes`) so that the physics loop can ask for frames in some tens of nanoseconds.
 
-mod alignment;
+pub(crate) mod alignment;
 mod check;
-mod elements;
 pub mod joints;
 pub mod mesh;
 mod nodes;
 pub mod profile;
-mod spline;
-pub mod survey;
-pub mod track;
+pub(crate) mod spline;
 
+use crate::config::file::{Sets, named, read_yaml_with, with_sets};
+use crate::config::track::TrackFile;
 use crate::error::Error;
-use crate::file::{Sets, named, read_yaml_with, with_sets};
 use alignment::Angle;
 use joints::Joints;
 use nalgebra::Vector3;
 use nodes::Nodes;
 use profile::Profile;
 use std::path::{Path, PathBuf};
-use track::TrackFile;
 
 /// The rail at one chainage: right-handed frame t forward, l left, u up, in the world (z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,7 +115,7 @@ impl Rail {
                 Section::Road([[-half, below], [half, below], [half, 0.0], [-half, 0.0]])
             }
             (Some(_), Some(_)) => {
-                return Err(crate::file::input_error(
+                return Err(crate::config::file::input_error(
                     path,
                     "road_width_m",
                     "this track has a rail profile and the width of a road",
@@ -126,7 +123,7 @@ impl Rail {
                 ));
             }
             (None, None) => {
-                return Err(crate::file::input_error(
+                return Err(crate::config::file::input_error(
                     path,
                     "profile",
                     "this track is neither a rail nor a road",

@@ -5,7 +5,7 @@ pub mod inputs;
 pub mod manifest;
 pub mod parquet;
 pub mod readback;
-pub mod tape;
+pub mod recorder;
 
 use crate::error::Error;
 use crate::rail::Frame as RailFrame;

@@ -9,7 +9,7 @@
 
 use super::instrument::{Instrument, Span, Takes};
 use super::misalignment;
-use super::sheet_file::InertialSensor;
+use crate::config::sensor_sheet_file::InertialSensor;
 use crate::error::Error;
 use crate::plant::MountState;
 use nalgebra::{UnitQuaternion, Vector3};

@@ -8,7 +8,7 @@ use super::error_model::ErrorModel;
 use super::fault::{Faults, Window};
 use super::low_pass::LowPass;
 use super::sampling::{DelayLine, Reading, Schedule};
-use super::sheet_file::{Errors, Sampling};
+use crate::config::sensor_sheet_file::{Errors, Sampling};
 use crate::error::Error;
 use monorig_estimators::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
@@ -218,7 +218,7 @@ impl Align<3> for Instrument<3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Fraction, NonNegative, Positive};
+    use crate::config::checked::{Fraction, NonNegative, Positive};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {

@@ -4,8 +4,8 @@
 //! is *taken* at the due instant plus jitter, but *stamped* with the due instant: the sensor does not know its jitter.
 //! Arrival is the instant of taking plus the latency. Lost samples never arrive.
 
-use super::sheet_file::Sampling;
 use super::stream::Stream;
+use crate::config::sensor_sheet_file::Sampling;
 use std::collections::VecDeque;
 
 /// Seconds to whole nanoseconds.
@@ -153,7 +153,7 @@ impl<const N: usize> DelayLine<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Fraction, NonNegative, Positive};
+    use crate::config::checked::{Fraction, NonNegative, Positive};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {

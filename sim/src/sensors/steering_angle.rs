@@ -4,7 +4,7 @@
 
 use super::fault::Window;
 use super::instrument::{Instrument, Span, Takes};
-use super::sheet_file::PlainSensor;
+use crate::config::sensor_sheet_file::PlainSensor;
 use crate::error::Error;
 use crate::plant::Truth;
 use monorig_estimators::signals::Sample;

@@ -1,12 +1,12 @@
 //! A train file becomes a [`Train`]: units from front to rear, joined by drawbars, with a load below one of them.
 
-use super::look::half_turn;
-use super::train_file::{Drawbar, TrainFile};
 use super::unit::{Unit, check_wheel_limits};
 use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
-use crate::checked::{NonNegative, Positive};
+use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::{Sets, input_error, named, read_yaml_with};
+use crate::config::train_file::{Drawbar, TrainFile};
+use crate::config::urdf_geometry::half_turn;
 use crate::error::Error;
-use crate::file::{Sets, input_error, named, read_yaml_with};
 use monorig_estimators::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
@@ -352,5 +352,4 @@ pub(super) fn couplings(
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-#[path = "consist_tests.rs"]
 mod tests;

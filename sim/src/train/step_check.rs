@@ -6,8 +6,8 @@
 //! M⁻¹ (dt² K + 2 dt C), found here by power iteration on the train as it stands on a straight rail.
 
 use super::{ConnectionKind, Train};
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use nalgebra::{Matrix3, Vector3};
 
 /// Stability ends at λ = 4; a quarter is kept back for curves, hold-down contacts and the clamp's roll stiffness.
@@ -173,8 +173,8 @@ impl Train {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::super::{Body, Connection, Station};
     use super::*;
+    use crate::train::{Body, Connection, Station};
     use nalgebra::Isometry3;
 
     fn body(mass_kg: f64, stations: Vec<Station>) -> Body {
