@@ -80,7 +80,7 @@ pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
         imu,
         mounts: vec![imu],
         zones: vec![],
-        blocks: vec![],
+        obstacles: vec![],
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{RunSpec, Shard, StudyFile};
 use crate::expected;
-use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::builder::Simulation;
 use monorig_sim::config::file::{Document, named};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -100,7 +100,7 @@ impl Plan {
         let first = plan.spec(0);
         let checked = Scenario::load(&first.scenario, &first.overrides)?;
         expected::check(&checked)?;
-        Rig::build(checked, first.seed)?;
+        Simulation::build(checked, first.seed)?;
         plan.hash = plan.fingerprint(path)?;
         Ok(plan)
     }

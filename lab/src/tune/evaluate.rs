@@ -6,7 +6,7 @@ use crate::metrics;
 use crate::replay::{Columns, cache::Cache, play::play};
 use crate::series::{Sample, Series};
 use monorig_estimators::crane;
-use monorig_sim::closed_loop::builder::Rig;
+use monorig_sim::closed_loop::builder::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::{Scenario, Settings};
@@ -180,7 +180,7 @@ impl Bench {
                 let all = all.collect::<Result<_, String>>()?;
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
-                let mut rig = Rig::build(scenario, run.seed).map_err(|e| e.to_string())?;
+                let mut rig = Simulation::build(scenario, run.seed).map_err(|e| e.to_string())?;
                 let mut series = Series::default();
                 run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
                 Ok(series)

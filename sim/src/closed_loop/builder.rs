@@ -1,7 +1,7 @@
-//! A scenario put together: rail, train, plant, instruments, estimators, controller.
+//! Builds a simulation from a scenario: rail, train, plant, instruments, estimators, controller.
 
-use crate::closed_loop::estimators::Member;
-use crate::closed_loop::events::Timeline;
+use crate::closed_loop::estimators::RunningEstimator;
+use crate::closed_loop::events::EventSchedule;
 use crate::closed_loop::nominal_vehicle;
 use crate::closed_loop::obstacles;
 use crate::config::scenario::{Event, FeedForward, PlantKind, Scenario};
@@ -9,20 +9,20 @@ use crate::config::sensor_sheet::Sheet;
 use crate::control::{Cycle, SpeedController};
 use crate::error::Error;
 use crate::plant::Plant;
-use crate::plant::obstacles::Block;
+use crate::plant::obstacles::ObstacleBox;
 use crate::plant::point_mass::{PointMass, PointMassOptions};
 use crate::plant::rapier::{World, WorldOptions};
 use crate::plant::road::{Car, RoadOptions, RoadPlant};
 use crate::plant::train::adhesion::Zone;
-use crate::rail::{Frame, Rail};
+use crate::rail::{Rail, RailFrame};
 use crate::sensors::Suite;
 use crate::train::Train;
 use monorig_estimators::crane;
 use monorig_estimators::signals::Vehicle;
 use std::sync::Arc;
 
-/// Everything a run needs, checked against each other.
-pub struct Rig {
+/// A simulation ready to run: everything a run needs, checked against each other.
+pub struct Simulation {
     /// The scenario it was built from.
     pub scenario: Scenario,
     /// Seed of this run.
@@ -38,14 +38,14 @@ pub struct Rig {
     /// What the estimators are told about the vehicle.
     pub vehicle: Vehicle,
     /// The estimators.
-    pub bank: Vec<Member>,
+    pub estimators: Vec<RunningEstimator>,
     /// The controller.
     pub controller: SpeedController,
     /// The drive cycle.
     pub cycle: Cycle,
     /// Events still to come.
-    pub timeline: Timeline,
-    /// The estimator that the controller hears.
+    pub events: EventSchedule,
+    /// Index of the estimator whose output the controller uses.
     pub in_loop: Option<usize>,
     /// What the controller's feed-forward uses.
     pub feedforward: FeedForward,
@@ -59,8 +59,8 @@ pub struct Rig {
     pub track_length_m: f64,
     /// When the run ends.
     pub stop: StopAt,
-    /// What stands around the rail.
-    pub blocks: Vec<Block>,
+    /// Obstacles and roadway walls.
+    pub obstacles: Vec<ObstacleBox>,
 }
 
 /// When a run ends.
@@ -75,7 +75,7 @@ pub struct StopAt {
 /// Room left behind the last wheel at the start when the scenario does not say where to start, m.
 const REAR_ROOM: f64 = 1.0;
 
-impl Rig {
+impl Simulation {
     /// Read every file a scenario names, check them against each other, and build.
     pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
         let s = &scenario.file;
@@ -117,21 +117,21 @@ impl Rig {
             .unwrap_or(0);
         let mounts = vec![imu];
         let zones = zones(&scenario, &rail)?;
-        let blocks = obstacles::blocks(&scenario, &rail)?;
+        let obstacles = obstacles::place(&scenario, &rail)?;
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
         let vehicle = match &car {
-            Some(car) => car.believed(&s.vehicle, gravity),
+            Some(car) => car.nominal_vehicle(&s.vehicle, gravity),
             None => nominal_vehicle::vehicle(&scenario, &train, imu),
         };
         let guess = s
             .vehicle
             .total_mass_guess_kg
             .map_or(nominal_vehicle::nominal_mass_kg(&train), f64::from);
-        let bank = bank(&scenario, &vehicle)?;
+        let estimators = estimators(&scenario, &vehicle)?;
         let in_loop = match &s.in_loop {
             None => None,
-            Some(name) => bank.iter().position(|m| m.name == *name),
+            Some(name) => estimators.iter().position(|m| m.name == *name),
         };
         let plant: Box<dyn Plant> = match (&car, s.plant()) {
             (Some(car), _) => {
@@ -162,7 +162,7 @@ impl Rig {
                     imu,
                     mounts,
                     zones,
-                    blocks: blocks.clone(),
+                    obstacles: obstacles.clone(),
                 };
                 Box::new(World::new(train.clone(), rail.clone(), &o)?)
             }
@@ -180,7 +180,7 @@ impl Rig {
                 speed != 0.0,
             ),
             cycle: Cycle::new(&s.drive, speed),
-            timeline: Timeline::new(&s.events),
+            events: EventSchedule::new(&s.events),
             feedforward: s.drive.controller.feedforward,
             stop: StopAt {
                 after_s: s.stop.time_limit_s(),
@@ -196,15 +196,15 @@ impl Rig {
             plant,
             sensors,
             vehicle,
-            bank,
+            estimators,
             in_loop,
-            blocks,
+            obstacles,
             scenario,
         })
     }
 
     /// The rail sampled for drawing.
-    pub fn rail_samples(&self) -> Vec<Frame> {
+    pub fn rail_samples(&self) -> Vec<RailFrame> {
         self.rail.samples(0.5)
     }
 }
@@ -327,7 +327,7 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
     Ok(zones)
 }
 
-fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
+fn estimators(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<RunningEstimator>, Error> {
     let find =
         |name: &str, key: &str| crane::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
     let names = [crane::NAMES, crane::PRINTED_NAMES].concat();
@@ -357,7 +357,7 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
             None => Ok(()),
         },
     )?;
-    let mut bank = Vec::new();
+    let mut estimators = Vec::new();
     for (name, params) in &scenario.file.estimators {
         let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
         let estimator = crane::build(name, vehicle, settings).map_err(|e| {
@@ -367,7 +367,7 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
                 "values that fit this vehicle",
             )
         })?;
-        bank.push(Member::new(name.to_string(), estimator));
+        estimators.push(RunningEstimator::new(name.to_string(), estimator));
     }
-    Ok(bank)
+    Ok(estimators)
 }

@@ -3,11 +3,11 @@
 use monorig_estimators::crane::{AnyEstimator, Estimator};
 use monorig_estimators::signals::{Command, Estimate, Measurements};
 
-/// No estimator has more internals.
-const MOST_INTERNALS: usize = 32;
+/// Upper bound on the number of internals of an estimator.
+const MAX_INTERNALS: usize = 32;
 
-/// One estimator of the bank, and what it last said.
-pub struct Member {
+/// An estimator in a run, with its last estimate and the steps it refused.
+pub struct RunningEstimator {
     /// Name in the scenario.
     pub name: String,
     /// The last estimate.
@@ -17,7 +17,7 @@ pub struct Member {
     reason: String,
 }
 
-impl Member {
+impl RunningEstimator {
     /// An estimator under its name.
     pub fn new(name: String, estimator: AnyEstimator) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl Member {
     /// One of its internals now; none if it has none of that name.
     pub fn internal(&self, name: &str) -> Option<f64> {
         let place = self.internal_names().iter().position(|n| *n == name)?;
-        let mut values = [f64::NAN; MOST_INTERNALS];
+        let mut values = [f64::NAN; MAX_INTERNALS];
         self.estimator.internal_values(&mut values);
         values.get(place).copied()
     }

@@ -1,4 +1,4 @@
-//! The events of a scenario, made to happen at their time.
+//! Event schedule: applies the events of a scenario when they are due.
 
 use crate::config::scenario::Event;
 use crate::control::SpeedController;
@@ -13,17 +13,17 @@ struct Entry {
     event: Event,
 }
 
-/// The events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor faults in the
-/// sensors, so they are handed over when the rig is built; here they are only told.
-pub struct Timeline {
+/// Schedule of the events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor faults in the
+/// sensors, so they are handed over when the simulation is built; here they are only logged.
+pub struct EventSchedule {
     /// Still to come, in order of time.
     events: VecDeque<Entry>,
     brake: f64,
     happened: Vec<String>,
 }
 
-impl Timeline {
-    /// In order of time.
+impl EventSchedule {
+    /// Schedule from the events of a scenario.
     pub fn new(events: &[Event]) -> Self {
         let mut list: Vec<Entry> = events
             .iter()
@@ -50,7 +50,7 @@ impl Timeline {
         }
     }
 
-    /// Make happen what is due at `t`.
+    /// Apply the events that are due at `t`, s.
     pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) {
         self.happened.clear();
         while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
@@ -95,7 +95,7 @@ impl Timeline {
         self.brake
     }
 
-    /// What happened in the last call of [`Timeline::apply`].
+    /// What happened in the last call of [`EventSchedule::apply`].
     pub fn happened(&self) -> &[String] {
         &self.happened
     }

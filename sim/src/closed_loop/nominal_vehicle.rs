@@ -1,19 +1,19 @@
-//! What the estimators and the controller are told about a train; never what is true of it.
+//! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::train::Train;
 use monorig_estimators::signals::Vehicle;
 
-/// Mass the estimators and the controller start from when nobody tells them: tare and half the rated load, kg.
+/// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
 
-/// What the estimators are told about the vehicle: the train's data sheet, and what the scenario puts in its place.
+/// Vehicle parameters for the estimators: the train's data sheet, with the changes of the scenario.
 pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
-    let belief = &scenario.file.vehicle;
+    let nominal = &scenario.file.vehicle;
     let first = train.drives.first();
-    let tare = belief.tare_kg.map_or(train.tare_kg(), f64::from);
+    let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
     // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
     let unit = train
         .mounts
@@ -39,13 +39,13 @@ pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
     Vehicle {
         tare_kg: tare,
         drives: train.drives.len(),
-        wheel_radius_m: belief
+        wheel_radius_m: nominal
             .wheel_radius_m
             .map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
         efficiency: first.map_or(1.0, |d| d.efficiency_drive),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: belief.running_resistance.map_or(
+        running_resistance: nominal.running_resistance.map_or(
             train.nominal_running_resistance(
                 nominal_mass_kg(train),
                 scenario.file.physics.gravity_mps2.get(),

@@ -2,12 +2,12 @@
 
 use crate::config::scenario::Scenario;
 use crate::error::Error;
-use crate::plant::obstacles::Block;
+use crate::plant::obstacles::ObstacleBox;
 use crate::rail::Rail;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// The obstacles of a scenario, each placed on the rail's frame at its chainage, and the walls of its roadway.
-pub fn blocks(scenario: &Scenario, rail: &Rail) -> Result<Vec<Block>, Error> {
+pub fn place(scenario: &Scenario, rail: &Rail) -> Result<Vec<ObstacleBox>, Error> {
     let mut blocks = Vec::new();
     for (i, o) in scenario.file.surroundings.iter().enumerate() {
         if o.at_m.get() > rail.length() {
@@ -57,11 +57,11 @@ const WALL_PIECE: f64 = 2.0;
 const WALL_THICKNESS: f64 = 0.1;
 
 /// A box on the rail's frame at chainage `s`, its middle off the rail's line by `off` (left, up), m.
-fn block(rail: &Rail, s: f64, off: [f64; 2], size: Vector3<f64>) -> Block {
+fn block(rail: &Rail, s: f64, off: [f64; 2], size: Vector3<f64>) -> ObstacleBox {
     let f = rail.frame(s);
     let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[f.t, f.l, f.u]));
     let at = f.p + f.l * off[0] + f.u * off[1];
-    Block {
+    ObstacleBox {
         pose: Isometry3::from_parts(at.into(), UnitQuaternion::from_rotation_matrix(&turn)),
         size,
     }

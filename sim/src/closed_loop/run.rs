@@ -1,17 +1,17 @@
 //! THE loop: command → plant → truth → sensors → estimators → controller → observers.
 
-use crate::closed_loop::builder::{Rig, StopAt};
-use crate::closed_loop::estimators::Member;
-use crate::closed_loop::events::Timeline;
+use crate::closed_loop::builder::{Simulation, StopAt};
+use crate::closed_loop::estimators::RunningEstimator;
+use crate::closed_loop::events::EventSchedule;
 use crate::config::scenario::FeedForward;
 use crate::control::{Cycle, Perception, Reference, SpeedController};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
 use crate::sensors::{Sensors, Suite};
-use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements, Value};
+use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements};
 
 /// What observers see after every step of the plant.
-pub struct Frame<'a> {
+pub struct StepFrame<'a> {
     /// Time since the start, ns.
     pub time_ns: i64,
     /// The truth after the step.
@@ -27,7 +27,7 @@ pub struct Frame<'a> {
     /// What the controller was told.
     pub perception: &'a Perception,
     /// The estimators and their last estimates.
-    pub bank: &'a [Member],
+    pub estimators: &'a [RunningEstimator],
     /// Things that happened in this step.
     pub events: &'a [String],
 }
@@ -39,7 +39,7 @@ pub trait Observer {
         false
     }
     /// A step was made.
-    fn see(&mut self, frame: &Frame<'_>) -> Result<(), Error>;
+    fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error>;
     /// The run is over, whole or not.
     fn finish(&mut self) -> Result<(), Error> {
         Ok(())
@@ -61,15 +61,15 @@ pub struct Outcome {
     pub refusals: Vec<(String, u64, String)>,
 }
 
-/// Run a rig to the end of its scenario. `go_on` is told the share done, 0…1, now and then; when it answers no, the run stops
+/// Run a simulation to the end of its scenario. `go_on` is told the share done, 0…1, now and then; when it answers no, the run stops
 /// there and the observers still finish.
 pub fn run(
-    rig: &mut Rig,
+    simulation: &mut Simulation,
     observers: &mut [&mut dyn Observer],
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let end = rig.stop;
-    let result = drive(rig, observers, go_on, end);
+    let end = simulation.stop;
+    let result = drive(simulation, observers, go_on, end);
     for o in observers.iter_mut() {
         let finished = o.finish();
         if result.is_ok() {
@@ -80,27 +80,27 @@ pub fn run(
 }
 
 fn drive(
-    rig: &mut Rig,
+    simulation: &mut Simulation,
     observers: &mut [&mut dyn Observer],
     go_on: &mut dyn FnMut(f64) -> bool,
     end: StopAt,
 ) -> Result<Outcome, Error> {
-    let Rig {
+    let Simulation {
         plant,
         sensors,
-        bank,
+        estimators,
         controller,
         cycle,
-        timeline,
+        events,
         in_loop,
         feedforward,
         ..
-    } = rig;
+    } = simulation;
     let plant: &mut dyn Plant = plant.as_mut();
     let mut loop_state = Loop::new(
-        rig.nominal_mass_kg,
-        rig.dt_s,
-        rig.imu_offset_m,
+        simulation.nominal_mass_kg,
+        simulation.dt_s,
+        simulation.imu_offset_m,
         *in_loop,
         *feedforward,
     );
@@ -110,7 +110,7 @@ fn drive(
         let truth = plant.truth();
         let (t, front) = (truth.t_s, loop_state.front(truth));
         let arrived = front >= end.at_m;
-        if t >= end.after_s - 0.5 * rig.dt_s || arrived {
+        if t >= end.after_s - 0.5 * simulation.dt_s || arrived {
             finished = arrived || end.at_m == f64::INFINITY;
             break;
         }
@@ -122,21 +122,21 @@ fn drive(
                 break;
             }
         }
-        if front > rig.track_length_m {
+        if front > simulation.track_length_m {
             return Err(Error::Broken {
                 t_s: t,
                 what: format!(
                     "the train ran off the end of the track at {:.1} m",
-                    rig.track_length_m
+                    simulation.track_length_m
                 ),
             });
         }
-        loop_state.step(plant, sensors, bank, controller, cycle, timeline)?;
+        loop_state.step(plant, sensors, estimators, controller, cycle, events)?;
         let time_ns = loop_state.time_ns;
         if observers.iter().any(|o| o.wants_truth(time_ns)) {
-            plant.look_around();
+            plant.update_clearance();
         }
-        let frame = Frame {
+        let frame = StepFrame {
             time_ns,
             truth: plant.truth(),
             measurements: &loop_state.z,
@@ -144,11 +144,11 @@ fn drive(
             command: &loop_state.command,
             reference: &loop_state.reference,
             perception: &loop_state.perception,
-            bank,
-            events: timeline.happened(),
+            estimators,
+            events: events.happened(),
         };
         for o in observers.iter_mut() {
-            o.see(&frame)?;
+            o.on_step(&frame)?;
         }
     }
     Ok(Outcome {
@@ -156,7 +156,10 @@ fn drive(
         steps: loop_state.steps,
         finished,
         interrupted,
-        refusals: bank.iter().filter_map(Member::refusals).collect(),
+        refusals: estimators
+            .iter()
+            .filter_map(RunningEstimator::refusals)
+            .collect(),
     })
 }
 
@@ -216,20 +219,28 @@ impl Loop {
         &mut self,
         plant: &mut dyn Plant,
         sensors: &mut Suite,
-        bank: &mut [Member],
+        estimators: &mut [RunningEstimator],
         controller: &mut SpeedController,
         cycle: &mut Cycle,
-        timeline: &mut Timeline,
+        events: &mut EventSchedule,
     ) -> Result<(), Error> {
         let truth = plant.truth();
         let (t, front) = (truth.t_s, self.front(truth));
         self.reference = cycle.at(t, front, self.dt_s);
-        self.perception = self.perceive(truth, bank);
-        timeline.apply(t, plant, controller);
+        let in_loop = self.in_loop.and_then(|i| estimators.get(i));
+        self.perception = self.perception.next(
+            &self.wheel_speed,
+            truth,
+            in_loop.map(|m| &m.estimate),
+            self.feedforward,
+            self.nominal_mass_kg,
+            self.dt_s,
+        );
+        events.apply(t, plant, controller);
         self.command = controller.control(
             &self.reference,
             &self.perception,
-            timeline.emergency_brake(),
+            events.emergency_brake(),
             self.dt_s,
         );
         plant.step(&self.command, self.dt_s)?;
@@ -251,68 +262,13 @@ impl Loop {
             }
             let dt = truth.t_s - self.last_sample_s;
             self.last_sample_s = truth.t_s;
-            for m in bank.iter_mut() {
+            for m in estimators.iter_mut() {
                 m.step(&self.z, &self.command, dt);
             }
         }
         Ok(())
     }
-
-    /// What the controller is told: speed and slip from the wheels, mass and grade as the feed-forward wants them.
-    fn perceive(&self, truth: &Truth, bank: &[Member]) -> Perception {
-        let speed_mps = train_speed(&self.wheel_speed);
-        let mut slip_mps = [0.0; MAX_DRIVES];
-        for (slip, wheel) in slip_mps.iter_mut().zip(&self.wheel_speed) {
-            *slip = wheel.map_or(0.0, |v| v - speed_mps);
-        }
-        let last = &self.perception;
-        let in_loop = self.in_loop.and_then(|i| bank.get(i)).map(|m| &m.estimate);
-        let (grade_rad, total_mass_kg, vouched) = match (self.feedforward, in_loop) {
-            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg, true),
-            (FeedForward::Estimate, Some(e)) => {
-                let vouched = e.effective_grade_rad.valid && e.total_mass_kg.valid;
-                // Taken as it is when the estimator begins to vouch, through the lag while it does; held when it does not.
-                let share = match (vouched, last.vouched) {
-                    (true, true) => self.dt_s / FEEDFORWARD_LAG_S,
-                    (true, false) => 1.0,
-                    (false, _) => 0.0,
-                };
-                let follow = |last: f64, v: &Value| last + share * (v.value - last);
-                (
-                    follow(last.grade_rad, &e.effective_grade_rad),
-                    follow(last.total_mass_kg, &e.total_mass_kg),
-                    vouched,
-                )
-            }
-            _ => (0.0, self.nominal_mass_kg, false),
-        };
-        Perception {
-            speed_mps,
-            grade_rad,
-            total_mass_kg,
-            vouched,
-            slip_mps,
-        }
-    }
 }
-
-/// Speed of the train from the wheels of its drive units, m/s: their median, so that a slipping unit does not mislead; of an
-/// even number the slower of the middle two, since wheels that slip under power run ahead.
-fn train_speed(wheels: &[Option<f64>; MAX_DRIVES]) -> f64 {
-    let mut known = [0.0; MAX_DRIVES];
-    let mut n = 0;
-    for v in wheels.iter().flatten() {
-        known[n] = *v;
-        n += 1;
-    }
-    let known = &mut known[..n];
-    known.sort_unstable_by(|a, b| a.abs().total_cmp(&b.abs()));
-    n.checked_sub(1).map_or(0.0, |last| known[last / 2])
-}
-
-/// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes; without
-/// the lag the two chase each other.
-const FEEDFORWARD_LAG_S: f64 = 1.0;
 
 fn any_new(z: &Measurements) -> bool {
     z.specific_force_mps2.is_some()

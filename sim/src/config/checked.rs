@@ -1,11 +1,11 @@
-//! Numbers that are what they say: checked while a file is read, so that an error has line, column and path.
+//! Range-checked numbers: checked while a file is read, so that an error has line, column and path.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// Beyond this size a number in a file is taken for a slip of the pen.
-const HUGE: f64 = 1e12;
+const MAX_MAGNITUDE: f64 = 1e12;
 
 macro_rules! checked {
     ($(#[$doc:meta])* $name:ident, $ok:expr, $right:literal, $schema:tt) => {
@@ -46,9 +46,9 @@ fn finite(x: f64, right: &str) -> Result<(), String> {
             "infinite"
         };
         Err(format!("this is {what}; write {right}"))
-    } else if x.abs() > HUGE {
+    } else if x.abs() > MAX_MAGNITUDE {
         Err(format!(
-            "{x:e} is too large to be meant; write {right}, at most {HUGE:e}"
+            "{x:e} is too large to be meant; write {right}, at most {MAX_MAGNITUDE:e}"
         ))
     } else {
         Ok(())

@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// No file of ours comes near this size; more is a mix-up, and is not read into memory.
-const LARGEST_BYTES: u64 = 64 << 20;
+const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// Read a text file; errors say what is there instead.
 pub fn read_text(path: &Path) -> Result<String, Error> {
@@ -56,13 +56,13 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
             "copy its contents into a file".into(),
         ));
     }
-    if metadata.len() > LARGEST_BYTES {
+    if metadata.len() > MAX_FILE_BYTES {
         return Err(whole(
             &format!(
                 "this file is {} MB long, far more than any file of ours",
                 metadata.len() >> 20
             ),
-            format!("at most {} MB are read", LARGEST_BYTES >> 20),
+            format!("at most {} MB are read", MAX_FILE_BYTES >> 20),
         ));
     }
     let bytes = std::fs::read(path).map_err(refused)?;

@@ -53,7 +53,7 @@ pub struct ScenarioFile {
     pub sensors: String,
     /// What the estimators are told where it differs from the train's nominal values.
     #[serde(default)]
-    pub vehicle: VehicleBelief,
+    pub vehicle: NominalVehicle,
     /// Estimators by name, with their parameters; `from` names a parameter file to take them from.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
@@ -223,7 +223,8 @@ pub enum FeedForward {
 /// What the estimators are told, where it differs from the train's nominal values.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct VehicleBelief {
+#[schemars(rename = "VehicleBelief")] // the name in the JSON schema
+pub struct NominalVehicle {
     /// kg.
     pub tare_kg: Option<Positive>,
     /// First guess of the total mass, kg.

@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Vertices, m, and triangles.
-pub type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+pub type StlMesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
 /// Read a mesh; corners that coincide become one vertex.
-pub fn read(path: &Path) -> Result<Mesh, Error> {
+pub fn read(path: &Path) -> Result<StlMesh, Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io {
         path: path.into(),
         source,
@@ -78,7 +78,7 @@ fn text(bytes: &[u8]) -> Option<Vec<[f64; 3]>> {
     corners.len().is_multiple_of(3).then_some(corners)
 }
 
-fn weld(corners: &[[f64; 3]]) -> Mesh {
+fn weld(corners: &[[f64; 3]]) -> StlMesh {
     let mut seen = BTreeMap::new();
     let mut vertices = Vec::new();
     let mut index = |c: &[f64; 3]| {
@@ -110,7 +110,7 @@ mod tests {
     ];
 
     /// Volume enclosed by an outward-facing mesh, by the divergence theorem.
-    fn volume((vertices, triangles): &Mesh) -> f64 {
+    fn volume((vertices, triangles): &StlMesh) -> f64 {
         triangles
             .iter()
             .map(|t| {

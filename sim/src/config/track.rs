@@ -21,7 +21,7 @@ pub mod survey;
 use crate::config::checked::{Finite, Positive, Version1};
 use crate::config::file::input_error;
 use crate::error::Error;
-use crate::rail::alignment::{Angle, Builder};
+use crate::rail::alignment::{AlignmentBuilder, Angle};
 use crate::rail::joints::JointsFile;
 use elements::{Horizontal, Vertical};
 use nalgebra::Vector3;
@@ -49,7 +49,7 @@ pub struct TrackFile {
     pub road_width_m: Option<Positive>,
     /// Where the rail begins.
     #[serde(default)]
-    pub start: Start,
+    pub start: TrackStart,
     /// Horizontal alignment from chainage 0.
     #[serde(default)]
     pub horizontal: Vec<Horizontal>,
@@ -67,7 +67,8 @@ pub struct TrackFile {
 /// Where the rail begins, in the world (z up).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Start {
+#[schemars(rename = "Start")] // the name in the JSON schema
+pub struct TrackStart {
     /// m.
     pub x_m: Finite,
     /// m.
@@ -78,7 +79,7 @@ pub struct Start {
     pub heading_deg: Finite,
 }
 
-impl Default for Start {
+impl Default for TrackStart {
     fn default() -> Self {
         Self {
             x_m: Finite::ZERO,
@@ -89,7 +90,7 @@ impl Default for Start {
     }
 }
 
-impl Start {
+impl TrackStart {
     pub(crate) fn position(&self) -> Vector3<f64> {
         Vector3::new(self.x_m.get(), self.y_m.get(), self.z_m.get())
     }
@@ -131,7 +132,7 @@ impl TrackFile {
         let heading = match surveyed_heading {
             Some(h) => h,
             None => {
-                let mut b = Builder::new(file, self.start.heading_deg.get().to_radians());
+                let mut b = AlignmentBuilder::new(file, self.start.heading_deg.get().to_radians());
                 elements::horizontal(&self.horizontal, "horizontal", &mut b)?;
                 b.finish()
             }
@@ -144,7 +145,7 @@ impl TrackFile {
                     .first()
                     .and_then(|v| v.grade_deg)
                     .map_or(0.0, Finite::get);
-                let mut b = Builder::new(file, first.to_radians());
+                let mut b = AlignmentBuilder::new(file, first.to_radians());
                 elements::vertical(&self.vertical, "vertical", &mut b)?;
                 b.finish()
             }

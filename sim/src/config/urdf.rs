@@ -17,7 +17,7 @@ use std::path::Path;
 use urdf_rs::{Joint, JointType, Link, Robot};
 
 /// Deeper nesting is no URDF.
-const DEEPEST: usize = 50;
+const MAX_NESTING: usize = 50;
 
 /// What a URDF file says.
 #[derive(Clone, Debug)]
@@ -80,12 +80,12 @@ impl UrdfUnit {
             path,
             text: read_text(path)?,
         };
-        if nesting(&file.text) > DEEPEST {
-            let message = format!("elements are nested more than {DEEPEST} deep");
+        if nesting(&file.text) > MAX_NESTING {
+            let message = format!("elements are nested more than {MAX_NESTING} deep");
             return Err(file.fault("", "", message, "URDF needs five levels"));
         }
         let robot = urdf_rs::read_from_string(&file.text)
-            .map_err(|e| urdf_diagnostics::blame(&file, &e.to_string()))?;
+            .map_err(|e| urdf_diagnostics::diagnose(&file, &e.to_string()))?;
         let order = tree(&file, &robot)?;
         lump(&file, &robot, &order)
     }

@@ -1,4 +1,4 @@
-//! Where a URDF file that cannot be read is wrong. The reader tells what, but seldom where: the text is searched for it.
+//! Finds the line and column of the mistake in a URDF file that cannot be read: the reader seldom tells it, so the text is searched.
 
 use super::urdf_file::File;
 use crate::error::{Error, InputError};
@@ -11,7 +11,7 @@ const NUMBERS: &[&str] = &[
 ];
 
 /// The error for what the reader said.
-pub(super) fn blame(file: &File<'_>, said: &str) -> Error {
+pub(super) fn diagnose(file: &File<'_>, said: &str) -> Error {
     let text = without_comments(&file.text);
     let quoted = || said.split('`').nth(1).unwrap_or_default();
     let reason = said.rsplit("custom: ").next().unwrap_or(said);
@@ -167,7 +167,7 @@ mod tests {
             path: Path::new("unit.urdf"),
             text: text.into(),
         };
-        match blame(&file, &said) {
+        match diagnose(&file, &said) {
             Error::Input(e) => (e.line, e.message),
             other => panic!("{other}"),
         }

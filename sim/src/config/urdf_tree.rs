@@ -1,4 +1,4 @@
-//! Do the links of a URDF file form one tree?
+//! Checks that the links of a URDF file form one tree.
 
 use super::urdf_file::File;
 use crate::error::Error;

@@ -99,10 +99,10 @@ impl SpeedController {
             + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance;
         // What the feed-forward takes over, the integral gives up: no jump of torque when an estimate becomes known.
         let (was_known, slow_before, inertia_before) = self.before;
-        if p.vouched && !was_known && inertia_before > 0.0 {
+        if p.valid && !was_known && inertia_before > 0.0 {
             self.integral = (inertia_before * self.integral + slow_before - slow) / inertia;
         }
-        self.before = (p.vouched, slow, inertia);
+        self.before = (p.valid, slow, inertia);
         let ahead = slow + inertia * r.accel_mps2;
         let force = ahead + inertia * (self.pi.kp.get() * error + self.integral);
         let v = &self.vehicle;

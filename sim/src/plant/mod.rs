@@ -1,4 +1,12 @@
-//! The border between physics and everything else: [`Truth`] out, [`Command`] in.
+//! The plant: the interface between physics and everything else, [`Command`] in, [`Truth`] out.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `rapier` | the train as rigid bodies |
+//! | `train` | forces on and in the train, one law a file |
+//! | `road` | a car on a road |
+//! | `point_mass` | the train as a point on the rail |
+//! | `obstacles` | boxes beside the rail |
 
 pub mod obstacles;
 pub mod point_mass;
@@ -10,7 +18,7 @@ use crate::error::Error;
 use monorig_estimators::signals::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A train on a rail or a car on a road, whatever computes its motion.
+/// Computes the motion of a train on a rail or a car on a road.
 pub trait Plant {
     /// Advance by `dt_s` under a command held constant over the step.
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error>;
@@ -20,8 +28,8 @@ pub trait Plant {
     fn set_load_mass(&mut self, mass_kg: f64);
     /// Limit the pressure the clamps can reach (a fault), MPa.
     fn set_clamp_limit(&mut self, mpa: f64);
-    /// Bring the costly parts of the truth (clearance) up to date; called before a row is recorded.
-    fn look_around(&mut self) {}
+    /// Update the clearance in the truth, which is costly; called before a row is recorded.
+    fn update_clearance(&mut self) {}
 }
 
 /// Motion of a point fixed to a body, in the world frame W (z up): what a sensor bolted there feels.

@@ -8,10 +8,10 @@
 
 use crate::error::Error;
 use crate::plant::train::adhesion::{self, Zone};
-use crate::plant::train::motor::{Lag, Motor, wheel_torque};
+use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::plant::train::resistance;
 use crate::plant::{DriveState, MountState, Plant, Truth};
-use crate::rail::{Cursor, Frame, Rail};
+use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
 use monorig_estimators::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -73,9 +73,9 @@ pub struct PointMass {
     bound: f64,
     cursor: Cursor,
     v: f64,
-    frame: Frame,
+    frame: RailFrame,
     drive: Drive,
-    motor: Motor,
+    motor: TractionMotor,
     clamp: Lag,
     brake: Lag,
     clamp_limit_mpa: f64,
@@ -116,7 +116,7 @@ impl PointMass {
             cursor: Cursor::at(o.front_m + offset),
             frame: rail.frame(o.front_m + offset),
             drive,
-            motor: Motor::default(),
+            motor: TractionMotor::default(),
             clamp: Lag { value: clamp_mpa },
             brake: Lag::default(),
             clamp_limit_mpa: f64::INFINITY,
@@ -136,14 +136,14 @@ impl PointMass {
         };
         let f = this.frame;
         this.update_truth(&f, 0.0, 0.0, 0.0, 0.0, 0.0);
-        this.look_around();
+        this.update_clearance();
         this
     }
 
     #[allow(clippy::too_many_arguments)]
     fn update_truth(
         &mut self,
-        f: &Frame,
+        f: &RailFrame,
         accel: f64,
         traction: f64,
         against: f64,
@@ -254,7 +254,7 @@ impl Plant for PointMass {
         self.clamp_limit_mpa = mpa;
     }
 
-    fn look_around(&mut self) {
+    fn update_clearance(&mut self) {
         let front = self.cursor.s - self.offset;
         for (i, b) in self.train.bodies.iter().enumerate() {
             let f = self.rail.frame(front + b.start_s);

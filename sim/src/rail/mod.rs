@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 /// The rail at one chainage: right-handed frame t forward, l left, u up, in the world (z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct RailFrame {
     /// Chainage = arc length in space, m.
     pub s: f64,
     /// Position of the rail's line (middle of the web, half height of the beam), m.
@@ -41,7 +41,7 @@ pub struct Frame {
     pub k: Vector3<f64>,
 }
 
-impl Frame {
+impl RailFrame {
     /// Complete a frame from the curve's derivatives.
     pub(crate) fn new(s: f64, p: Vector3<f64>, t: Vector3<f64>, k: Vector3<f64>) -> Self {
         let level = 1.0 / (t.x * t.x + t.y * t.y).sqrt();
@@ -218,16 +218,16 @@ impl Rail {
     }
 
     /// The frame at s.
-    pub fn frame(&self, s: f64) -> Frame {
+    pub fn frame(&self, s: f64) -> RailFrame {
         self.frame_at(s, &mut Cursor::at(s))
     }
 
     /// The frame at s; the cursor is moved there. Faster than [`Rail::frame`] when s is near the cursor.
-    pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> Frame {
+    pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> RailFrame {
         cursor.node = self.nodes.find(s, cursor.node);
         cursor.s = s;
         let at = self.nodes.eval(cursor.node, s);
-        Frame::new(s, at.p, at.t, at.k)
+        RailFrame::new(s, at.p, at.t, at.k)
     }
 
     /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by Newton's
@@ -238,7 +238,7 @@ impl Rail {
 
     /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9 m,
     /// with one evaluation of the curve while `p` moves a few millimetres between calls.
-    pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> Frame {
+    pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         self.nodes.track(p, cursor)
     }
 
@@ -248,7 +248,7 @@ impl Rail {
     }
 
     /// Frames every `step_m` from 0, and at the end. A step that is not above zero gives the two ends only.
-    pub fn samples(&self, step_m: f64) -> Vec<Frame> {
+    pub fn samples(&self, step_m: f64) -> Vec<RailFrame> {
         let pieces = pieces(self.length, step_m);
         let mut cursor = Cursor::default();
         let mut frames = Vec::with_capacity(pieces + 1);
@@ -265,10 +265,10 @@ const ROAD_THICKNESS: f64 = 0.1;
 
 /// How many pieces of at most `step` make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {
-    const MOST: f64 = 1e7;
+    const MAX_PIECES: f64 = 1e7;
     if step > 0.0 && length > 0.0 {
         // a sliver of rounding at the end is no piece of its own
-        (length / step - 1e-9).ceil().clamp(1.0, MOST) as usize
+        (length / step - 1e-9).ceil().clamp(1.0, MAX_PIECES) as usize
     } else {
         1
     }

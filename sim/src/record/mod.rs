@@ -8,7 +8,7 @@ pub mod readback;
 pub mod recorder;
 
 use crate::error::Error;
-use crate::rail::Frame as RailFrame;
+use crate::rail::RailFrame;
 use crate::train::Train;
 
 /// What is fixed for a run: handed to every sink before the first chunk.

@@ -1,14 +1,14 @@
-//! The tape: picks the channels out of every frame of a run and hands them on in chunks.
+//! Recorder: an observer that collects the channels of every step and hands them to sinks in chunks.
 
 use super::{Channel, Chunk, Layout, Sink};
-use crate::closed_loop::estimators::Member;
-use crate::closed_loop::run::{Frame, Observer};
+use crate::closed_loop::estimators::RunningEstimator;
+use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::Record;
 use crate::error::Error;
 use monorig_estimators::signals::{MAX_DRIVES, Measurements};
 
 /// Records a run.
-pub struct Tape<'a> {
+pub struct Recorder<'a> {
     sinks: Vec<&'a mut dyn Sink>,
     chunk: Chunk,
     chunk_ns: i64,
@@ -22,8 +22,8 @@ pub struct Tape<'a> {
     rows: usize,
 }
 
-/// Channels of a run, in the order in which [`Tape`] fills them: those of a train with so many drive units, or of a car (`road`).
-pub fn channels(drives: usize, road: bool, bank: &[Member]) -> Vec<Channel> {
+/// Channels of a run, in the order in which [`Recorder`] fills them: those of a train with so many drive units, or of a car (`road`).
+pub fn channels(drives: usize, road: bool, estimators: &[RunningEstimator]) -> Vec<Channel> {
     let mut c = Vec::new();
     let mut add = |path: String, unit: &'static str| c.push(Channel { path, unit });
     for (name, unit) in TRUTH {
@@ -53,7 +53,7 @@ pub fn channels(drives: usize, road: bool, bank: &[Member]) -> Vec<Channel> {
     for (name, unit) in CONTROL {
         add(format!("control/{name}"), unit);
     }
-    for m in bank {
+    for m in estimators {
         for (name, unit) in ESTIMATE {
             add(format!("estimates/{}/{name}", m.name), unit);
         }
@@ -148,8 +148,8 @@ fn flag(b: bool) -> f64 {
     if b { 1.0 } else { 0.0 }
 }
 
-impl<'a> Tape<'a> {
-    /// A tape for a run laid out like `layout`, handed on every `chunk_s` of simulated time; tells the sinks.
+impl<'a> Recorder<'a> {
+    /// A recorder for a run laid out like `layout`, handed on every `chunk_s` of simulated time; tells the sinks.
     pub fn new(
         mut sinks: Vec<&'a mut dyn Sink>,
         layout: &Layout<'_>,
@@ -161,7 +161,7 @@ impl<'a> Tape<'a> {
         }
         let period = |hz: f64| libm::round(1e9 / hz) as i64;
         let chunk_ns = period(1.0 / chunk_s);
-        let mut tape = Self {
+        let mut recorder = Self {
             sinks,
             chunk: Chunk::default(),
             chunk_ns,
@@ -174,10 +174,10 @@ impl<'a> Tape<'a> {
             row: Vec::with_capacity(layout.channels.len()),
             rows: 0,
         };
-        tape.chunk.values = vec![Vec::new(); layout.channels.len()];
-        tape.chunk.poses = vec![Vec::new(); layout.train.bodies.len()];
-        tape.chunk.wheel_angles = vec![Vec::new(); layout.train.drives.len()];
-        Ok(tape)
+        recorder.chunk.values = vec![Vec::new(); layout.channels.len()];
+        recorder.chunk.poses = vec![Vec::new(); layout.train.bodies.len()];
+        recorder.chunk.wheel_angles = vec![Vec::new(); layout.train.drives.len()];
+        Ok(recorder)
     }
 
     /// Rows recorded so far.
@@ -190,7 +190,7 @@ impl<'a> Tape<'a> {
         self.chunk.events.push((time_ns, text));
     }
 
-    fn row(&mut self, f: &Frame<'_>) {
+    fn row(&mut self, f: &StepFrame<'_>) {
         let (t, z) = (f.truth, &self.latest);
         let finite = |x: f64| if x.is_finite() { x } else { f64::NAN };
         let row = &mut self.row;
@@ -266,7 +266,7 @@ impl<'a> Tape<'a> {
             f.command.motor_torque_nm.iter().sum::<f64>() / drives,
             f.command.brake,
         ]);
-        for m in f.bank {
+        for m in f.estimators {
             let e = &m.estimate;
             row.extend([
                 e.total_mass_kg.value,
@@ -293,7 +293,7 @@ impl<'a> Tape<'a> {
         self.rows += 1;
     }
 
-    fn poses(&mut self, f: &Frame<'_>) {
+    fn poses(&mut self, f: &StepFrame<'_>) {
         for (column, (p, q)) in self.chunk.poses.iter_mut().zip(&f.truth.poses) {
             column.push(([p.x, p.y, p.z], [q.i, q.j, q.k, q.w]));
         }
@@ -337,12 +337,12 @@ fn merge(latest: &mut Measurements, z: &Measurements) {
     }
 }
 
-impl Observer for Tape<'_> {
+impl Observer for Recorder<'_> {
     fn wants_truth(&self, time_ns: i64) -> bool {
         time_ns >= self.next_row_ns || time_ns >= self.next_pose_ns
     }
 
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
             merge(&mut self.latest, f.measurements);
         }

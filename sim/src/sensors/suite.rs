@@ -3,7 +3,7 @@
 use super::accelerometer::{self, Accelerometer};
 use super::fault::{self, Window};
 use super::gyro::{self, Gyro};
-use super::instrument::Span;
+use super::instrument::StepInterval;
 use super::per_drive::{Ideal, PerDrive};
 use super::sampling::to_ns;
 use super::steering_angle::{self, SteeringAngle};
@@ -246,7 +246,7 @@ impl Suite {
     }
 
     /// The stretch of time since the last look. Time must not run backwards, and the truth must be this train's.
-    fn span(&mut self, truth: &Truth) -> Result<Span, Error> {
+    fn span(&mut self, truth: &Truth) -> Result<StepInterval, Error> {
         let broken = |what: String| Error::Broken {
             t_s: truth.t_s,
             what,
@@ -271,7 +271,7 @@ impl Suite {
                 from_ns as f64 * 1e-9
             )));
         }
-        Ok(Span { from_ns, to_ns })
+        Ok(StepInterval { from_ns, to_ns })
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 /// Read a train file, with changes made to it, and every unit it names.
 pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
     let file: TrainFile = read_yaml_with(path, sets)?;
-    let mut builder = Builder {
+    let mut builder = ConsistBuilder {
         path,
         file: &file,
         train: Train::default(),
@@ -27,13 +27,13 @@ pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
     }
     builder.join()?;
     if let Some(entry) = &file.load {
-        builder.hang(entry)?;
+        builder.suspend_load(entry)?;
     }
     builder.finish()
 }
 
 /// A unit in place.
-pub(super) struct Span {
+pub(super) struct PlacedUnit {
     pub unit: Unit,
     pub turn: Isometry3<f64>,
     /// Its first body.
@@ -42,15 +42,15 @@ pub(super) struct Span {
     couplings: [(usize, Vector3<f64>); 2],
 }
 
-pub(super) struct Builder<'a> {
+pub(super) struct ConsistBuilder<'a> {
     pub path: &'a Path,
     pub file: &'a TrainFile,
     pub train: Train,
-    pub spans: Vec<Span>,
+    pub spans: Vec<PlacedUnit>,
     length_m: f64,
 }
 
-impl Builder<'_> {
+impl ConsistBuilder<'_> {
     fn check_names(&self) -> Result<(), Error> {
         let consist = self
             .file
@@ -129,9 +129,9 @@ impl Builder<'_> {
                 }
                 couplings(&unit, first, first, &turn)?
             }
-            Some(trolley) => self.add_hung(&unit, trolley, &entry.name, middle, &turn)?,
+            Some(trolley) => self.add_suspended_unit(&unit, trolley, &entry.name, middle, &turn)?,
         };
-        self.spans.push(Span {
+        self.spans.push(PlacedUnit {
             unit,
             turn,
             first,

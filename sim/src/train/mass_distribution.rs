@@ -1,14 +1,14 @@
-//! Where along the rail the train's masses rest: what a data sheet's drawing tells about a train that is no point.
+//! Mass distribution: spans of the rail over which tare and load of the train rest.
 
 use super::Train;
 
-/// A spread as [from, to] in metres behind a place (negative = ahead of it).
-pub type Span = [f64; 2];
+/// A span as [from, to] in metres behind a place (negative = ahead of it).
+pub type MassSpan = [f64; 2];
 
 impl Train {
     /// Spans over which tare and load rest on the rail, behind a place `at_m` from the train's front (≤ 0 like all `start_s`). Each is
     /// the even spread that has the mean and the variance of the masses.
-    pub fn spans_behind(&self, at_m: f64) -> (Span, Span) {
+    pub fn spans_behind(&self, at_m: f64) -> (MassSpan, MassSpan) {
         let load = |i: usize| {
             if Some(i) == self.load {
                 self.payload.map_or(self.bodies[i].mass_kg, |p| p.mass_kg)
@@ -59,7 +59,7 @@ impl Train {
 }
 
 /// The even spread with the mean and the variance of some masses: mean ± √3 standard deviations; a point at 0 without masses.
-fn even_spread(masses: &[(f64, f64)]) -> Span {
+fn even_spread(masses: &[(f64, f64)]) -> MassSpan {
     let whole: f64 = masses.iter().map(|(_, m)| m).sum();
     if whole <= 0.0 {
         return [0.0; 2];

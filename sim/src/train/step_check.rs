@@ -11,7 +11,7 @@ use crate::error::Error;
 use nalgebra::{Matrix3, Vector3};
 
 /// Stability ends at λ = 4; a quarter is kept back for curves, hold-down contacts and the clamp's roll stiffness.
-const LARGEST: f64 = 3.0;
+const MAX_STIFFNESS_NUMBER: f64 = 3.0;
 const ITERATIONS: usize = 300;
 
 /// A body at one end of a spring, and what a unit of its velocity (linear, angular) adds to the spring's rate.
@@ -28,7 +28,7 @@ impl Train {
     /// Refuse a physics step, s, that is too long for this train's stiffnesses, dampings and masses.
     pub fn check_step(&self, dt_s: f64) -> Result<(), Error> {
         let (lambda, body) = self.stiffness_number(dt_s);
-        if lambda <= LARGEST {
+        if lambda <= MAX_STIFFNESS_NUMBER {
             return Ok(());
         }
         let most = self.longest_step_s();
@@ -52,7 +52,7 @@ impl Train {
         let (mut short, mut long) = (0.0, 1.0);
         for _ in 0..40 {
             let middle = 0.5 * (short + long);
-            if self.stiffness_number(middle).0 <= LARGEST {
+            if self.stiffness_number(middle).0 <= MAX_STIFFNESS_NUMBER {
                 short = middle
             } else {
                 long = middle

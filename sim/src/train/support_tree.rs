@@ -1,4 +1,4 @@
-//! What hangs from what.
+//! Support tree: which bodies carry each suspended body.
 
 use super::{ConnectionKind, Train};
 

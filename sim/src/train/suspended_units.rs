@@ -1,6 +1,6 @@
-//! What hangs: cabs and beams from their trolleys, the load on its chains.
+//! Suspended units: cabs and beams below their trolleys, the load on its chains.
 
-use super::consist::{Builder, Span, couplings};
+use super::consist::{ConsistBuilder, PlacedUnit, couplings};
 use super::unit::Unit;
 use super::{Connection, ConnectionKind, Payload};
 use crate::config::file::{input_error, named};
@@ -9,9 +9,9 @@ use crate::config::unit_file::LoadFile;
 use crate::error::Error;
 use nalgebra::{Isometry3, Vector3};
 
-impl Builder<'_> {
+impl ConsistBuilder<'_> {
     /// A hung unit, then its trolleys from front to rear.
-    pub fn add_hung(
+    pub fn add_suspended_unit(
         &mut self,
         unit: &Unit,
         trolley: &Unit,
@@ -39,9 +39,9 @@ impl Builder<'_> {
                 "same z, y = 0",
             ));
         }
-        let hung = self.train.bodies.len();
+        let suspended = self.train.bodies.len();
         self.add_bodies(unit, name, middle, top.z - hangers[0].z, turn)?;
-        let (mut front, mut rear) = (hung, hung);
+        let (mut front, mut rear) = (suspended, suspended);
         for (i, anchor) in hangers.iter().enumerate() {
             rear = self.train.bodies.len();
             front = if i == 0 { rear } else { front };
@@ -56,7 +56,7 @@ impl Builder<'_> {
             self.train.connections.push(Connection {
                 kind: ConnectionKind::Hanger,
                 a: rear,
-                b: hung,
+                b: suspended,
                 anchor_a: top,
                 anchor_b: *anchor,
                 k: carried.stiffness_npm.get(),
@@ -68,7 +68,7 @@ impl Builder<'_> {
     }
 
     /// The load on its chains.
-    pub fn hang(&mut self, entry: &LoadEntry) -> Result<(), Error> {
+    pub fn suspend_load(&mut self, entry: &LoadEntry) -> Result<(), Error> {
         let unit = Unit::load(&named(self.path, "load.unit", &entry.unit)?)?;
         let Some(LoadFile {
             payload_link,
@@ -103,7 +103,7 @@ impl Builder<'_> {
                 "the name of a unit of the consist",
             ));
         };
-        let Span {
+        let PlacedUnit {
             unit: carrier,
             turn,
             first,

@@ -1,10 +1,10 @@
-//! What the YAML reader and serde say, in plain words, with what would be right.
+//! Error messages of the YAML reader and serde, rewritten in plain words, with what would be right.
 
 use super::suggest::nearest;
 
 /// An error in plain words.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Told {
+pub(super) struct ErrorMessage {
     /// What is wrong.
     pub message: String,
     /// What would be right.
@@ -14,14 +14,14 @@ pub(super) struct Told {
 }
 
 /// An error of tree → checked type.
-pub(super) fn plain(serde: &str) -> Told {
-    let told = |message: String, help: String| Told {
+pub(super) fn plain(serde: &str) -> ErrorMessage {
+    let told = |message: String, help: String| ErrorMessage {
         message,
         help,
         unknown_key: None,
     };
     if let Some((key, known)) = unknown(serde, "unknown field ") {
-        return Told {
+        return ErrorMessage {
             message: format!("unknown key `{key}`"),
             help: choices(&key, &known, "known keys"),
             unknown_key: Some(key),
@@ -67,7 +67,7 @@ pub(super) fn plain(serde: &str) -> Told {
 }
 
 /// An error of text → tree; `line` is the line it was seen at.
-pub(super) fn syntax(yaml: &str, line: &str) -> Told {
+pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
     let said = yaml.split(" at line ").next().unwrap_or(yaml);
     let (message, help) = if said.contains("more than one document") {
         (
@@ -95,7 +95,7 @@ pub(super) fn syntax(yaml: &str, line: &str) -> Told {
             "this is not YAML: look for a missing colon, quote or bracket, or uneven indentation, here or just above",
         )
     };
-    Told {
+    ErrorMessage {
         message: message.to_owned(),
         help: help.to_owned(),
         unknown_key: None,

@@ -4,7 +4,7 @@ use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint}
 use crate::config::checked::{NonNegative, Positive};
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
-const MOST_STEPS: f64 = 1e9;
+const MAX_STEPS: f64 = 1e9;
 
 /// Where a scenario is wrong, and what would be right.
 #[derive(Debug)]
@@ -143,14 +143,14 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
         );
     }
     let steps = stop.time_limit_s() / (file.physics.dt_ms.get() * 1e-3);
-    if steps > MOST_STEPS {
+    if steps > MAX_STEPS {
         return wrong(
             "stop.after_s",
             format!("{steps:e} physics steps are more than anyone waits for"),
             format!(
                 "at steps of {} ms, write at most {} s",
                 file.physics.dt_ms.get(),
-                MOST_STEPS * file.physics.dt_ms.get() * 1e-3
+                MAX_STEPS * file.physics.dt_ms.get() * 1e-3
             ),
         );
     }

@@ -90,7 +90,7 @@ impl Fault {
 /// Every key an event can have.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Keys {
+struct EventKeys {
     at_s: Option<NonNegative>,
     every_s: Option<Positive>,
     from_s: Option<NonNegative>,
@@ -106,7 +106,7 @@ struct Keys {
     brake: Option<Fraction>,
 }
 
-impl Keys {
+impl EventKeys {
     fn given(&self) -> Vec<&'static str> {
         [
             ("at_s", self.at_s.is_some()),
@@ -209,10 +209,10 @@ fn kind(given: &[&str]) -> Result<&'static Kind, String> {
 
 impl<'de> Deserialize<'de> for Event {
     fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
-        let keys = Keys::deserialize(de)?;
+        let keys = EventKeys::deserialize(de)?;
         kind(&keys.given()).map_err(D::Error::custom)?;
         match keys {
-            Keys {
+            EventKeys {
                 at_s: Some(at_s),
                 every_s,
                 load_mass_kg: Some(load_mass_kg),
@@ -222,7 +222,7 @@ impl<'de> Deserialize<'de> for Event {
                 every_s,
                 load_mass_kg,
             }),
-            Keys {
+            EventKeys {
                 from_m: Some(from_m),
                 to_m: Some(to_m),
                 adhesion: Some(adhesion),
@@ -232,7 +232,7 @@ impl<'de> Deserialize<'de> for Event {
                 to_m,
                 adhesion,
             }),
-            Keys {
+            EventKeys {
                 from_s: Some(from_s),
                 to_s,
                 sensor: Some(sensor),
@@ -246,7 +246,7 @@ impl<'de> Deserialize<'de> for Event {
                 fault,
                 size,
             }),
-            Keys {
+            EventKeys {
                 at_s: Some(at_s),
                 every_s,
                 clamp_mpa: Some(clamp_mpa),
@@ -256,7 +256,7 @@ impl<'de> Deserialize<'de> for Event {
                 every_s,
                 clamp_mpa,
             }),
-            Keys {
+            EventKeys {
                 at_s: Some(at_s),
                 every_s,
                 brake: Some(brake),

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// More runs than this are taken for a slip of the pen.
-const MOST: usize = 100_000;
+const MAX_SEEDS: usize = 100_000;
 
 /// Seeds, each once, at least one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -52,9 +52,9 @@ impl Seeds {
                 "`{text}` holds no seed; write the smaller end first"
             ));
         }
-        if last - first >= MOST as u64 {
+        if last - first >= MAX_SEEDS as u64 {
             return Err(format!(
-                "`{text}` is more than {MOST} runs; write a shorter range"
+                "`{text}` is more than {MAX_SEEDS} runs; write a shorter range"
             ));
         }
         Self::new((first..=last).collect())
@@ -89,9 +89,9 @@ impl<'de> Visitor<'de> for SeedsVisitor {
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Seeds, A::Error> {
         let mut seeds = Vec::new();
         while let Some(seed) = list.next_element()? {
-            if seeds.len() == MOST {
+            if seeds.len() == MAX_SEEDS {
                 return Err(A::Error::custom(format!(
-                    "these are more than {MOST} runs; write a shorter list"
+                    "these are more than {MAX_SEEDS} runs; write a shorter list"
                 )));
             }
             seeds.push(seed);

@@ -3,13 +3,13 @@
 use crate::config::checked::{Finite, NonNegative, Positive};
 use crate::config::file::input_error;
 use crate::error::Error;
-use crate::rail::alignment::Builder;
+use crate::rail::alignment::AlignmentBuilder;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Steepest grade that can be described, degrees: beyond it a rail's "left" means little.
-pub const STEEPEST_DEG: f64 = 60.0;
+pub const MAX_GRADE_DEG: f64 = 60.0;
 
 /// Kinds of horizontal element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -84,16 +84,16 @@ pub struct Vertical {
 }
 
 /// An arc of more turns than a hundred is a slip of the pen.
-const MOST_TURN_DEG: f64 = 36_000.0;
+const MAX_TURN_DEG: f64 = 36_000.0;
 
 /// The keys of one element: which are there, which its kind takes, and errors that name them.
-struct Keys<'a> {
+struct ElementKeys<'a> {
     file: &'a Path,
     path: &'a str,
     kind: &'static str,
 }
 
-impl Keys<'_> {
+impl ElementKeys<'_> {
     fn bad<T>(
         &self,
         key: &str,
@@ -162,7 +162,7 @@ impl Keys<'_> {
 pub(super) fn horizontal(
     elements: &[Horizontal],
     list: &str,
-    b: &mut Builder<'_>,
+    b: &mut AlignmentBuilder<'_>,
 ) -> Result<(), Error> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
@@ -175,7 +175,7 @@ pub(super) fn horizontal(
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| Keys {
+        let keys = |kind| ElementKeys {
             file: b.file,
             path: &path,
             kind,
@@ -193,7 +193,7 @@ pub(super) fn horizontal(
                 let keys = keys("an arc");
                 keys.only(&["angle_deg", "radius_m", "length_m", "easement_m"], &given)?;
                 let angle = keys.need("angle_deg", e.angle_deg)?.get();
-                if angle == 0.0 || angle.abs() > MOST_TURN_DEG {
+                if angle == 0.0 || angle.abs() > MAX_TURN_DEG {
                     return keys.bad(
                         "angle_deg",
                         format!("an arc through {angle}°"),
@@ -251,7 +251,7 @@ pub(super) fn horizontal(
 pub(super) fn vertical(
     elements: &[Vertical],
     list: &str,
-    b: &mut Builder<'_>,
+    b: &mut AlignmentBuilder<'_>,
 ) -> Result<(), Error> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
@@ -264,7 +264,7 @@ pub(super) fn vertical(
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| Keys {
+        let keys = |kind| ElementKeys {
             file: b.file,
             path: &path,
             kind,
@@ -338,12 +338,12 @@ pub(super) fn vertical(
     Ok(())
 }
 
-fn steep(keys: &Keys<'_>, key: &str, grade_deg: f64) -> Result<(), Error> {
-    if grade_deg.abs() > STEEPEST_DEG {
+fn steep(keys: &ElementKeys<'_>, key: &str, grade_deg: f64) -> Result<(), Error> {
+    if grade_deg.abs() > MAX_GRADE_DEG {
         return keys.bad(
             key,
             format!("a grade of {grade_deg}°"),
-            format!("at most {STEEPEST_DEG}° up or down"),
+            format!("at most {MAX_GRADE_DEG}° up or down"),
         );
     }
     Ok(())

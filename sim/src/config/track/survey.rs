@@ -64,7 +64,7 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
     let angle = joined(pieces);
     for p in &angle.pieces {
         let (_, steepest) = p.extremes();
-        if steepest > super::elements::STEEPEST_DEG.to_radians() {
+        if steepest > super::elements::MAX_GRADE_DEG.to_radians() {
             return Err(input_error(
                 file,
                 "",
@@ -76,7 +76,7 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
                 ),
                 format!(
                     "at most {}°: check for outliers, or state a larger height_noise_m",
-                    super::elements::STEEPEST_DEG
+                    super::elements::MAX_GRADE_DEG
                 ),
             ));
         }
@@ -249,13 +249,13 @@ fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
             "a line with the names of the columns, then at least 4 points",
         ));
     }
-    if points[points.len() - 1].s - points[0].s > crate::rail::alignment::LONGEST_M {
+    if points[points.len() - 1].s - points[0].s > crate::rail::alignment::MAX_LENGTH_M {
         return Err(input_error(
             file,
             "",
             format!(
                 "the survey is longer than {} m",
-                crate::rail::alignment::LONGEST_M
+                crate::rail::alignment::MAX_LENGTH_M
             ),
             "chainages in metres",
         ));

@@ -1,6 +1,6 @@
-//! How near moving shapes are to fixed ones: clearance for the record, and whether the collision detection is needed at all.
+//! Clearance: least distance of moving shapes to fixed ones, for the record and to enable collision detection only when needed.
 //!
-//! Touching is rare and costs five times as much as everything else in a step, so colliders sleep while nothing can touch.
+//! Touching is rare and costs five times as much as everything else in a step, so colliders are disabled while nothing can touch.
 
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::{Pose, Vector};
@@ -8,14 +8,14 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query;
 use parry3d::shape::SharedShape;
 
-/// Fixed shapes in the world, ready to be asked.
-pub struct Fixed {
+/// Fixed shapes in the world with a bounding-volume tree for distance queries.
+pub struct FixedShapes {
     shapes: Vec<(Pose, SharedShape)>,
     boxes: Vec<Aabb>,
     tree: Bvh,
 }
 
-impl Fixed {
+impl FixedShapes {
     /// Shapes that never move.
     pub fn new(shapes: Vec<(Pose, SharedShape)>) -> Self {
         let boxes: Vec<Aabb> = shapes

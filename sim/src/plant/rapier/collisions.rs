@@ -1,11 +1,11 @@
-//! Collisions of cabs, beam, load and drive units with what is around, and the clearance to it.
+//! Collisions of cabs, beam, load and drive units with rail and obstacles, and the clearance to obstacles.
 //!
 //! Touching is rare, and looking for it in every step costs several times as much as everything else in it. So colliders
 //! sleep, and cheap questions of distance say when they must wake.
 
 use super::convert::{pose_to_rapier, shared_shape};
-use crate::plant::obstacles::Block;
-use crate::plant::rapier::clearance::Fixed;
+use crate::plant::obstacles::ObstacleBox;
+use crate::plant::rapier::clearance::FixedShapes;
 use crate::rail::{Rail, profile::Profile};
 use crate::train::Body;
 use rapier3d::math::{Pose, Vector};
@@ -14,16 +14,16 @@ use rapier3d::prelude::{
     RigidBodyBuilder, RigidBodyHandle, SharedShape,
 };
 
-/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next look.
-/// Looks are `LOOK_S` apart or farther, as far as distances up to the reach allow.
-const TOUCH_REACH: f64 = 0.3;
-const TOUCH_MARGIN: f64 = 0.01;
-const LOOK_S: f64 = 0.02;
-/// Faster than anything along a rail, and than anything that hangs from it moves across it, m/s.
-const FASTEST: f64 = 6.0;
-const FASTEST_SWAY: f64 = 0.3;
+/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next check.
+/// Checks are `CHECK_PERIOD_S` apart or farther, as far as distances up to the reach allow.
+const COLLIDER_REACH_M: f64 = 0.3;
+const COLLIDER_MARGIN_M: f64 = 0.01;
+const CHECK_PERIOD_S: f64 = 0.02;
+/// Upper bounds of the speed along the rail, and of the speed across it of suspended bodies, m/s.
+const MAX_SPEED_MPS: f64 = 6.0;
+const MAX_SWAY_MPS: f64 = 0.3;
 /// Clearance beyond this is not looked for, m.
-const CLEARANCE_REACH: f64 = 5.0;
+const MAX_CLEARANCE_M: f64 = 5.0;
 /// Friction of steel and rock where parts touch.
 const FRICTION: f64 = 0.4;
 /// Pieces of rail given to the collision detection, m.
@@ -34,7 +34,7 @@ const RAIL_STEP: f64 = 0.5;
 const TRAIN: Group = Group::GROUP_1;
 const LOAD: Group = Group::GROUP_2;
 const RAIL: Group = Group::GROUP_3;
-const AROUND: Group = Group::GROUP_4;
+const OBSTACLES: Group = Group::GROUP_4;
 
 /// A part of the train that can touch something.
 struct Part {
@@ -42,7 +42,7 @@ struct Part {
     pose: Pose,
     shape: SharedShape,
     collider: ColliderHandle,
-    hung: bool,
+    suspended: bool,
 }
 
 impl Part {
@@ -52,29 +52,29 @@ impl Part {
     }
 }
 
-/// Everything that can touch, and what it can touch.
-pub struct Touch {
+/// Colliders of the train, and the fixed shapes it can touch.
+pub struct Collisions {
     parts: Vec<Part>,
-    rail_hull: Fixed,
-    blocks: Fixed,
-    touchable: bool,
-    next_look_s: f64,
+    rail_hull: FixedShapes,
+    obstacles: FixedShapes,
+    enabled: bool,
+    next_check_s: f64,
 }
 
-impl Touch {
-    /// The surroundings; the train's parts are added body by body.
-    pub fn new(physics: &mut PhysicsWorld, rail: &Rail, blocks: &[Block]) -> Self {
-        let (rail_hull, blocks) = insert_surroundings(physics, rail, blocks);
+impl Collisions {
+    /// Insert rail and obstacles; the train's parts are added body by body.
+    pub fn new(physics: &mut PhysicsWorld, rail: &Rail, obstacles: &[ObstacleBox]) -> Self {
+        let (rail_hull, obstacles) = insert_fixed_shapes(physics, rail, obstacles);
         Self {
             parts: Vec::new(),
             rail_hull,
-            blocks,
-            touchable: false,
-            next_look_s: 0.0,
+            obstacles,
+            enabled: false,
+            next_check_s: 0.0,
         }
     }
 
-    /// The touchable shapes of a body.
+    /// Add the colliding shapes of a body.
     pub fn add(
         &mut self,
         physics: &mut PhysicsWorld,
@@ -82,10 +82,14 @@ impl Touch {
         body: &Body,
         is_load: bool,
     ) {
-        let hung = body.stations.is_empty();
+        let suspended = body.stations.is_empty();
         let own = if is_load { LOAD } else { TRAIN };
         // What runs on the rail would collide with it for ever; what hangs below may touch it.
-        let with = if hung { AROUND | RAIL } else { AROUND };
+        let with = if suspended {
+            OBSTACLES | RAIL
+        } else {
+            OBSTACLES
+        };
         for shape in body.shapes.iter().filter(|s| s.collides) {
             let Some((s, turn)) = shared_shape(&shape.geometry) else {
                 continue;
@@ -106,35 +110,35 @@ impl Touch {
                 pose,
                 shape: s,
                 collider,
-                hung,
+                suspended,
             });
         }
     }
 
-    /// Wake the colliders when something could touch before the next look, let them sleep otherwise.
-    pub fn watch(&mut self, physics: &mut PhysicsWorld, t_s: f64) {
-        if t_s < self.next_look_s {
+    /// Enable the colliders when something could touch before the next check, disable them otherwise.
+    pub fn update_colliders(&mut self, physics: &mut PhysicsWorld, t_s: f64) {
+        if t_s < self.next_check_s {
             return;
         }
-        let (mut to_blocks, mut to_rail) = (TOUCH_REACH, TOUCH_REACH);
+        let (mut to_blocks, mut to_rail) = (COLLIDER_REACH_M, COLLIDER_REACH_M);
         for part in &self.parts {
             let pose = part.placed(physics);
-            to_blocks = self.blocks.distance(&pose, &part.shape, to_blocks);
-            if part.hung {
+            to_blocks = self.obstacles.distance(&pose, &part.shape, to_blocks);
+            if part.suspended {
                 to_rail = self.rail_hull.distance(&pose, &part.shape, to_rail);
             }
         }
         let wait = f64::min(
-            (to_blocks - TOUCH_MARGIN) / FASTEST,
-            (to_rail - TOUCH_MARGIN) / FASTEST_SWAY,
+            (to_blocks - COLLIDER_MARGIN_M) / MAX_SPEED_MPS,
+            (to_rail - COLLIDER_MARGIN_M) / MAX_SWAY_MPS,
         );
-        self.next_look_s = t_s + wait.max(LOOK_S);
-        let touchable = wait <= LOOK_S;
-        if touchable != self.touchable {
-            self.touchable = touchable;
+        self.next_check_s = t_s + wait.max(CHECK_PERIOD_S);
+        let enabled = wait <= CHECK_PERIOD_S;
+        if enabled != self.enabled {
+            self.enabled = enabled;
             for part in &self.parts {
                 if let Some(c) = physics.colliders.get_mut(part.collider) {
-                    c.set_enabled(touchable);
+                    c.set_enabled(enabled);
                 }
             }
         }
@@ -142,16 +146,16 @@ impl Touch {
 
     /// Least distance to obstacles and walls, m; infinite when there are none within reach.
     pub fn clearance(&self, physics: &PhysicsWorld) -> f64 {
-        if self.blocks.is_empty() {
+        if self.obstacles.is_empty() {
             return f64::INFINITY;
         }
-        let mut least = CLEARANCE_REACH;
+        let mut least = MAX_CLEARANCE_M;
         for part in &self.parts {
             least = self
-                .blocks
+                .obstacles
                 .distance(&part.placed(physics), &part.shape, least);
         }
-        if least < CLEARANCE_REACH {
+        if least < MAX_CLEARANCE_M {
             least
         } else {
             f64::INFINITY
@@ -164,11 +168,11 @@ fn groups(of: Group, with: Group) -> InteractionGroups {
 }
 
 /// The rail as a fixed body of mesh pieces, obstacles and walls as boxes; the same shapes for questions of distance.
-fn insert_surroundings(
+fn insert_fixed_shapes(
     physics: &mut PhysicsWorld,
     rail: &Rail,
-    blocks: &[Block],
-) -> (Fixed, Fixed) {
+    obstacles: &[ObstacleBox],
+) -> (FixedShapes, FixedShapes) {
     let fixed = physics.bodies.insert(RigidBodyBuilder::fixed());
     let mut insert = |pose: Pose, shape: &SharedShape, of: Group| {
         let collider = ColliderBuilder::new(shape.clone())
@@ -190,22 +194,22 @@ fn insert_surroundings(
         }
     }
     let mut boxes = Vec::new();
-    for b in blocks {
+    for b in obstacles {
         let shape = SharedShape::cuboid(b.size.x / 2.0, b.size.y / 2.0, b.size.z / 2.0);
         let pose = pose_to_rapier(&b.pose);
-        insert(pose, &shape, AROUND);
+        insert(pose, &shape, OBSTACLES);
         boxes.push((pose, shape));
     }
     // Distances to the rail are asked of boxes around it: cheap, and some millimetres too near in the tightest curves.
     let size = rail.profile().map_or([0.0; 2], Profile::bounding_box);
     let frames = rail.samples(RAIL_STEP);
     let hull = frames.windows(2).map(|w| {
-        let middle = Block::between(&w[0], &w[1], size);
+        let middle = ObstacleBox::between(&w[0], &w[1], size);
         let half = middle.size / 2.0;
         (
             pose_to_rapier(&middle.pose),
             SharedShape::cuboid(half.x, half.y, half.z),
         )
     });
-    (Fixed::new(hull.collect()), Fixed::new(boxes))
+    (FixedShapes::new(hull.collect()), FixedShapes::new(boxes))
 }

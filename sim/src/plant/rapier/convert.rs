@@ -1,4 +1,4 @@
-//! Between our types (nalgebra) and rapier's (glam): the one place.
+//! Converts between our types (nalgebra) and rapier's (glam).
 
 use crate::plant::train::body_state::BodyState;
 use crate::train::{Body, Geometry};

@@ -10,14 +10,14 @@ mod convert;
 mod truth;
 
 use crate::error::Error;
-use crate::plant::obstacles::Block;
+use crate::plant::obstacles::ObstacleBox;
 use crate::plant::train::adhesion::Zone;
 use crate::plant::train::body_state::{BodyState, Wrench};
 use crate::plant::train::dynamics::{Dynamics, Sums};
 use crate::plant::{DriveState, MountState, Plant, Truth};
 use crate::rail::{Cursor, Rail};
 use crate::train::Train;
-use collisions::Touch;
+use collisions::Collisions;
 use convert::{mass_properties, pose_to_rapier, state, to_rapier};
 use monorig_estimators::signals::Command;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
@@ -27,12 +27,12 @@ use std::sync::Arc;
 use truth::Sway;
 
 /// A station farther from the rail than this has left it, m (half an I140E flange).
-const LOST: f64 = 0.034;
+const MAX_OFF_RAIL_M: f64 = 0.034;
 /// Before a run the train settles on its springs for at most this long, s, in steps of 1 ms with this much of each velocity kept.
 const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
 /// Speed below which it has settled, m/s.
-const SETTLED: f64 = 1e-7;
+const SETTLED_SPEED_MPS: f64 = 1e-7;
 /// For so many steps, so that a turning point of a swing is not taken for rest.
 const SETTLED_STEPS: u32 = 500;
 /// How a world is built.
@@ -51,7 +51,7 @@ pub struct WorldOptions {
     /// Slippery stretches.
     pub zones: Vec<Zone>,
     /// Obstacles and walls.
-    pub blocks: Vec<Block>,
+    pub obstacles: Vec<ObstacleBox>,
 }
 
 /// The train in rapier.
@@ -60,7 +60,7 @@ pub struct World {
     dynamics: Dynamics,
     physics: PhysicsWorld,
     handles: Vec<RigidBodyHandle>,
-    touch: Touch,
+    collisions: Collisions,
     states: Vec<BodyState>,
     wrenches: Vec<Wrench>,
     truth: Truth,
@@ -98,7 +98,7 @@ impl World {
         p.contact_recycling = false;
         p.friction_model = FrictionModel::Coulomb;
 
-        let mut touch = Touch::new(&mut physics, &rail, &options.blocks);
+        let mut collisions = Collisions::new(&mut physics, &rail, &options.obstacles);
         let mut handles = Vec::new();
         for (i, b) in train.bodies.iter().enumerate() {
             let f = rail.frame(options.front_m + b.start_s);
@@ -112,7 +112,7 @@ impl World {
                 .can_sleep(false)
                 .gyroscopic_forces_enabled(true);
             let handle = physics.bodies.insert(body);
-            touch.add(&mut physics, handle, b, Some(i) == train.load);
+            collisions.add(&mut physics, handle, b, Some(i) == train.load);
             handles.push(handle);
         }
         // Masses and centres of mass read 0 until the first step.
@@ -130,7 +130,7 @@ impl World {
             rail,
             physics,
             handles,
-            touch,
+            collisions,
             states: Vec::with_capacity(n),
             wrenches: vec![Wrench::ZERO; n],
             truth: Truth::default(),
@@ -175,7 +175,11 @@ impl World {
                 b.set_angvel(w, false);
             }
             self.read_states();
-            quiet = if fastest < SETTLED { quiet + 1 } else { 0 };
+            quiet = if fastest < SETTLED_SPEED_MPS {
+                quiet + 1
+            } else {
+                0
+            };
             if quiet > SETTLED_STEPS {
                 break;
             }
@@ -232,7 +236,8 @@ impl World {
             b.add_force(to_rapier(&w.force), false);
             b.add_torque(to_rapier(&w.torque), false);
         }
-        self.touch.watch(&mut self.physics, self.truth.t_s);
+        self.collisions
+            .update_colliders(&mut self.physics, self.truth.t_s);
         self.physics.integration_parameters.dt = dt;
         self.physics.step();
     }
@@ -258,7 +263,7 @@ impl World {
                 "the motion is no longer finite: a stiffness is too high for the step".into(),
             );
         }
-        if off > LOST {
+        if off > MAX_OFF_RAIL_M {
             return broken(format!("a wheel is {:.0} mm off the rail", off * 1e3));
         }
         Ok(())
@@ -341,7 +346,7 @@ impl Plant for World {
         self.dynamics.clamp_limit_mpa = mpa;
     }
 
-    fn look_around(&mut self) {
-        self.truth.clearance_m = self.touch.clearance(&self.physics);
+    fn update_clearance(&mut self) {
+        self.truth.clearance_m = self.collisions.clearance(&self.physics);
     }
 }

@@ -1,4 +1,4 @@
-//! The truth, read off the bodies after a step.
+//! Computes the truth from the bodies after a step.
 
 use super::World;
 use crate::plant::{DriveState, MountState};

@@ -15,24 +15,24 @@
 //! (forces first, then speeds, then places); the rotation of the velocity with the yaw rate is exact.
 
 use super::driver::{Driver, View};
-use super::loads::{Geometry, Lean, Suspension};
+use super::loads::{ChassisGeometry, Lean, Suspension};
 use super::surface::{Finder, Surface};
 use super::tyre::Tyre;
 use super::wheel::{Acting, Wheel, WheelSpec};
 use crate::plant::train::adhesion::{self, Zone};
-use crate::plant::train::motor::{Lag, Motor, wheel_torque};
+use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::rail::{Cursor, Rail};
 use crate::train::Drive;
 use monorig_estimators::signals::Command;
 
 /// Longest sub-step, s: a tenth of the period of the stiffest part, a braked wheel on its tyre.
-const LONGEST_S: f64 = 5e-4;
+const MAX_SUBSTEP_S: f64 = 5e-4;
 
 /// Constants of a car. Pairs are front and rear.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
     /// Mass and lengths.
-    pub geometry: Geometry,
+    pub geometry: ChassisGeometry,
     /// Springs and dampers.
     pub suspension: Suspension,
     /// Tyres.
@@ -77,7 +77,7 @@ pub struct State {
     /// See above.
     pub roll: Lean,
     /// Motors.
-    pub motors: [Motor; 2],
+    pub motors: [TractionMotor; 2],
     /// Share of the brake applied.
     pub brake: Lag,
 }
@@ -168,7 +168,7 @@ impl CarBody {
 
     /// Advance by `dt` (s) under a command.
     pub fn step(&mut self, rail: &Rail, command: &Command, dt: f64) {
-        let steps = libm::ceil(dt / LONGEST_S - 1e-9).max(1.0);
+        let steps = libm::ceil(dt / MAX_SUBSTEP_S - 1e-9).max(1.0);
         for _ in 0..steps as usize {
             self.sub_step(rail, command, dt / steps);
         }

@@ -2,12 +2,12 @@
 
 use super::body::Model;
 use super::driver::Driver;
-use super::loads::{Geometry, Suspension};
+use super::loads::{ChassisGeometry, Suspension};
 use super::tyre::Tyre;
 use super::wheel::WheelSpec;
 use crate::config::car_file::{CarFile, MotorFile};
 use crate::config::file::{Sets, input_error, read_yaml_with, with_sets};
-use crate::config::scenario::VehicleBelief;
+use crate::config::scenario::NominalVehicle;
 use crate::error::Error;
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
 use monorig_estimators::signals::{RoadVehicle, Vehicle};
@@ -184,18 +184,18 @@ impl Car {
     }
 
     /// What the estimators are told: the car's data sheet, and what the scenario puts in its place.
-    pub fn believed(&self, belief: &VehicleBelief, gravity: f64) -> Vehicle {
+    pub fn nominal_vehicle(&self, nominal: &NominalVehicle, gravity: f64) -> Vehicle {
         let (d, w) = (&self.data, &self.data.wheels);
-        let mass = belief.tare_kg.map_or(d.body.mass_kg.get(), f64::from);
+        let mass = nominal.tare_kg.map_or(d.body.mass_kg.get(), f64::from);
         let [front, rear] = self.cornering(gravity);
         Vehicle {
             tare_kg: mass,
             drives: 2,
-            wheel_radius_m: belief.wheel_radius_m.map_or(w.radius_m.get(), f64::from),
+            wheel_radius_m: nominal.wheel_radius_m.map_or(w.radius_m.get(), f64::from),
             gear_ratio: d.motors.ratio.get(),
             efficiency: d.motors.efficiency.get(),
             rotating_mass_kg: self.rotating_mass_kg(),
-            running_resistance: belief
+            running_resistance: nominal
                 .running_resistance
                 .map_or(w.rolling_resistance.get(), f64::from),
             mass_range_kg: MASS_RANGE.map(|share| share * mass),
@@ -247,9 +247,9 @@ impl Car {
         self.data.air.drag_coefficient.get() * self.data.air.frontal_area_m2.get()
     }
 
-    fn geometry(&self) -> Geometry {
+    fn geometry(&self) -> ChassisGeometry {
         let (b, w) = (&self.data.body, &self.data.wheels);
-        Geometry {
+        ChassisGeometry {
             mass_kg: b.mass_kg.get(),
             front_m: w.front_axle_m.get(),
             rear_m: w.rear_axle_m.get(),

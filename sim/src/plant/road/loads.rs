@@ -59,7 +59,7 @@ impl Lean {
 
 /// What load transfer needs to know of a car.
 #[derive(Clone, Copy, Debug)]
-pub struct Geometry {
+pub struct ChassisGeometry {
     /// Mass, kg.
     pub mass_kg: f64,
     /// From the centre of gravity to the front axle, m.
@@ -72,7 +72,7 @@ pub struct Geometry {
     pub height_m: f64,
 }
 
-impl Geometry {
+impl ChassisGeometry {
     /// Distance of the axles, m.
     pub fn wheelbase_m(&self) -> f64 {
         self.front_m + self.rear_m
@@ -111,7 +111,7 @@ mod tests {
         roll_gradient: 0.007,
         front_roll_share: 0.55,
     };
-    const CAR: Geometry = Geometry {
+    const CAR: ChassisGeometry = ChassisGeometry {
         mass_kg: 2000.0,
         front_m: 1.2,
         rear_m: 1.5,

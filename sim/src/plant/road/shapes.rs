@@ -1,4 +1,4 @@
-//! What a car looks like.
+//! Visible shapes of a car.
 
 use crate::config::car_file::CarFile;
 use crate::train::{Geometry, Shape};

@@ -4,13 +4,13 @@
 //! a level road is (b z_front + a z_rear) / (a + b). Its derivative along the track is the grade that weight works against, and the
 //! chord's own angle is the pitch of the car.
 
-use crate::rail::{Cursor, Frame, Rail};
+use crate::rail::{Cursor, Rail, RailFrame};
 
 /// The road under the car.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
     /// The lane's middle beside the centre of gravity.
-    pub middle: Frame,
+    pub middle: RailFrame,
     /// Sine of the grade that the weight feels, along the lane's middle.
     pub sine: f64,
     /// Its derivative, 1/m: what presses the car on the road in a sag.

@@ -2,8 +2,8 @@
 
 use super::adhesion::{self, Zone};
 use super::body_state::{BodyState, Wrench};
-use super::friction::{Bristle, RollingContact, SlidingContact, Wheel};
-use super::motor::{Lag, Motor, wheel_torque};
+use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
+use super::motor::{Lag, TractionMotor, wheel_torque};
 use super::running_gear::{self, grip};
 use super::{coupling, resistance};
 use crate::rail::{Cursor, Rail};
@@ -26,7 +26,7 @@ pub struct DriveUnit {
     pub spec: Drive,
     cursor: Cursor,
     /// Motor.
-    pub motor: Motor,
+    pub motor: TractionMotor,
     /// Clamp pressure, MPa.
     pub clamp: Lag,
     /// Limit force of the clamp brake, N.
@@ -107,7 +107,7 @@ impl Dynamics {
             .map(|d| DriveUnit {
                 spec: *d,
                 cursor: Cursor::at(front + train.bodies[d.body].start_s + d.contact.x),
-                motor: Motor::default(),
+                motor: TractionMotor::default(),
                 clamp: Lag { value: d.clamp_mpa },
                 brake: Lag::default(),
                 wheels: [RollingContact::default(); 2],
@@ -370,8 +370,8 @@ impl Dynamics {
 
 impl Drive {
     /// One of its two friction wheels, with half of the motor.
-    fn friction_wheel(&self) -> Wheel {
-        Wheel {
+    fn friction_wheel(&self) -> WheelParameters {
+        WheelParameters {
             bristle: Bristle {
                 sigma0: self.sigma0,
                 sigma1: self.sigma1,

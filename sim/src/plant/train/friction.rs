@@ -27,9 +27,9 @@ pub struct Bristle {
     pub kappa: f64,
 }
 
-/// A friction wheel.
+/// Parameters of a friction wheel.
 #[derive(Clone, Copy, Debug)]
-pub struct Wheel {
+pub struct WheelParameters {
     /// Its contact.
     pub bristle: Bristle,
     /// Inertia about its axle, with its share of the motor, kg·m².
@@ -69,7 +69,7 @@ impl Bristle {
 impl RollingContact {
     /// Advance by `dt`: limit force `g` (N), torque on the wheel `torque` (N·m), rail-bound body moving at `v_t` (m/s). Sets
     /// and returns the force on the body, N.
-    pub fn step(&mut self, wheel: &Wheel, g: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
+    pub fn step(&mut self, wheel: &WheelParameters, g: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
         let (b, j, r) = (&wheel.bristle, wheel.inertia, wheel.radius);
         if g <= 0.0 {
             self.z = 0.0;
@@ -146,7 +146,7 @@ mod tests {
         kappa: 20.0,
     };
 
-    const WHEEL: Wheel = Wheel {
+    const WHEEL: WheelParameters = WheelParameters {
         bristle: B,
         inertia: 2.0,
         radius: 0.17,

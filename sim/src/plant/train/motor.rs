@@ -40,14 +40,14 @@ pub fn wheel_torque(d: &Drive, motor: f64, omega: f64) -> f64 {
     motor * d.gear_ratio * (driving * d.efficiency_drive + (1.0 - driving) / d.efficiency_brake)
 }
 
-/// Motor torque with rate limit, lag and envelope.
+/// Traction motor: torque with rate limit, lag and envelope.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Motor {
+pub struct TractionMotor {
     asked: f64,
     lag: Lag,
 }
 
-impl Motor {
+impl TractionMotor {
     /// Advance by `dt` (s) towards `command` (N·m) at wheel rate `omega` (rad/s); torque at the motor shaft, N·m.
     pub fn step(&mut self, d: &Drive, command: f64, omega: f64, dt: f64) -> f64 {
         let step = d.rate_nmps * dt;

@@ -1,7 +1,7 @@
 //! Running and guide wheels of one station: what holds a rail-bound body to the rail.
 
 use super::body_state::BodyState;
-use crate::rail::Frame;
+use crate::rail::RailFrame;
 use crate::train::Station;
 use nalgebra::Vector3;
 
@@ -44,7 +44,7 @@ fn wheel(st: &Station, depth: f64, rate: f64) -> (f64, f64) {
 }
 
 /// Evaluate a station at its place `at` on `body`, over the rail at `f`.
-pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &Frame) -> Grip {
+pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame) -> Grip {
     let d = at - f.p;
     let v = body.velocity(at);
     let (left, up) = (d.dot(&f.l), d.dot(&f.u));
@@ -74,7 +74,7 @@ pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &Frame) -> Gri
 }
 
 /// Energy stored in the springs of a station, J.
-pub fn stored(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &Frame) -> f64 {
+pub fn stored(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame) -> f64 {
     let d = at - f.p;
     let (left, up) = (d.dot(&f.l), d.dot(&f.u));
     let roll = body.r.column(1).dot(&f.u);
