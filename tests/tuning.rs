@@ -2,28 +2,31 @@
 
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::registry;
 use monorig_estimators::filters::forgetting::Forgetting;
 use monorig_estimators::filters::gaussian::Gaussian;
 use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::registry;
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
-use monorig_lab::replay::record::{Recorder, record};
+use monorig_lab::replay::record::{ReplayRecorder, record};
 use monorig_lab::series::Series;
 use monorig_lab::tune::evaluate::Bench;
 use monorig_lab::tune::optimise::{Search, minimise, random_point};
 use monorig_lab::tune::study::{Optimiser, Study};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::run;
-use monorig_sim::scenario::Scenario;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::run;
+use monorig_sim::config::scenario::Scenario;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
-    let all: Vec<String> = registry::NAMES.iter().map(|n| format!("{n}: {{}}")).collect();
+    let all: Vec<String> = registry::NAMES
+        .iter()
+        .map(|n| format!("{n}: {{}}"))
+        .collect();
     scenario(
         "minimal",
         &[
@@ -41,8 +44,8 @@ fn eventful(seconds: &str) -> Scenario {
 #[test]
 fn replay_gives_the_bits_of_the_run() {
     let s = eventful("40");
-    let mut rig = Rig::build(s, 3).unwrap();
-    let mut recorder = Recorder::new(&rig);
+    let mut rig = Simulation::build(s, 3).unwrap();
+    let mut recorder = ReplayRecorder::new(&rig);
     let mut live = Series::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
     assert_eq!(live.estimators.len(), registry::NAMES.len());
@@ -193,12 +196,15 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
             &[
                 ("stop.after_s", "60"),
                 ("drive.controller.feedforward", "estimate"),
-                ("estimators.dffrls_aekf_robust", &format!("{{delta: {delta}}}")),
+                (
+                    "estimators.dffrls_aekf_robust",
+                    &format!("{{delta: {delta}}}"),
+                ),
             ],
         );
         let mut series = Series::default();
         run(
-            &mut Rig::build(s, 1).unwrap(),
+            &mut Simulation::build(s, 1).unwrap(),
             &mut [&mut series],
             &mut |_| true,
         )

@@ -5,8 +5,8 @@ use crate::errors::{self, CliError};
 use crate::kinds::{self, KINDS, Row};
 use crate::results;
 use crate::{Outcome, output};
+use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::error::Error;
-use monorig_sim::file::{Document, input_error};
 use std::path::Path;
 
 /// Check every file; all mistakes are shown, not only those of the first bad file.

@@ -14,7 +14,7 @@ use monorig_lab::study::{RunResult, RunSpec, in_order, run_one};
 
 /// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
 pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
-    let plain = monorig_sim::scenario::Scenario::load(&task.file, &[])?;
+    let plain = monorig_sim::config::scenario::Scenario::load(&task.file, &[])?;
     let mut overrides: Vec<(String, String)> = Vec::new();
     for name in &task.estimators {
         if !plain.file.estimators.contains_key(name) {

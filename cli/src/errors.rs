@@ -62,7 +62,7 @@ fn text(e: &CliError, drawn: bool) -> String {
         CliError::Sim(Error::Input(input)) => {
             // only where there is a line to show: what cannot be read must not be read again
             let source = match input.line {
-                Some(_) => monorig_sim::file::read_text(&input.file).unwrap_or_default(),
+                Some(_) => monorig_sim::config::file::read_text(&input.file).unwrap_or_default(),
                 None => String::new(),
             };
             if drawn {

@@ -2,18 +2,18 @@
 
 use monorig_lab::expected;
 use monorig_lab::tune::Study;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Scenario;
 use std::path::Path;
 
 /// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig for
 /// the first of its seeds.
-pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Rig, Error> {
+pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Simulation, Error> {
     let scenario = Scenario::load(path, overrides)?;
     expected::check(&scenario)?;
     let seed = scenario.seeds().first().copied().unwrap_or(1);
-    Rig::build(scenario, seed)
+    Simulation::build(scenario, seed)
 }
 
 /// Read a tuning study and every file it names; check them by building the rig of each of its scenarios.
@@ -21,7 +21,7 @@ pub fn tuning(path: &Path) -> Result<Study, Error> {
     let study = Study::load(path)?;
     for group in study.tuning.iter().chain(&study.validation) {
         let seed = group.seeds.first().copied().unwrap_or(1);
-        Rig::build(group.scenario.clone(), seed)?;
+        Simulation::build(group.scenario.clone(), seed)?;
     }
     Ok(study)
 }

@@ -46,7 +46,7 @@ pub fn recognise(path: &Path) -> Option<&'static Kind> {
 
 fn recording(path: &Path) -> Result<String, Error> {
     if !path.is_file() {
-        monorig_sim::file::read_text(path)?; // says what is there instead
+        monorig_sim::config::file::read_text(path)?; // says what is there instead
     }
     let found = monorig_viz::readback::read(path).map_err(|e| match e {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
@@ -69,7 +69,7 @@ fn recording(path: &Path) -> Result<String, Error> {
 
 fn channels(path: &Path) -> Result<String, Error> {
     if !path.is_file() {
-        monorig_sim::file::read_text(path)?; // says what is there instead
+        monorig_sim::config::file::read_text(path)?; // says what is there instead
     }
     let found = readback::read(path)?;
     Ok(format!(
@@ -94,7 +94,7 @@ fn manifest(path: &Path) -> Result<String, Error> {
 }
 
 fn metrics(path: &Path) -> Result<String, Error> {
-    let text = monorig_sim::file::read_text(path)?;
+    let text = monorig_sim::config::file::read_text(path)?;
     let found: serde_json::Value =
         serde_json::from_str(&text).map_err(|e| broken(path, format!("this is not JSON: {e}")))?;
     let (finished, simulated_s) = (&found["finished"], &found["simulated_s"]);

@@ -5,15 +5,15 @@ use crate::errors::CliError;
 use crate::note::note;
 use monorig_lab::series::Series;
 use monorig_lab::summary::Summary;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{self, Observer, Outcome};
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::tape::{self, Tape};
+use monorig_sim::record::recorder::{self, Recorder};
 use monorig_sim::record::{Layout, Sink};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Observer, Outcome};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ pub struct Done {
 /// Simulate. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
-    mut rig: Rig,
+    mut rig: Simulation,
     task: &Run,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Done, CliError> {
@@ -76,25 +76,29 @@ pub fn simulate(
 
 /// Run a rig into sinks. `live`: someone is watching.
 pub fn record(
-    rig: &mut Rig,
+    rig: &mut Simulation,
     sinks: Vec<&mut dyn Sink>,
     live: bool,
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut tape = start_tape(rig, sinks, live)?;
-    run::run(rig, &mut [&mut tape, also], go_on)
+    let mut recorder = start_recorder(rig, sinks, live)?;
+    run::run(rig, &mut [&mut recorder, also], go_on)
 }
 
-fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result<Tape<'a>, Error> {
+fn start_recorder<'a>(
+    rig: &Simulation,
+    sinks: Vec<&'a mut dyn Sink>,
+    live: bool,
+) -> Result<Recorder<'a>, Error> {
     let scenario = &rig.scenario;
-    let channels = tape::channels(
+    let channels = recorder::channels(
         rig.train.drives.len(),
         rig.plant.truth().road.is_some(),
-        &rig.bank,
+        &rig.estimators,
     );
     let samples = rig.rail_samples();
-    let blocks: Vec<_> = rig.blocks.iter().map(|b| (b.pose, b.size)).collect();
+    let blocks: Vec<_> = rig.obstacles.iter().map(|b| (b.pose, b.size)).collect();
     let layout = Layout {
         scenario: &scenario.name,
         seed: rig.seed,
@@ -110,7 +114,7 @@ fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result
     } else {
         monorig_viz::sink::CHUNK_S
     };
-    Tape::new(sinks, &layout, &scenario.file.record, chunk_s)
+    Recorder::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
 fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {

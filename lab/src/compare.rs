@@ -2,7 +2,7 @@
 
 use crate::interval::Interval;
 use crate::study::RunResult;
-use monorig_sim::scenario::Published;
+use monorig_sim::config::scenario::Published;
 use serde::{Deserialize, Serialize};
 
 /// One metric of one estimator over all runs.

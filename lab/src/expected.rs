@@ -1,9 +1,9 @@
 //! Does a scenario expect things that can be measured? Found out before the run, not after it.
 
 use crate::metrics::{METRICS, RUN_METRICS};
+use monorig_sim::config::file::nearest;
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::file::nearest;
-use monorig_sim::scenario::Scenario;
 
 /// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train and
 /// the controller.

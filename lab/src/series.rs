@@ -1,9 +1,9 @@
 //! Errors of every estimator, sample by sample, gathered while a run goes on.
 
-use monorig_sim::bank::Member;
+use monorig_sim::closed_loop::estimators::RunningEstimator;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
-use monorig_sim::run::{Frame, Observer};
 
 /// The part of the truth that an estimate is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +64,7 @@ pub struct Sample {
 
 impl Sample {
     /// What an estimator last said against the truth.
-    pub fn new(member: &Member, t: &Target) -> Self {
+    pub fn new(member: &RunningEstimator, t: &Target) -> Self {
         let e = &member.estimate;
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
@@ -120,20 +120,20 @@ fn square(x: f64) -> f64 {
 }
 
 impl Observer for Series {
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if !f.sampled {
             return Ok(());
         }
         let t = f.truth;
         if self.estimators.is_empty() {
             self.estimators = f
-                .bank
+                .estimators
                 .iter()
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
         }
         let target = Target::of(t);
-        for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
+        for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
             samples.push(Sample::new(m, &target));
         }
         self.tracking.push(Tracking {

@@ -2,8 +2,8 @@
 
 use crate::metrics::{self, METRICS, RUN_METRICS};
 use crate::series::Series;
-use monorig_sim::run::Outcome;
-use monorig_sim::scenario::{Expectation, Scenario};
+use monorig_sim::closed_loop::run::Outcome;
+use monorig_sim::config::scenario::{Expectation, Scenario};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

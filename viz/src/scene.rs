@@ -2,7 +2,7 @@
 
 use crate::stream::{Stream, entity};
 use monorig_sim::error::Error;
-use monorig_sim::rail::Frame;
+use monorig_sim::rail::RailFrame;
 use monorig_sim::record::Layout;
 use monorig_sim::train::{Geometry, Shape, Train};
 use nalgebra::{Isometry3, Vector3};
@@ -49,7 +49,7 @@ pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error
     train(stream, layout.train)
 }
 
-fn rail(stream: &mut Stream, frames: &[Frame], profile: &[[f64; 2]]) -> Result<(), Error> {
+fn rail(stream: &mut Stream, frames: &[RailFrame], profile: &[[f64; 2]]) -> Result<(), Error> {
     if frames.len() < 2 {
         return Ok(());
     }
@@ -88,7 +88,7 @@ struct Sweep {
 
 /// A closed outline (l, u), counter-clockwise, moved along the frames. Each side of the outline has vertices of its
 /// own, so that edges stay sharp; normals and the order of the corners point outwards.
-fn sweep(frames: &[Frame], outline: &[[f64; 2]]) -> Sweep {
+fn sweep(frames: &[RailFrame], outline: &[[f64; 2]]) -> Sweep {
     let mut out = Sweep {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -257,9 +257,9 @@ fn linear_colour([r, g, b, a]: [f32; 4]) -> Color {
 mod tests {
     use super::*;
 
-    fn straight(n: usize, step: f64) -> Vec<Frame> {
+    fn straight(n: usize, step: f64) -> Vec<RailFrame> {
         (0..n)
-            .map(|i| Frame {
+            .map(|i| RailFrame {
                 s: i as f64 * step,
                 p: Vector3::new(i as f64 * step, 0.0, 0.0),
                 t: Vector3::x(),

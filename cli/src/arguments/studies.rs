@@ -60,7 +60,7 @@ fn seeds(text: &str) -> Result<String, String> {
     } else {
         text.to_owned()
     };
-    monorig_sim::scenario::Seeds::parse(&yaml)?;
+    monorig_sim::config::scenario::Seeds::parse(&yaml)?;
     Ok(yaml)
 }
 
@@ -108,7 +108,7 @@ fn metric(name: &str) -> Result<String, String> {
         return Ok(name.to_owned());
     }
     let list: Vec<&str> = known.clone().collect();
-    Err(match monorig_sim::file::nearest(name, known) {
+    Err(match monorig_sim::config::file::nearest(name, known) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("known metrics: {}", list.join(", ")),
     })

@@ -3,14 +3,14 @@
 use crate::errors::CliError;
 use crate::simulate::record;
 use monorig_lab::series::Series;
+use monorig_sim::closed_loop::builder::Simulation;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
 use monorig_viz::RerunSink;
 use std::path::Path;
 
 /// Run it into `before_after.rrd`: under a temporary name first, so that no half of it is ever there.
 pub fn write(
-    mut rig: Rig,
+    mut rig: Simulation,
     folder: &Path,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), CliError> {

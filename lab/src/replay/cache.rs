@@ -3,10 +3,10 @@
 use super::{Columns, record};
 use crate::series::Target;
 use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::scenario::Scenario;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 

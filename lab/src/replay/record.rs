@@ -3,21 +3,21 @@
 use super::Columns;
 use crate::series::Target;
 use monorig_estimators::api::signals::Command;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{self, Observer, StepFrame};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Frame, Observer};
-use monorig_sim::scenario::Scenario;
 
 /// Keeps what the estimators are given.
-pub struct Recorder {
+pub struct ReplayRecorder {
     /// What was recorded so far.
     pub columns: Columns,
     last: Command,
 }
 
-impl Recorder {
+impl ReplayRecorder {
     /// For a run of this rig.
-    pub fn new(rig: &Rig) -> Self {
+    pub fn new(rig: &Simulation) -> Self {
         Self {
             columns: Columns::new(rig.vehicle),
             last: Command::default(),
@@ -25,8 +25,8 @@ impl Recorder {
     }
 }
 
-impl Observer for Recorder {
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+impl Observer for ReplayRecorder {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
             let change = (*f.command != self.last).then_some(f.command);
             self.columns
@@ -54,8 +54,8 @@ pub fn record(
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<Columns>, Error> {
-    let mut rig = Rig::build(bare(scenario), seed)?;
-    let mut recorder = Recorder::new(&rig);
+    let mut rig = Simulation::build(bare(scenario), seed)?;
+    let mut recorder = ReplayRecorder::new(&rig);
     let mut stopped = false;
     let mut watch = |share| {
         stopped = !go_on(share);

@@ -1,7 +1,7 @@
 //! Study files: a scenario, how often it is run, and what varies from run to run.
 
 use super::vary::Vary;
-use monorig_sim::checked::Version1;
+use monorig_sim::config::checked::Version1;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -3,10 +3,10 @@
 use crate::expected;
 use crate::series::Series;
 use crate::summary::Summary;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run;
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run;
-use monorig_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -93,7 +93,7 @@ pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, In
 fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>, Error> {
     let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
     expected::check(&scenario)?;
-    let mut rig = Rig::build(scenario, spec.seed)?;
+    let mut rig = Simulation::build(scenario, spec.seed)?;
     let mut series = Series::default();
     let outcome = run::run(&mut rig, &mut [&mut series], &mut |_| go_on())?;
     Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))

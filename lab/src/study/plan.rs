@@ -2,12 +2,12 @@
 
 use super::{RunSpec, Shard, StudyFile};
 use crate::expected;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::config::file::{Document, named};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::file::{Document, named};
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -100,7 +100,7 @@ impl Plan {
         let first = plan.spec(0);
         let checked = Scenario::load(&first.scenario, &first.overrides)?;
         expected::check(&checked)?;
-        Rig::build(checked, first.seed)?;
+        Simulation::build(checked, first.seed)?;
         plan.hash = plan.fingerprint(path)?;
         Ok(plan)
     }

@@ -2,8 +2,8 @@
 
 use super::known::{self, Wrong};
 use super::study::{Combine, Evaluation, Group, Optimiser, Range, Scale, Study};
+use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
-use monorig_sim::scenario::FeedForward;
 use std::path::Path;
 
 /// More trials than this are taken for a slip of the pen.

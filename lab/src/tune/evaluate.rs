@@ -6,11 +6,11 @@ use crate::metrics;
 use crate::replay::{Columns, cache::Cache, play::play};
 use crate::series::{Sample, Series};
 use monorig_estimators::registry;
-use monorig_sim::checked::Finite;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run;
+use monorig_sim::config::checked::Finite;
+use monorig_sim::config::scenario::{Scenario, Settings};
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run;
-use monorig_sim::scenario::{Scenario, Settings};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -180,7 +180,7 @@ impl Bench {
                 let all = all.collect::<Result<_, String>>()?;
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
-                let mut rig = Rig::build(scenario, run.seed).map_err(|e| e.to_string())?;
+                let mut rig = Simulation::build(scenario, run.seed).map_err(|e| e.to_string())?;
                 let mut series = Series::default();
                 run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
                 Ok(series)

@@ -1,11 +1,11 @@
 //! Which estimators, parameters and metrics there are, and what to say to one that is not.
 
 use crate::metrics::{METRICS, RUN_METRICS};
-use monorig_estimators::registry;
 use monorig_estimators::api::params::Key;
+use monorig_estimators::registry;
+use monorig_sim::config::file::{input_error, nearest};
+use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
-use monorig_sim::file::{input_error, nearest};
-use monorig_sim::scenario::ParameterFile;
 use std::path::Path;
 
 /// What is wrong, and what would be right.

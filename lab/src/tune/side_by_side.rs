@@ -3,15 +3,15 @@
 use super::space::Values;
 use super::study::{Evaluation, Study};
 use monorig_estimators::registry;
-use monorig_sim::bank::Member;
-use monorig_sim::checked::Finite;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::estimators::RunningEstimator;
+use monorig_sim::config::checked::Finite;
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Settings;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
 /// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.
-pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
+pub fn rig(study: &Study, winner: &Values) -> Result<Option<Simulation>, Error> {
     let Some(group) = study.validation.first() else {
         return Ok(None);
     };
@@ -23,10 +23,10 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
         let bank = &mut scenario.file.estimators;
         bank.insert(estimator.clone(), Settings::new(all));
     }
-    let mut rig = Rig::build(scenario, group.seeds.first().copied().unwrap_or(1))?;
-    let in_loop = rig.in_loop.map(|i| rig.bank.swap_remove(i));
+    let mut rig = Simulation::build(scenario, group.seeds.first().copied().unwrap_or(1))?;
+    let in_loop = rig.in_loop.map(|i| rig.estimators.swap_remove(i));
     rig.in_loop = in_loop.is_some().then_some(0);
-    rig.bank = in_loop.into_iter().collect();
+    rig.estimators = in_loop.into_iter().collect();
     let sets = [
         ("default", Some(study.defaults())),
         ("published", study.published()),
@@ -39,7 +39,8 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
             let help = "values that fit the vehicle of the validation runs".to_owned();
             study.error("parameters", (format!("{name}: {e}"), help))
         })?;
-        rig.bank.push(Member::new(name.into(), built));
+        rig.estimators
+            .push(RunningEstimator::new(name.into(), built));
     }
     rig.scenario.name = format!("{}-{}", study.name, rig.scenario.name);
     rig.scenario.file.why = study.file.why.clone();

@@ -166,7 +166,7 @@ pub fn digits(x: f64, n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_sim::checked::Finite;
+    use monorig_sim::config::checked::Finite;
 
     fn finite(x: f64) -> Finite {
         Finite::new(x)

@@ -1,12 +1,12 @@
 //! The study file, and the study read from it.
 
 use super::known;
-use monorig_sim::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use monorig_sim::config::file::{Document, named};
+use monorig_sim::config::scenario::{Scenario, Seeds};
 use monorig_sim::error::Error;
-use monorig_sim::file::{Document, named};
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::scenario::{Scenario, Seeds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -4,9 +4,9 @@ use super::search::Found;
 use super::sensitivity::Sensitivity;
 use super::study::Study;
 use super::validate::Validation;
-use monorig_sim::checked::{Finite, Version1};
+use monorig_sim::config::checked::{Finite, Version1};
+use monorig_sim::config::scenario::{ParameterFile, Provenance};
 use monorig_sim::error::Error;
-use monorig_sim::scenario::{ParameterFile, Provenance};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

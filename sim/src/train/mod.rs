@@ -1,31 +1,15 @@
 //! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
 
-pub mod adhesion;
-pub mod body_state;
 pub mod consist;
-pub mod coupling;
-pub mod dynamics;
-pub mod friction;
-pub mod hanging;
-mod hung;
 pub mod inertia;
-mod look;
-pub mod motor;
-pub mod resistance;
-pub mod running_gear;
-pub mod spread;
+pub mod mass_distribution;
 pub mod step_check;
-pub mod stl;
-pub mod train_file;
+pub mod support_tree;
+mod suspended_units;
 pub mod unit;
-pub mod unit_file;
-pub mod urdf;
-mod urdf_blame;
-mod urdf_file;
-mod urdf_tree;
 
+use crate::config::file::{Sets, input_error, with_sets};
 use crate::error::Error;
-use crate::file::{Sets, input_error, with_sets};
 use inertia::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;

@@ -2,8 +2,8 @@
 
 use crate::report::plot::theme::Ink;
 use crate::summary::Summary;
+use monorig_sim::config::file::{input_error, read_text};
 use monorig_sim::error::Error;
-use monorig_sim::file::{input_error, read_text};
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::readback::{self, Columns};
 use std::path::{Path, PathBuf};

@@ -3,8 +3,8 @@
 use crate::compare::Comparison;
 use crate::study::{Header, RunResult};
 use crate::verdict::Judged;
+use monorig_sim::config::file::read_text;
 use monorig_sim::error::{Error, InputError};
-use monorig_sim::file::read_text;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::error::Category;
