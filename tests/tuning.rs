@@ -8,7 +8,6 @@ use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
-use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
 use monorig_lab::series::Series;
@@ -280,45 +279,4 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
         );
         assert!(loss <= 1.01 * mean_square(best), "{optimiser:?}: {loss}");
     }
-}
-
-fn candidates(count: usize) -> Vec<Candidate> {
-    let candidate = |i: usize| Candidate {
-        lambda: 1.0 - 0.02 / (1.0 + i as f64),
-        q_speed: 1e-7 * (1.0 + i as f64),
-        q_slope: 1e-7 * (1.0 + (i % 5) as f64),
-        r_speed: 2.5e-5,
-    };
-    (0..count).map(candidate).collect()
-}
-
-#[test]
-fn a_lane_does_not_know_its_neighbours() {
-    let (model, samples) = made_up(3000);
-    // more than any machine takes at once, and not a whole number of vectors
-    let all = lanes::run(&model, &candidates(37), &samples);
-    assert_eq!(all.len(), 37);
-    for (candidate, score) in candidates(37).iter().zip(all) {
-        let alone = lanes::run(&model, &[*candidate], &samples)[0];
-        assert_eq!(alone.mass_mse.to_bits(), score.mass_mse.to_bits());
-        assert_eq!(alone.slope_mse.to_bits(), score.slope_mse.to_bits());
-    }
-}
-
-/// Against the estimators crate, whose recursions are arranged otherwise (Joseph's form, guards): the same to rounding.
-#[test]
-fn lanes_agree_with_the_estimators() {
-    let (model, samples) = made_up(30_000);
-    let scores = lanes::run(&model, &candidates(4), &samples);
-    for (candidate, score) in candidates(4).iter().zip(&scores) {
-        let one = one_at_a_time(&model, candidate, &samples);
-        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
-        assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");
-        assert!(near(score.slope_mse, one.slope_mse), "{score:?} {one:?}");
-    }
-    let best = scores
-        .iter()
-        .map(|s| s.slope_mse.sqrt())
-        .fold(1.0, f64::min);
-    assert!(best < 0.02, "no candidate follows the slope: {best} rad");
 }

@@ -6,7 +6,6 @@
 
 pub mod cache;
 pub mod columns;
-pub mod lanes;
 pub mod play;
 pub mod record;
 
