@@ -6,14 +6,15 @@ use monorig_estimators::crane;
 use monorig_estimators::forgetting::Forgetting;
 use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
+use monorig_lab::metrics::series::Series;
 use monorig_lab::metrics::{measure, measure_run};
-use monorig_lab::replay::cache::{self, Cache};
+use monorig_lab::replay::cache;
+use monorig_lab::replay::cache::Cache;
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{Recorder, record};
-use monorig_lab::series::Series;
-use monorig_lab::tune::evaluate::Bench;
-use monorig_lab::tune::optimise::{Search, minimise, random_point};
-use monorig_lab::tune::study::{Optimiser, Study};
+use monorig_lab::tuning::evaluate::Bench;
+use monorig_lab::tuning::optimise::{Search, minimise, random_point};
+use monorig_lab::tuning::study::{Optimiser, Study};
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
@@ -55,7 +56,7 @@ fn replay_gives_the_bits_of_the_run() {
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)
             .count();
-        let bits = |x: &monorig_lab::series::Sample| {
+        let bits = |x: &monorig_lab::metrics::series::Sample| {
             let all = [
                 x.t_s,
                 x.mass_kg,
@@ -159,7 +160,7 @@ fn trial(study: &Study, delta: f64) -> Vec<f64> {
     let bench = Bench::prepare(study, &study.tuning, &cache, 1, &|_| true)
         .unwrap()
         .unwrap();
-    let wanted = monorig_lab::tune::loss::wanted(&study.file);
+    let wanted = monorig_lab::tuning::loss::wanted(&study.file);
     let values = [("delta".to_owned(), delta)].into();
     let [shown] = &bench.evaluate(&values, &wanted)[..] else {
         panic!("one run");

@@ -7,10 +7,10 @@ use crate::output;
 use crate::progress::Progress;
 use crate::report::{lines, number, right, table};
 use crate::{Outcome, interrupt, prepare};
-use monorig_lab::compare::{Cell, Comparison, compare as cells};
-use monorig_lab::interval::Interval;
+use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::study::{RunResult, RunSpec, in_order, run_one};
+use monorig_lab::verdicts::compare::{Cell, Comparison, compare as cells};
+use monorig_lab::verdicts::interval::Interval;
 
 /// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
 pub fn compare(task: &Compare) -> Result<Outcome, CliError> {

@@ -2,8 +2,8 @@
 
 use crate::prepare;
 use clap::ValueEnum;
-use monorig_lab::study::{Plan, StudyFile};
-use monorig_lab::tune::{StudyFile as TuningFile, known};
+use monorig_lab::batch::{Plan, StudyFile};
+use monorig_lab::tuning::{StudyFile as TuningFile, name_check};
 use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
@@ -197,7 +197,7 @@ pub const KINDS: &[Row] = &[
         about: "parameters of an estimator, for scenarios to include",
         telling: &["estimator", "parameters", "provenance"],
         schema: || schema_for!(ParameterFile),
-        check: |path| known::parameter_file(path).map(drop),
+        check: |path| name_check::parameter_file(path).map(drop),
     },
 ];
 

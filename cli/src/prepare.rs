@@ -1,7 +1,7 @@
 //! Everything about a scenario or a tuning study that can be found wrong without running it.
 
-use monorig_lab::expected;
-use monorig_lab::tune::Study;
+use monorig_lab::tuning::Study;
+use monorig_lab::verdicts::expected;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_sim::scenario::Scenario;

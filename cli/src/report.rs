@@ -2,7 +2,7 @@
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table, TableComponent};
-use monorig_lab::summary::Summary;
+use monorig_lab::verdicts::summary::Summary;
 
 /// A column of the estimators' table: title, metric, factor from the metric's unit, what stands for "could not be measured".
 const COLUMNS: &[(&str, &str, f64, &str)] = &[
@@ -106,7 +106,7 @@ pub fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_lab::summary::Verdict;
+    use monorig_lab::verdicts::summary::Verdict;
     use std::collections::BTreeMap;
 
     fn summary(held: bool, value: Option<f64>) -> Summary {

@@ -3,8 +3,8 @@
 use crate::arguments::Run;
 use crate::errors::CliError;
 use crate::note::note;
-use monorig_lab::series::Series;
-use monorig_lab::summary::Summary;
+use monorig_lab::metrics::series::Series;
+use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;

@@ -10,9 +10,10 @@ use crate::prepare;
 use crate::progress::Progress;
 use crate::run::prepare_out;
 use crate::{Outcome, interrupt, output};
-use monorig_lab::tune::job::{self, Audience, Job};
-use monorig_lab::tune::side_by_side;
-use monorig_lab::tune::store::Trial;
+use monorig_lab::tuning::run;
+use monorig_lab::tuning::run::{Audience, Job};
+use monorig_lab::tuning::side_by_side;
+use monorig_lab::tuning::trial_store::Trial;
 use std::num::NonZeroUsize;
 use std::sync::{Mutex, PoisonError};
 
@@ -33,7 +34,7 @@ pub fn tune(task: &Tune) -> Result<Outcome, CliError> {
         name: study.name.clone(),
         progress: Mutex::new(Progress::new(&study.name)),
     };
-    let done = job::run(&study, &job, &shown)?;
+    let done = run::run(&study, &job, &shown)?;
     let Some(done) = done else {
         return Err(CliError::TuningInterrupted);
     };

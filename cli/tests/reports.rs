@@ -5,7 +5,7 @@
 mod common;
 
 use common::Rig;
-use monorig_lab::report::html::number;
+use monorig_lab::html::number;
 
 /// A quick scenario whose words need escaping; one expectation holds, one does not.
 const QUICK: &str = "\

@@ -1,20 +1,21 @@
 //! Every kind of plot on one page. `MONORIG_GALLERY=FILE` also writes it, to be looked at.
 #![allow(clippy::unwrap_used)]
 
+use monorig_lab::plot::axis::Axis;
+use monorig_lab::plot::bars::Histogram;
+use monorig_lab::plot::boxes::Boxes;
+use monorig_lab::plot::cdf::Cdf;
+use monorig_lab::plot::consistency::Consistency;
+use monorig_lab::plot::heat::HeatMap;
+use monorig_lab::plot::history::History;
+use monorig_lab::plot::line::{Band, Line, LineChart};
+use monorig_lab::plot::parallel::Parallel;
+use monorig_lab::plot::pareto::Pareto;
+use monorig_lab::plot::scatter::Scatter;
+use monorig_lab::plot::sensitivity::Sensitivity;
+use monorig_lab::plot::theme::Ink;
+use monorig_lab::plot::{Figure, Group};
 use monorig_lab::report::page::{Page, Section};
-use monorig_lab::report::plot::axis::Axis;
-use monorig_lab::report::plot::bars::Histogram;
-use monorig_lab::report::plot::boxes::Boxes;
-use monorig_lab::report::plot::cdf::Cdf;
-use monorig_lab::report::plot::consistency::Consistency;
-use monorig_lab::report::plot::heat::HeatMap;
-use monorig_lab::report::plot::history::History;
-use monorig_lab::report::plot::line::{Band, Line, LineChart};
-use monorig_lab::report::plot::parallel::Parallel;
-use monorig_lab::report::plot::pareto::Pareto;
-use monorig_lab::report::plot::scatter::Scatter;
-use monorig_lab::report::plot::sensitivity::Sensitivity;
-use monorig_lab::report::plot::{Figure, Group, theme::Ink};
 use monorig_lab::report::table::{Cell, Table};
 
 /// Numbers that look like chance, −1 … 1.

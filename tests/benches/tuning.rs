@@ -5,9 +5,9 @@
 
 use monorig_estimators::crane;
 use monorig_lab::replay::{play::play, record::record};
-use monorig_lab::tune::evaluate::parallel;
-use monorig_lab::tune::optimise::{Search, minimise, random_point};
-use monorig_lab::tune::study::Optimiser;
+use monorig_lab::tuning::evaluate::parallel;
+use monorig_lab::tuning::optimise::{Search, minimise, random_point};
+use monorig_lab::tuning::study::Optimiser;
 use monorig_tests::scenario;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! Tasks that make many runs.
 
+use monorig_lab::batch::Shard;
 use monorig_lab::metrics::METRICS;
-use monorig_lab::study::Shard;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 

@@ -2,7 +2,7 @@
 
 use super::Tested;
 use crate::errors::CliError;
-use monorig_lab::verdict::Check;
+use monorig_lab::verdicts::verdict::Check;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 /// The whole report.

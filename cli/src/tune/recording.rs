@@ -2,7 +2,7 @@
 
 use crate::errors::CliError;
 use crate::simulate::record;
-use monorig_lab::series::Series;
+use monorig_lab::metrics::series::Series;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_viz::RerunSink;

@@ -1,10 +1,10 @@
 //! What a study has come to, as text.
 
 use crate::report::{lines, number, right, table};
-use monorig_lab::interval::Interval;
-use monorig_lab::tune::done::Done;
-use monorig_lab::tune::study::Study;
-use monorig_lab::tune::validate::{Comparison, Validation};
+use monorig_lab::tuning::result::Done;
+use monorig_lab::tuning::study::Study;
+use monorig_lab::tuning::validate::{Comparison, Validation};
+use monorig_lab::verdicts::interval::Interval;
 
 /// The winner's parameters, then what validation says of them.
 pub fn text(study: &Study, done: &Done) -> String {

@@ -6,12 +6,13 @@
 
 mod of_estimator;
 mod of_run;
+pub mod series;
 mod statistics;
 
 pub use of_estimator::METRICS;
 pub use of_run::RUN_METRICS;
 
-use crate::series::{Sample, Series, Tracking};
+use crate::metrics::series::{Sample, Series, Tracking};
 
 /// A metric over samples of a kind: name, unit and definition.
 pub struct Metric<T> {

@@ -1,8 +1,8 @@
 //! Metrics of one estimator.
 
-use super::Metric;
-use super::statistics::{max, mean, percentile, rms, share, share_in_band};
-use crate::series::Sample;
+use crate::metrics::Metric;
+use crate::metrics::series::Sample;
+use crate::metrics::statistics::{max, mean, percentile, rms, share, share_in_band};
 
 /// Mass counts as converged when its error stays within this share.
 const CONVERGED: f64 = 0.02;
@@ -211,7 +211,7 @@ fn convergence(s: &[Sample]) -> f64 {
 mod tests {
     use super::*;
     use crate::metrics::measure;
-    use crate::series::Series;
+    use crate::metrics::series::Series;
 
     fn series(errors: &[(f64, bool)]) -> Series {
         let sample = |(i, &(e, valid)): (usize, &(f64, bool))| Sample {

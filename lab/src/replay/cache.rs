@@ -1,7 +1,7 @@
 //! Recordings on disk: found again by a hash of all that made them, written whole or not at all, checked when read.
 
-use super::{Columns, record};
-use crate::series::Target;
+use crate::metrics::series::Target;
+use crate::replay::{Columns, record};
 use monorig_estimators::signals::{RoadVehicle, Vehicle};
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;

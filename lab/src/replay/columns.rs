@@ -1,6 +1,6 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
-use crate::series::Target;
+use crate::metrics::series::Target;
 use monorig_estimators::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.

@@ -1,7 +1,7 @@
 //! Plays recorded columns to an estimator.
 
-use super::Columns;
-use crate::series::Sample;
+use crate::metrics::series::Sample;
+use crate::replay::Columns;
 use monorig_estimators::crane::AnyEstimator;
 use monorig_sim::bank::Member;
 

@@ -1,7 +1,7 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
-use super::Columns;
-use crate::series::Target;
+use crate::metrics::series::Target;
+use crate::replay::Columns;
 use monorig_estimators::signals::Command;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;

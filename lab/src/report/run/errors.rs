@@ -1,14 +1,14 @@
 //! Errors over time and their distributions; whether the stated uncertainty fits them.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::axis::Axis;
+use crate::plot::bars::Histogram;
+use crate::plot::boxes::Boxes;
+use crate::plot::cdf::Cdf;
+use crate::plot::consistency::Consistency;
+use crate::plot::line::{Line, LineChart};
+use crate::plot::{Figure, Group};
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::bars::Histogram;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::cdf::Cdf;
-use crate::report::plot::consistency::Consistency;
-use crate::report::plot::line::{Line, LineChart};
-use crate::report::plot::{Figure, Group};
+use crate::report::run::recorded::{DEGREES, Recorded};
 
 /// Errors of one quantity of all estimators that vouch for it, each with its times.
 type Errors = Vec<Group<(f64, f64)>>;

@@ -1,17 +1,18 @@
 //! The report of a comparison: estimators on the same runs, beside each other and beside what was published.
 
-use super::paired::difference;
-use super::runs;
-use crate::compare::{Cell as Figures, Comparison, values};
-use crate::interval::Interval;
-use crate::metrics::{self, METRICS};
-use crate::report::html::{number, with_unit};
+use crate::html::{number, with_unit};
+use crate::metrics;
+use crate::metrics::METRICS;
+use crate::plot::axis::Axis;
+use crate::plot::boxes::Boxes;
+use crate::plot::theme::Ink;
+use crate::plot::{Figure, Group};
 use crate::report::page::{Page, Section};
-use crate::report::plot::axis::Axis;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::theme::Ink;
-use crate::report::plot::{Figure, Group};
+use crate::report::study::paired::difference;
+use crate::report::study::runs;
 use crate::report::table::{Cell, Table};
+use crate::verdicts::compare::{Cell as Figures, Comparison, values};
+use crate::verdicts::interval::Interval;
 use std::collections::BTreeSet;
 
 /// Lay it out.

@@ -9,9 +9,9 @@ mod read;
 mod runs;
 mod values;
 
-use super::page::{Page, Section};
-use crate::study::{Header, RunResult};
-use crate::verdict::Judged;
+use crate::batch::{Header, RunResult};
+use crate::report::page::{Page, Section};
+use crate::verdicts::verdict::Judged;
 use monorig_sim::error::Error;
 use read::{Results, Tested};
 use std::path::Path;

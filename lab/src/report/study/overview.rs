@@ -2,7 +2,7 @@
 
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
-use crate::verdict::Judged;
+use crate::verdicts::verdict::Judged;
 
 /// A row for each scenario, then what failed.
 pub fn section(all: &[Judged]) -> Section {

@@ -1,8 +1,8 @@
 //! Results of many runs, read back.
 
-use crate::compare::Comparison;
-use crate::study::{Header, RunResult};
-use crate::verdict::Judged;
+use crate::batch::{Header, RunResult};
+use crate::verdicts::compare::Comparison;
+use crate::verdicts::verdict::Judged;
 use monorig_sim::error::{Error, InputError};
 use monorig_sim::file::read_text;
 use serde::Deserialize;
@@ -104,7 +104,7 @@ fn wrong(path: &Path, line: Option<usize>, what: String) -> Error {
         column: line.map(|_| 1),
         key: String::new(),
         message: format!("a report cannot be made of this: {what}"),
-        help: super::super::TAKES.into(),
+        help: crate::report::TAKES.into(),
     }
     .into()
 }

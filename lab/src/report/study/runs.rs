@@ -1,18 +1,18 @@
 //! A scenario over many runs: checks, metrics, distributions.
 
-use super::paired;
-use super::values::{Values, estimators};
+use crate::batch::RunResult;
+use crate::html::with_unit;
 use crate::metrics::{METRICS, RUN_METRICS};
-use crate::report::html::with_unit;
+use crate::plot::axis::Axis;
+use crate::plot::boxes::Boxes;
+use crate::plot::theme::Ink;
+use crate::plot::{Figure, Group};
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::theme::Ink;
-use crate::report::plot::{Figure, Group};
+use crate::report::study::paired;
+use crate::report::study::values::{Values, estimators};
 use crate::report::table::{Cell, Table};
-use crate::study::RunResult;
-use crate::summary::MAIN;
-use crate::verdict::Check;
+use crate::verdicts::summary::MAIN;
+use crate::verdicts::verdict::Check;
 
 /// What was asked of the runs.
 pub fn verdicts(section: Section, all: &[Check]) -> Section {

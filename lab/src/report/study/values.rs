@@ -1,9 +1,9 @@
 //! A metric over runs, and what can be said of it.
 
-use crate::interval::Interval;
-use crate::report::html::number;
-use crate::report::plot::boxes::quantile;
-use crate::study::RunResult;
+use crate::batch::RunResult;
+use crate::html::number;
+use crate::plot::boxes::quantile;
+use crate::verdicts::interval::Interval;
 use std::collections::BTreeSet;
 
 /// A metric over runs, in ascending order.
