@@ -6,15 +6,15 @@ use monorig_estimators::crane;
 use monorig_estimators::forgetting::Forgetting;
 use monorig_estimators::gaussian::Gaussian;
 use monorig_estimators::rls::Rls;
-use monorig_lab::metrics::series::Series;
+use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache;
 use monorig_lab::replay::cache::Cache;
 use monorig_lab::replay::play::play;
-use monorig_lab::replay::record::{Recorder, record};
-use monorig_lab::tuning::evaluate::Bench;
+use monorig_lab::replay::record::{ReplayRecorder, record};
+use monorig_lab::tuning::evaluate::Evaluator;
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
-use monorig_lab::tuning::study::{Optimiser, Study};
+use monorig_lab::tuning::study::{Optimiser, TuningStudy};
 use monorig_sim::rig::Rig;
 use monorig_sim::run::run;
 use monorig_sim::scenario::Scenario;
@@ -42,8 +42,8 @@ fn eventful(seconds: &str) -> Scenario {
 fn replay_gives_the_bits_of_the_run() {
     let s = eventful("40");
     let mut rig = Rig::build(s, 3).unwrap();
-    let mut recorder = Recorder::new(&rig);
-    let mut live = Series::default();
+    let mut recorder = ReplayRecorder::new(&rig);
+    let mut live = ErrorSeries::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
     assert_eq!(live.estimators.len(), crane::NAMES.len());
     let mut replayed = Vec::new();
@@ -128,7 +128,7 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
 }
 
 /// A study of `dffrls_aekf` over one run of 60 s.
-fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
+fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     let folder = tempfile::tempdir().unwrap();
     let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
     let run = |seed: u64| {
@@ -150,19 +150,19 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
     );
     let path = folder.path().join("study.yaml");
     std::fs::write(&path, text).unwrap();
-    Study::load(&path).unwrap()
+    TuningStudy::load(&path).unwrap()
 }
 
 /// What a trial shows with this `delta`.
-fn trial(study: &Study, delta: f64) -> Vec<f64> {
+fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::new(folder.path());
-    let bench = Bench::prepare(study, &study.tuning, &cache, 1, &|_| true)
+    let evaluator = Evaluator::prepare(study, &study.tuning, &cache, 1, "", &())
         .unwrap()
         .unwrap();
-    let wanted = monorig_lab::tuning::loss::wanted(&study.file);
+    let wanted = monorig_lab::tuning::loss::metric_windows(&study.file);
     let values = [("delta".to_owned(), delta)].into();
-    let [shown] = &bench.evaluate(&values, &wanted)[..] else {
+    let [shown] = &evaluator.evaluate(&values, &wanted)[..] else {
         panic!("one run");
     };
     shown.values.clone().unwrap()
@@ -196,7 +196,7 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
                 ("estimators.dffrls_aekf", &format!("{{delta: {delta}}}")),
             ],
         );
-        let mut series = Series::default();
+        let mut series = ErrorSeries::default();
         run(
             &mut Rig::build(s, 1).unwrap(),
             &mut [&mut series],

@@ -4,8 +4,8 @@
 //! rounds, and want a machine of their own.
 
 use monorig_estimators::crane;
+use monorig_lab::batch::map_in_order;
 use monorig_lab::replay::{play::play, record::record};
-use monorig_lab::tuning::evaluate::parallel;
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::Optimiser;
 use monorig_tests::scenario;
@@ -51,7 +51,7 @@ fn main() {
         let mut best = f64::INFINITY;
         for _ in 0..10 {
             let start = Instant::now();
-            std::hint::black_box(parallel(&work, n, |x| {
+            std::hint::black_box(map_in_order(n, &work, |x| {
                 one_at_a_time(&model, &candidate(*x), &samples)
             }));
             best = best.min(start.elapsed().as_secs_f64());

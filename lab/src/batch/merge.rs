@@ -1,6 +1,6 @@
 //! Shards of a study put together: the same bytes as if it had been run whole.
 
-use crate::batch::{Header, Shard};
+use crate::batch::{Shard, StudyHeader};
 use monorig_sim::error::{Error, InputError};
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Lines, Write};
@@ -17,7 +17,7 @@ struct Part {
 /// Merge the shards in `parts` into `to`, and say how many runs that are. All must be there, whole, and of one study.
 pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
     let mut opened = Vec::new();
-    let mut whole: Option<Header> = None;
+    let mut whole: Option<StudyHeader> = None;
     for path in parts {
         let (part, mut header) = open(path)?;
         header.shard = None;
@@ -63,14 +63,14 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
     Ok(header.runs)
 }
 
-fn open(path: &Path) -> Result<(Part, Header), Error> {
+fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
     let file = File::open(path).map_err(|source| Error::Io {
         path: path.into(),
         source,
     })?;
     let mut lines = BufReader::new(file).lines();
     let first = lines.next().and_then(Result::ok).unwrap_or_default();
-    let header: Header = serde_json::from_str(&first).map_err(|_| {
+    let header: StudyHeader = serde_json::from_str(&first).map_err(|_| {
         wrong(
             path,
             Some(1),
@@ -88,7 +88,7 @@ fn open(path: &Path) -> Result<(Part, Header), Error> {
 }
 
 /// Under a temporary name first: there is never half a result.
-fn write(parts: &mut [Part], header: &Header, to: &Path) -> Result<(), Error> {
+fn write(parts: &mut [Part], header: &StudyHeader, to: &Path) -> Result<(), Error> {
     let mut partial = to.as_os_str().to_owned();
     partial.push(format!(".partial-{}", std::process::id()));
     let partial = PathBuf::from(partial);
@@ -104,7 +104,7 @@ fn write(parts: &mut [Part], header: &Header, to: &Path) -> Result<(), Error> {
     done
 }
 
-fn fill(parts: &mut [Part], header: &Header, to: &Path) -> Result<(), Error> {
+fn fill(parts: &mut [Part], header: &StudyHeader, to: &Path) -> Result<(), Error> {
     let failed = |source| Error::Io {
         path: to.into(),
         source,

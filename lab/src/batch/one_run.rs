@@ -1,6 +1,6 @@
 //! One run of a study: headless, nothing written, whatever goes wrong is its result.
 
-use crate::metrics::series::Series;
+use crate::metrics::series::ErrorSeries;
 use crate::verdicts::expected;
 use crate::verdicts::summary::Summary;
 use monorig_sim::error::Error;
@@ -94,7 +94,7 @@ fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>,
     let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
     expected::check(&scenario)?;
     let mut rig = Rig::build(scenario, spec.seed)?;
-    let mut series = Series::default();
+    let mut series = ErrorSeries::default();
     let outcome = run::run(&mut rig, &mut [&mut series], &mut |_| go_on())?;
     Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))
 }

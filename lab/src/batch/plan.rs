@@ -27,7 +27,7 @@ pub struct Plan {
 
 /// The first line of a study's results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct StudyHeader {
     /// What this file is: `monorig study`.
     pub format: String,
     /// Format version, 1.
@@ -45,7 +45,7 @@ pub struct Header {
     pub hash: String,
 }
 
-impl Header {
+impl StudyHeader {
     /// As the first line of a file, without its end.
     pub fn to_line(&self) -> String {
         // Strings and whole numbers: nothing in here can fail to serialise.
@@ -133,8 +133,8 @@ impl Plan {
     }
 
     /// The first line of its results.
-    pub fn header(&self, shard: Shard) -> Header {
-        Header {
+    pub fn header(&self, shard: Shard) -> StudyHeader {
+        StudyHeader {
             format: "monorig study".into(),
             version: 1,
             study: self.name.clone(),

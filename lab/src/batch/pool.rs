@@ -1,6 +1,7 @@
 //! Work on several threads, results in order.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc;
@@ -19,7 +20,7 @@ pub fn in_order<I: Send, T: Send, E>(
     mut take: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), E> {
     let queue = Queue {
-        state: Mutex::new(State {
+        state: Mutex::new(QueueState {
             items: items.zip(0..),
             taken: 0,
             stop: false,
@@ -64,19 +65,39 @@ pub fn in_order<I: Send, T: Send, E>(
     })
 }
 
-struct State<I> {
+/// The results of `work` on each of `items` with `jobs` threads, in the order of the items.
+pub fn map_in_order<'a, I: Sync, T: Send>(
+    jobs: usize,
+    items: &'a [I],
+    work: impl Fn(&'a I) -> T + Sync,
+) -> Vec<T> {
+    let jobs = jobs.min(items.len());
+    let Some(jobs) = NonZeroUsize::new(jobs).filter(|n| n.get() > 1) else {
+        return items.iter().map(work).collect();
+    };
+    let mut results = Vec::with_capacity(items.len());
+    let taken = in_order(jobs, items.iter(), work, |result| {
+        results.push(result);
+        Ok::<(), Infallible>(())
+    });
+    match taken {
+        Ok(()) => results,
+    }
+}
+
+struct QueueState<I> {
     items: I,
     taken: u64,
     stop: bool,
 }
 
 struct Queue<I> {
-    state: Mutex<State<I>>,
+    state: Mutex<QueueState<I>>,
     moved: Condvar,
 }
 
 impl<I> Queue<I> {
-    fn lock(&self) -> MutexGuard<'_, State<I>> {
+    fn lock(&self) -> MutexGuard<'_, QueueState<I>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -34,7 +34,7 @@ impl Shard {
 
 /// An open file of results; no other process can open it as one.
 #[derive(Debug)]
-pub struct Store {
+pub struct ResultStore {
     path: PathBuf,
     file: File,
     done: u64,
@@ -42,17 +42,17 @@ pub struct Store {
 
 /// What every line of results begins with.
 #[derive(Deserialize)]
-struct Start {
+struct IndexField {
     index: u64,
 }
 
 /// The index of the run that a line tells of; none if the line is not a result.
 pub(super) fn index_of(line: &[u8]) -> Option<u64> {
-    let start: Start = serde_json::from_slice(line).ok()?;
+    let start: IndexField = serde_json::from_slice(line).ok()?;
     Some(start.index)
 }
 
-impl Store {
+impl ResultStore {
     /// Open the results of a study to go on with them, or begin them. `header` (one line, without its end) says which study it
     /// is: a file with another header is refused and left as it is.
     pub fn open(path: &Path, header: &str, shard: Shard) -> Result<Self, Error> {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     fn fill(path: &Path, shard: Shard, to: u64) -> Result<(), Error> {
-        let mut store = Store::open(path, HEADER, shard)?;
+        let mut store = ResultStore::open(path, HEADER, shard)?;
         for n in store.done()..to {
             store.append(&line(shard.index(n)))?;
         }
@@ -224,8 +224,8 @@ mod tests {
     fn two_at_a_time_are_one_too_many() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("results.jsonl");
-        let _first = Store::open(&path, HEADER, Shard::WHOLE).unwrap();
-        let second = Store::open(&path, HEADER, Shard::WHOLE);
+        let _first = ResultStore::open(&path, HEADER, Shard::WHOLE).unwrap();
+        let second = ResultStore::open(&path, HEADER, Shard::WHOLE);
         assert!(second.unwrap_err().to_string().contains("another monorig"));
     }
 

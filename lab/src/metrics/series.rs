@@ -35,7 +35,7 @@ impl Target {
 
 /// One estimator step against the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct ErrorSample {
     /// s.
     pub t_s: f64,
     /// Estimate minus truth over truth, total mass.
@@ -62,7 +62,7 @@ pub struct Sample {
     pub running_resistance: f64,
 }
 
-impl Sample {
+impl ErrorSample {
     /// What an estimator last said against the truth.
     pub fn new(member: &Member, t: &Target) -> Self {
         let e = &member.estimate;
@@ -108,9 +108,9 @@ pub struct Tracking {
 
 /// Gathers the samples of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Series {
+pub struct ErrorSeries {
     /// Per estimator, in the order of the bank: name and samples.
-    pub estimators: Vec<(String, Vec<Sample>)>,
+    pub estimators: Vec<(String, Vec<ErrorSample>)>,
     /// The closed loop.
     pub tracking: Vec<Tracking>,
 }
@@ -119,7 +119,7 @@ fn square(x: f64) -> f64 {
     x * x
 }
 
-impl Observer for Series {
+impl Observer for ErrorSeries {
     fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
         if !f.sampled {
             return Ok(());
@@ -134,7 +134,7 @@ impl Observer for Series {
         }
         let target = Target::of(t);
         for (m, (_, samples)) in f.bank.iter().zip(&mut self.estimators) {
-            samples.push(Sample::new(m, &target));
+            samples.push(ErrorSample::new(m, &target));
         }
         self.tracking.push(Tracking {
             t_s: t.t_s,

@@ -9,11 +9,11 @@ pub struct Axis {
     pub title: String,
     /// Range in the data's unit; none = from the data.
     pub range: Option<(f64, f64)>,
-    scale: Scale,
+    scale: AxisScale,
 }
 
 #[derive(Clone, Debug)]
-enum Scale {
+enum AxisScale {
     Linear,
     Log,
     Names(Vec<String>),
@@ -21,12 +21,12 @@ enum Scale {
 
 /// An axis whose range is known: positions on it are linear in the drawing.
 #[derive(Clone, Debug)]
-pub(super) struct Fixed {
+pub(super) struct FixedAxis {
     pub title: String,
     pub low: f64,
     pub high: f64,
     pub ticks: Vec<f64>,
-    scale: Scale,
+    scale: AxisScale,
     decimals: usize,
 }
 
@@ -36,14 +36,14 @@ impl Axis {
         Self {
             title: title.into(),
             range: None,
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         }
     }
 
     /// A logarithmic axis: only values above zero are on it.
     pub fn log(title: impl Into<String>) -> Self {
         Self {
-            scale: Scale::Log,
+            scale: AxisScale::Log,
             ..Self::linear(title)
         }
     }
@@ -52,14 +52,14 @@ impl Axis {
     pub fn names(title: impl Into<String>, names: Vec<String>) -> Self {
         Self {
             range: Some((-0.5, names.len() as f64 - 0.5)),
-            scale: Scale::Names(names),
+            scale: AxisScale::Names(names),
             ..Self::linear(title)
         }
     }
 
     /// Whether it is logarithmic.
     pub fn is_log(&self) -> bool {
-        matches!(self.scale, Scale::Log)
+        matches!(self.scale, AxisScale::Log)
     }
 
     /// The same axis with a range.
@@ -72,7 +72,7 @@ impl Axis {
 
     /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of the
     /// range, if it comes from the data.
-    pub(super) fn fix(&self, values: impl Iterator<Item = f64>, margin: f64) -> Option<Fixed> {
+    pub(super) fn fix(&self, values: impl Iterator<Item = f64>, margin: f64) -> Option<FixedAxis> {
         let log = self.is_log();
         let shown = |x: f64| if log { x.log10() } else { x };
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -97,11 +97,11 @@ impl Axis {
             return None;
         }
         let (ticks, decimals) = match &self.scale {
-            Scale::Names(names) => ((0..names.len()).map(|i| i as f64).collect(), 0),
-            Scale::Log => (log_ticks(low, high), 0),
-            Scale::Linear => ticks(low, high),
+            AxisScale::Names(names) => ((0..names.len()).map(|i| i as f64).collect(), 0),
+            AxisScale::Log => (log_ticks(low, high), 0),
+            AxisScale::Linear => ticks(low, high),
         };
-        Some(Fixed {
+        Some(FixedAxis {
             title: self.title.clone(),
             low,
             high,
@@ -112,11 +112,11 @@ impl Axis {
     }
 }
 
-impl Fixed {
+impl FixedAxis {
     /// Where a value is.
     pub fn at(&self, x: f64) -> f64 {
         match self.scale {
-            Scale::Log => x.log10(),
+            AxisScale::Log => x.log10(),
             _ => x,
         }
     }
@@ -124,13 +124,13 @@ impl Fixed {
     /// What stands at a tick.
     pub fn label(&self, at: f64) -> String {
         match &self.scale {
-            Scale::Names(names) => names
+            AxisScale::Names(names) => names
                 .get(at.round() as usize)
                 .filter(|_| (at - at.round()).abs() < 1e-6)
                 .cloned()
                 .unwrap_or_default(),
-            Scale::Log => power_of_ten(10f64.powf(at)),
-            Scale::Linear => {
+            AxisScale::Log => power_of_ten(10f64.powf(at)),
+            AxisScale::Linear => {
                 let x = if at.abs() < (self.high - self.low) * 1e-9 {
                     0.0
                 } else {

@@ -2,7 +2,7 @@
 
 use crate::plot::axis::{Axis, without_outliers};
 use crate::plot::canvas;
-use crate::plot::{Figure, Group, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look, ValueGroup};
 
 /// A histogram.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Histogram {
     /// What is counted, with unit.
     pub x: String,
     /// Values of each kind.
-    pub groups: Vec<Group<f64>>,
+    pub groups: Vec<ValueGroup<f64>>,
 }
 
 const CLASSES: usize = 60;
@@ -45,7 +45,7 @@ impl Histogram {
         let keys = self
             .groups
             .iter()
-            .map(|g| Key::new(&g.name, Look::Line(g.ink)));
+            .map(|g| LegendEntry::new(&g.name, Look::Line(g.ink)));
         Figure {
             svg,
             legend: keys.collect(),

@@ -3,7 +3,7 @@
 use crate::plot::axis::Axis;
 use crate::plot::canvas;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Group, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look, ValueGroup};
 
 /// Box plots.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Boxes {
     /// Axis of the values.
     pub y: Axis,
     /// Values of each kind.
-    pub groups: Vec<Group<f64>>,
+    pub groups: Vec<ValueGroup<f64>>,
     /// Values to compare with, such as published ones: name, number of the group, value.
     pub references: Vec<(String, usize, f64)>,
 }
@@ -69,13 +69,13 @@ impl Boxes {
             }
         });
         let groups = self.groups.iter().enumerate();
-        let groups =
-            groups.map(|(i, g)| Key::new(format!("{} {}", i + 1, g.name), Look::Area(g.ink)));
+        let groups = groups
+            .map(|(i, g)| LegendEntry::new(format!("{} {}", i + 1, g.name), Look::Area(g.ink)));
         let mut named: Vec<&str> = self.references.iter().map(|r| r.0.as_str()).collect();
         named.dedup();
         let references = named
             .into_iter()
-            .map(|n| Key::new(n, Look::Cross(Ink::Text)));
+            .map(|n| LegendEntry::new(n, Look::Cross(Ink::Text)));
         Figure {
             svg,
             legend: groups.chain(references).collect(),

@@ -1,6 +1,6 @@
 //! What a plot is drawn on: two axes with a grid, and a few things to put on them. Coordinates are the data's.
 
-use crate::plot::axis::Fixed;
+use crate::plot::axis::FixedAxis;
 use crate::plot::theme::{Ink, themed};
 use crate::plot::thin;
 use plotters::chart::ChartContext;
@@ -21,18 +21,18 @@ const COLUMNS: usize = 480;
 /// Size plotters needs to place text; the style sheet sets what is seen.
 const TEXT: f64 = 25.0 * 1.24;
 
-type Coord = Cartesian2d<Span, Span>;
+type Coord = Cartesian2d<AxisSpan, AxisSpan>;
 type Failure = DrawingAreaErrorKind<std::io::Error>;
 
 /// An axis as plotters wants it: linear, with our ticks.
 #[derive(Clone)]
-struct Span {
+struct AxisSpan {
     low: f64,
     high: f64,
     ticks: Vec<f64>,
 }
 
-impl Ranged for Span {
+impl Ranged for AxisSpan {
     type FormatOption = DefaultFormatting;
     type ValueType = f64;
 
@@ -50,14 +50,14 @@ impl Ranged for Span {
     }
 }
 
-impl From<Span> for std::ops::Range<f64> {
-    fn from(span: Span) -> Self {
+impl From<AxisSpan> for std::ops::Range<f64> {
+    fn from(span: AxisSpan) -> Self {
         span.range()
     }
 }
 
-impl From<&Fixed> for Span {
-    fn from(axis: &Fixed) -> Self {
+impl From<&FixedAxis> for AxisSpan {
+    fn from(axis: &FixedAxis) -> Self {
         Self {
             low: axis.low,
             high: axis.high,
@@ -69,15 +69,15 @@ impl From<&Fixed> for Span {
 /// Axes to draw on.
 pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Coord>,
-    x: Fixed,
-    y: Fixed,
+    x: FixedAxis,
+    y: FixedAxis,
     failed: bool,
 }
 
 /// Draw on axes; none if there is nothing to draw on (an axis without data).
 pub(super) fn draw(
-    x: Option<Fixed>,
-    y: Option<Fixed>,
+    x: Option<FixedAxis>,
+    y: Option<FixedAxis>,
     paint: impl FnOnce(&mut Canvas<'_>),
 ) -> Option<String> {
     let (x, y) = (x?, y?);
@@ -102,15 +102,15 @@ pub(super) fn draw(
 
 fn axes<'a>(
     root: &DrawingArea<SVGBackend<'a>, Shift>,
-    x: &Fixed,
-    y: &Fixed,
+    x: &FixedAxis,
+    y: &FixedAxis,
 ) -> Result<DrawingArea<SVGBackend<'a>, Coord>, Failure> {
     let mut chart: ChartContext<'_, _, Coord> = ChartBuilder::on(root)
         .margin_top(TOP)
         .margin_right(RIGHT)
         .x_label_area_size(BOTTOM)
         .y_label_area_size(LEFT)
-        .build_cartesian_2d(Span::from(x), Span::from(y))?;
+        .build_cartesian_2d(AxisSpan::from(x), AxisSpan::from(y))?;
     let text = ("sans-serif", TEXT).into_font();
     chart
         .configure_mesh()

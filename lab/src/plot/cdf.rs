@@ -2,7 +2,7 @@
 
 use crate::plot::axis::Axis;
 use crate::plot::line::{Line, LineChart};
-use crate::plot::{Figure, Group};
+use crate::plot::{Figure, ValueGroup};
 
 /// Empirical distribution functions.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Cdf {
     /// Axis of the values.
     pub x: Axis,
     /// Values of each kind.
-    pub groups: Vec<Group<f64>>,
+    pub groups: Vec<ValueGroup<f64>>,
 }
 
 impl Cdf {

@@ -2,7 +2,7 @@
 
 use crate::plot::axis::Axis;
 use crate::plot::line::{Line, LineChart};
-use crate::plot::{Figure, Group};
+use crate::plot::{Figure, ValueGroup};
 
 /// Normalised squared errors or innovations, one degree of freedom each.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Consistency {
     /// Title of the vertical axis, such as `NEES of the slope`.
     pub y: String,
     /// (time, value) of each filter.
-    pub groups: Vec<Group<(f64, f64)>>,
+    pub groups: Vec<ValueGroup<(f64, f64)>>,
     /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time, as the
     /// innovations of a consistent filter are and its errors are not: else the band is too narrow.
     pub mean_of: usize,
@@ -33,7 +33,7 @@ impl Consistency {
         ];
         let mut shares = Vec::new();
         let mut top = high;
-        for Group { name, ink, values } in self.groups {
+        for ValueGroup { name, ink, values } in self.groups {
             let finite: Vec<_> = values.into_iter().filter(|v| v.1.is_finite()).collect();
             let means: Vec<(f64, f64)> = finite
                 .chunks_exact(n)

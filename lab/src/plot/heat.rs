@@ -3,7 +3,7 @@
 use crate::plot::axis::Axis;
 use crate::plot::canvas;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look};
 
 /// A map. Cells are centred on the values of both parameters, which grow.
 #[derive(Clone, Debug)]
@@ -59,10 +59,10 @@ impl HeatMap {
             }
         });
         let marks = self.marks.iter().enumerate();
-        let marks = marks.map(|(i, m)| Key::new(&m.0, Look::Cross(Ink::series(i + 1))));
+        let marks = marks.map(|(i, m)| LegendEntry::new(&m.0, Look::Cross(Ink::series(i + 1))));
         Figure {
             svg,
-            legend: std::iter::once(Key::new(&self.score, Look::Scale(best, high)))
+            legend: std::iter::once(LegendEntry::new(&self.score, Look::Scale(best, high)))
                 .chain(marks)
                 .collect(),
             title: self.title,

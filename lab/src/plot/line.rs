@@ -3,7 +3,7 @@
 use crate::plot::axis::{Axis, without_outliers};
 use crate::plot::canvas;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look};
 
 /// A line chart.
 #[derive(Clone, Debug)]
@@ -151,27 +151,30 @@ impl LineChart {
         }
     }
 
-    fn legend(&self) -> Vec<Key> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let lines = self.lines.iter().map(|l| {
             let look = if l.dots {
                 Look::Dot(l.ink)
             } else {
                 Look::Line(l.ink)
             };
-            Key::new(&l.name, look)
+            LegendEntry::new(&l.name, look)
         });
         let bands = self
             .bands
             .iter()
-            .map(|b| Key::new(&b.name, Look::Area(b.ink)));
+            .map(|b| LegendEntry::new(&b.name, Look::Area(b.ink)));
         let levels = self
             .levels
             .iter()
-            .map(|l| Key::new(&l.0, Look::Line(Ink::Muted)));
-        let marks = self.marks.iter().map(|m| Key::new(&m.0, Look::Line(m.2)));
+            .map(|l| LegendEntry::new(&l.0, Look::Line(Ink::Muted)));
+        let marks = self
+            .marks
+            .iter()
+            .map(|m| LegendEntry::new(&m.0, Look::Line(m.2)));
         let shades = self.shades.iter().filter(|s| !s.1.is_empty());
-        let shades = shades.map(|s| Key::new(&s.0, Look::Area(Ink::Muted)));
-        let mut keys: Vec<Key> = Vec::new();
+        let shades = shades.map(|s| LegendEntry::new(&s.0, Look::Area(Ink::Muted)));
+        let mut keys: Vec<LegendEntry> = Vec::new();
         for key in lines.chain(bands).chain(levels).chain(marks).chain(shades) {
             if !key.name.is_empty() && keys.iter().all(|k| k.name != key.name) {
                 keys.push(key);

@@ -27,14 +27,14 @@ pub struct Figure {
     /// A sentence on how to read it; may be empty.
     pub note: String,
     /// What the colours mean. It stands above the drawing, so that it never hides data.
-    pub legend: Vec<Key>,
+    pub legend: Vec<LegendEntry>,
     /// The drawing; none if there was nothing to draw.
     pub svg: Option<String>,
 }
 
 /// An entry of a legend.
 #[derive(Clone, Debug)]
-pub struct Key {
+pub struct LegendEntry {
     /// Name.
     pub name: String,
     /// How it is drawn.
@@ -43,7 +43,7 @@ pub struct Key {
 
 /// Values of one kind, such as those of one estimator.
 #[derive(Clone, Debug)]
-pub struct Group<T> {
+pub struct ValueGroup<T> {
     /// Name; without one it is not in the legend.
     pub name: String,
     /// Colour.
@@ -52,7 +52,7 @@ pub struct Group<T> {
     pub values: Vec<T>,
 }
 
-impl<T> Group<T> {
+impl<T> ValueGroup<T> {
     /// A group.
     pub fn new(name: impl Into<String>, ink: Ink, values: Vec<T>) -> Self {
         Self {
@@ -78,7 +78,7 @@ pub enum Look {
     Scale(f64, f64),
 }
 
-impl Key {
+impl LegendEntry {
     /// An entry.
     pub fn new(name: impl Into<String>, look: Look) -> Self {
         Self {
@@ -131,7 +131,7 @@ impl Figure {
         match &self.svg {
             Some(svg) => {
                 if !self.legend.is_empty() {
-                    let keys: String = self.legend.iter().map(Key::to_html).collect();
+                    let keys: String = self.legend.iter().map(LegendEntry::to_html).collect();
                     out += &format!("<ul class=\"legend\">{keys}</ul>");
                 }
                 out += &svg.replacen(

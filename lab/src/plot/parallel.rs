@@ -4,7 +4,7 @@ use crate::html::number;
 use crate::plot::axis::Axis;
 use crate::plot::canvas;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look};
 
 /// Parallel coordinates; lower scores are better.
 #[derive(Clone, Debug)]
@@ -64,8 +64,8 @@ impl Parallel {
         Figure {
             svg,
             legend: vec![
-                Key::new(&self.score, Look::Scale(best.1, worst.1)),
-                Key::new("best", Look::Line(Ink::Series(1))),
+                LegendEntry::new(&self.score, Look::Scale(best.1, worst.1)),
+                LegendEntry::new("best", Look::Line(Ink::Series(1))),
             ],
             note: match self.candidates.len() {
                 all if all > good.len() => format!("The {} best of {all}.", good.len()),

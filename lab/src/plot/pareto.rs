@@ -3,7 +3,7 @@
 use crate::plot::axis::Axis;
 use crate::plot::scatter::Scatter;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Group};
+use crate::plot::{Figure, ValueGroup};
 
 /// A Pareto front.
 #[derive(Clone, Debug)]
@@ -52,14 +52,14 @@ impl Pareto {
         }
         let mut plot = Scatter::new(self.title, self.x, self.y);
         plot.groups = vec![
-            Group::new("candidate", Ink::Series(5), self.candidates),
-            Group::new("on the front", Ink::Series(0), front),
+            ValueGroup::new("candidate", Ink::Series(5), self.candidates),
+            ValueGroup::new("on the front", Ink::Series(0), front),
         ];
         for (i, (name, at)) in self.named.into_iter().enumerate() {
             plot.groups
-                .push(Group::new(name, Ink::series(i + 1), vec![at]));
+                .push(ValueGroup::new(name, Ink::series(i + 1), vec![at]));
         }
-        plot.lines = vec![Group::new("", Ink::Series(0), steps)];
+        plot.lines = vec![ValueGroup::new("", Ink::Series(0), steps)];
         plot.figure()
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::plot::axis::Axis;
 use crate::plot::canvas;
-use crate::plot::{Figure, Group, Key, Look};
+use crate::plot::{Figure, LegendEntry, Look, ValueGroup};
 
 /// A scatter plot.
 #[derive(Clone, Debug)]
@@ -16,9 +16,9 @@ pub struct Scatter {
     /// See above.
     pub y: Axis,
     /// Points.
-    pub groups: Vec<Group<(f64, f64)>>,
+    pub groups: Vec<ValueGroup<(f64, f64)>>,
     /// Lines over them.
-    pub lines: Vec<Group<(f64, f64)>>,
+    pub lines: Vec<ValueGroup<(f64, f64)>>,
 }
 
 impl Scatter {
@@ -52,21 +52,21 @@ impl Scatter {
             _ => (8, 0.75),
         };
         let svg = canvas::draw(x, y, |c| {
-            for Group { ink, values, .. } in &self.groups {
+            for ValueGroup { ink, values, .. } in &self.groups {
                 c.dots(values, *ink, radius, opacity);
             }
-            for Group { ink, values, .. } in &self.lines {
+            for ValueGroup { ink, values, .. } in &self.lines {
                 c.line(values, *ink, 4, 1.0);
             }
         });
         let groups = self
             .groups
             .iter()
-            .map(|g| Key::new(&g.name, Look::Dot(g.ink)));
+            .map(|g| LegendEntry::new(&g.name, Look::Dot(g.ink)));
         let lines = self
             .lines
             .iter()
-            .map(|l| Key::new(&l.name, Look::Line(l.ink)));
+            .map(|l| LegendEntry::new(&l.name, Look::Line(l.ink)));
         Figure {
             svg,
             legend: groups.chain(lines).filter(|k| !k.name.is_empty()).collect(),

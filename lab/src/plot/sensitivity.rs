@@ -7,7 +7,7 @@ use crate::plot::theme::Ink;
 
 /// Curves over one parameter.
 #[derive(Clone, Debug)]
-pub struct Sensitivity {
+pub struct SensitivityChart {
     /// Title, such as the parameter's name.
     pub title: String,
     /// The parameter's axis.
@@ -20,7 +20,7 @@ pub struct Sensitivity {
     pub marks: Vec<(String, f64)>,
 }
 
-impl Sensitivity {
+impl SensitivityChart {
     /// Draw it.
     pub fn figure(self) -> Figure {
         let mut chart = LineChart::new(self.title, self.x, self.y);

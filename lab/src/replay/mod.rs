@@ -9,4 +9,4 @@ pub mod columns;
 pub mod play;
 pub mod record;
 
-pub use columns::Columns;
+pub use columns::ReplayData;

@@ -1,7 +1,7 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
 use crate::metrics::series::Target;
-use crate::replay::Columns;
+use crate::replay::ReplayData;
 use monorig_estimators::signals::Command;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
@@ -9,23 +9,23 @@ use monorig_sim::run::{self, Frame, Observer};
 use monorig_sim::scenario::Scenario;
 
 /// Keeps what the estimators are given.
-pub struct Recorder {
+pub struct ReplayRecorder {
     /// What was recorded so far.
-    pub columns: Columns,
+    pub columns: ReplayData,
     last: Command,
 }
 
-impl Recorder {
+impl ReplayRecorder {
     /// For a run of this rig.
     pub fn new(rig: &Rig) -> Self {
         Self {
-            columns: Columns::new(rig.vehicle),
+            columns: ReplayData::new(rig.vehicle),
             last: Command::default(),
         }
     }
 }
 
-impl Observer for Recorder {
+impl Observer for ReplayRecorder {
     fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
         if f.sampled {
             let change = (*f.command != self.last).then_some(f.command);
@@ -53,9 +53,9 @@ pub fn record(
     scenario: &Scenario,
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<Columns>, Error> {
+) -> Result<Option<ReplayData>, Error> {
     let mut rig = Rig::build(bare(scenario), seed)?;
-    let mut recorder = Recorder::new(&rig);
+    let mut recorder = ReplayRecorder::new(&rig);
     let mut stopped = false;
     let mut watch = |share| {
         stopped = !go_on(share);

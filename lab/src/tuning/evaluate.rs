@@ -1,10 +1,12 @@
 //! Runs a trial: an estimator with the trial's parameters over every run of the study, side by side on several threads.
 
+use crate::batch::map_in_order;
 use crate::metrics;
-use crate::metrics::series::{Sample, Series};
-use crate::replay::{Columns, cache::Cache, play::play};
+use crate::metrics::series::{ErrorSample, ErrorSeries};
+use crate::replay::{ReplayData, cache::Cache, play::play};
+use crate::tuning::progress::Progress;
 use crate::tuning::space::Values;
-use crate::tuning::study::{Evaluation, Group, Study};
+use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_estimators::crane;
 use monorig_sim::checked::Finite;
 use monorig_sim::error::Error;
@@ -12,12 +14,11 @@ use monorig_sim::rig::Rig;
 use monorig_sim::run;
 use monorig_sim::scenario::{Scenario, Settings};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A metric over a window of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wanted {
+pub struct MetricWindow {
     /// Its name.
     pub metric: String,
     /// From here, s.
@@ -27,7 +28,7 @@ pub struct Wanted {
 }
 
 /// Runs ready to be evaluated.
-pub struct Bench {
+pub struct Evaluator {
     estimator: String,
     fixed: Values,
     runs: Vec<OneRun>,
@@ -43,13 +44,13 @@ struct OneRun {
 }
 
 enum Source {
-    Replay(Box<Columns>),
+    Replay(Box<ReplayData>),
     ClosedLoop(Box<Scenario>),
 }
 
-/// What a run has shown: the wanted metrics, in their order, or why there are none.
+/// The metrics of one run, in the order they were asked for, or why there are none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+pub struct RunMetrics {
     /// Index of the group.
     pub group: usize,
     /// Seed.
@@ -58,14 +59,15 @@ pub struct Shown {
     pub values: Result<Vec<f64>, String>,
 }
 
-impl Bench {
-    /// Records what is to be replayed, or finds it in the cache. None if `go_on` stopped it; it is told the share done.
+impl Evaluator {
+    /// Records what is to be replayed, or finds it in the cache. None if `progress` stopped it.
     pub fn prepare(
-        study: &Study,
-        groups: &[Group],
+        study: &TuningStudy,
+        groups: &[RunGroup],
         cache: &Cache,
         jobs: usize,
-        go_on: &(dyn Fn(f64) -> bool + Sync),
+        stage: &str,
+        progress: &dyn Progress,
     ) -> Result<Option<Self>, Error> {
         let list: Vec<(usize, u64)> = groups
             .iter()
@@ -73,12 +75,17 @@ impl Bench {
             .flat_map(|(i, g)| g.seeds.iter().map(move |seed| (i, *seed)))
             .collect();
         let done = AtomicUsize::new(0);
-        let sources = parallel(&list, jobs, |&(i, seed)| {
+        let sources = map_in_order(jobs, &list, |&(i, seed)| {
             let scenario = &groups[i].scenario;
             let source = match study.file.evaluation {
                 Evaluation::ClosedLoop => Some(Source::ClosedLoop(Box::new(scenario.clone()))),
                 Evaluation::Replay => {
-                    let share = |_| go_on(done.load(Ordering::Relaxed) as f64 / list.len() as f64);
+                    let share = |_| {
+                        progress.stage(
+                            stage,
+                            done.load(Ordering::Relaxed) as f64 / list.len() as f64,
+                        )
+                    };
                     cache
                         .get(scenario, seed, &mut { share })?
                         .map(|columns| Source::Replay(Box::new(columns)))
@@ -117,19 +124,19 @@ impl Bench {
     }
 
     /// All runs with these parameters; the order is that of the study, whatever the number of threads.
-    pub fn evaluate(&self, values: &Values, wanted: &[Wanted]) -> Vec<Shown> {
-        parallel(&self.runs, self.jobs, |run| {
+    pub fn evaluate(&self, values: &Values, windows: &[MetricWindow]) -> Vec<RunMetrics> {
+        map_in_order(self.jobs, &self.runs, |run| {
             let series = self.series(run, values);
-            Shown {
+            RunMetrics {
                 group: run.group,
                 seed: run.seed,
-                values: series.and_then(|series| self.measure(&series, wanted)),
+                values: series.and_then(|series| self.measure(&series, windows)),
             }
         })
     }
 
     /// The samples of the first run of a group with these parameters.
-    pub fn trace(&self, group: usize, values: &Values) -> Result<Vec<Sample>, String> {
+    pub fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
         match self.runs.iter().find(|run| run.group == group) {
             Some(run) => self.samples(self.series(run, values)?),
             None => Err("there is no such run".into()),
@@ -137,7 +144,7 @@ impl Bench {
     }
 
     /// The estimator's samples.
-    fn samples(&self, series: Series) -> Result<Vec<Sample>, String> {
+    fn samples(&self, series: ErrorSeries) -> Result<Vec<ErrorSample>, String> {
         let mut estimators = series.estimators.into_iter();
         match estimators.find(|(name, _)| *name == self.estimator) {
             Some((_, samples)) => Ok(samples),
@@ -145,22 +152,22 @@ impl Bench {
         }
     }
 
-    fn measure(&self, series: &Series, wanted: &[Wanted]) -> Result<Vec<f64>, String> {
-        let one = |w: &Wanted| {
+    fn measure(&self, series: &ErrorSeries, windows: &[MetricWindow]) -> Result<Vec<f64>, String> {
+        let one = |w: &MetricWindow| {
             metrics::measure(series, &self.estimator, &w.metric, w.after_s, w.until_s)
                 .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
                 .ok_or_else(|| format!("there is no metric {}", w.metric))
         };
-        wanted.iter().map(one).collect()
+        windows.iter().map(one).collect()
     }
 
     /// A panic is an error like any other: it fails the trial, not the study.
-    fn series(&self, run: &OneRun, values: &Values) -> Result<Series, String> {
+    fn series(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
         catch_unwind(AssertUnwindSafe(|| self.run(run, values)))
             .unwrap_or_else(|_| Err("it panicked".into()))
     }
 
-    fn run(&self, run: &OneRun, values: &Values) -> Result<Series, String> {
+    fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
         let settings = || self.fixed.iter().chain(values);
         match &run.source {
             Source::Replay(columns) => {
@@ -169,7 +176,7 @@ impl Bench {
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
                 play(columns, estimator, &mut samples);
-                Ok(Series {
+                Ok(ErrorSeries {
                     estimators: vec![(self.estimator.clone(), samples)],
                     tracking: Vec::new(),
                 })
@@ -181,40 +188,10 @@ impl Bench {
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
                 let mut rig = Rig::build(scenario, run.seed).map_err(|e| e.to_string())?;
-                let mut series = Series::default();
+                let mut series = ErrorSeries::default();
                 run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
                 Ok(series)
             }
         }
     }
-}
-
-/// The same for every item, on so many threads; results in the order of the items.
-pub fn parallel<T: Sync, R: Send>(
-    items: &[T],
-    jobs: usize,
-    each: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    if jobs <= 1 || items.len() <= 1 {
-        return items.iter().map(each).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(items.len()));
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.min(items.len()) {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(i) else { break };
-                    let result = each(item);
-                    if let Ok(mut done) = done.lock() {
-                        done.push((i, result));
-                    }
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().unwrap_or_default();
-    done.sort_unstable_by_key(|(i, _)| *i);
-    done.into_iter().map(|(_, result)| result).collect()
 }

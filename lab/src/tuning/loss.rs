@@ -4,9 +4,9 @@
 //! It is averaged over the seeds of a scenario and divided by what the defaults have there, so that kilograms and degrees,
 //! easy and hard scenarios weigh what the study says and not what their units make of them.
 
-use crate::tuning::evaluate::{Shown, Wanted};
+use crate::tuning::evaluate::{MetricWindow, RunMetrics};
 use crate::tuning::space::digits;
-use crate::tuning::study::{Combine, Group, StudyFile};
+use crate::tuning::study::{Combine, RunGroup, TuningFile};
 
 /// Losses below this are taken for zero when something is divided by them.
 const NOTHING: f64 = 1e-9;
@@ -27,7 +27,7 @@ pub struct Judge {
 
 /// The verdict on a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct TrialVerdict {
     /// One loss, or one per metric for a front; empty if the trial failed.
     pub losses: Vec<f64>,
     /// By how much constraints are broken, in shares of their bounds; 0 = all held.
@@ -40,19 +40,19 @@ pub struct Verdict {
 const VALID: [&str; 2] = ["mass_valid_share", "slope_valid_share"];
 
 /// What is measured in every run: the metrics of the objective, those of the constraints, the valid shares.
-pub fn wanted(file: &StudyFile) -> Vec<Wanted> {
+pub fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
     let until = |u: Option<f64>| u.unwrap_or(f64::INFINITY);
-    let terms = file.objective.metrics.iter().map(|t| Wanted {
+    let terms = file.objective.metrics.iter().map(|t| MetricWindow {
         metric: t.metric.clone(),
         after_s: t.after_s.get(),
         until_s: until(t.until_s.map(f64::from)),
     });
-    let constraints = file.constraints.iter().map(|c| Wanted {
+    let constraints = file.constraints.iter().map(|c| MetricWindow {
         metric: c.metric.clone(),
         after_s: c.after_s.get(),
         until_s: until(c.until_s.map(f64::from)),
     });
-    let valid = VALID.iter().map(|metric| Wanted {
+    let valid = VALID.iter().map(|metric| MetricWindow {
         metric: (*metric).to_owned(),
         after_s: crate::verdicts::summary::AFTER_S,
         until_s: f64::INFINITY,
@@ -61,8 +61,8 @@ pub fn wanted(file: &StudyFile) -> Vec<Wanted> {
 }
 
 impl Judge {
-    /// For a study and some of its groups, with what the defaults have shown there.
-    pub fn new(file: &StudyFile, groups: &[Group], defaults: &[Shown]) -> Self {
+    /// For a study and some of its groups, with what the defaults have measured there.
+    pub fn new(file: &TuningFile, groups: &[RunGroup], defaults: &[RunMetrics]) -> Self {
         let mut judge = Self {
             combine: file.objective.combine,
             terms: file
@@ -84,11 +84,13 @@ impl Judge {
         let first_valid = judge.terms.len() + judge.constraints.len();
         for group in 0..groups.len() {
             let of = |i: usize| judge.mean(defaults, group, i);
-            // Defaults that are perfect are no yardstick: then the unit itself is.
-            let yard = |x: f64| if x > NOTHING { x } else { 1.0 };
-            judge
-                .reference
-                .push((0..judge.terms.len()).map(|i| yard(of(i))).collect());
+            // Defaults that are perfect are no baseline: then the unit itself is.
+            let reference_loss = |x: f64| if x > NOTHING { x } else { 1.0 };
+            judge.reference.push(
+                (0..judge.terms.len())
+                    .map(|i| reference_loss(of(i)))
+                    .collect(),
+            );
             judge.valid.push([0, 1].map(|i| {
                 let share = judge.raw_mean(defaults, group, first_valid + i);
                 if share.is_finite() { share } else { 0.0 }
@@ -99,13 +101,13 @@ impl Judge {
 
     /// What is to be said of a trial. All numbers are rounded to 12 digits, so that what is read back from the store is what
     /// the optimiser was told.
-    pub fn judge(&self, shown: &[Shown]) -> Verdict {
-        let failed = |why: String| Verdict {
+    pub fn judge(&self, measured: &[RunMetrics]) -> TrialVerdict {
+        let failed = |why: String| TrialVerdict {
             losses: Vec::new(),
             violation: 0.0,
             failed: Some(why),
         };
-        if let Some(why) = shown.iter().find_map(|s| {
+        if let Some(why) = measured.iter().find_map(|s| {
             let why = s.values.as_ref().err()?;
             Some(format!("seed {}: {why}", s.seed))
         }) {
@@ -114,8 +116,9 @@ impl Judge {
         let mut ratios = Vec::new();
         for (group, reference) in self.reference.iter().enumerate() {
             let mut row = Vec::new();
-            for (i, (yard, (metric, _))) in reference.iter().zip(&self.terms).enumerate() {
-                let loss = self.mean(shown, group, i) / yard;
+            for (i, (reference_loss, (metric, _))) in reference.iter().zip(&self.terms).enumerate()
+            {
+                let loss = self.mean(measured, group, i) / reference_loss;
                 if !loss.is_finite() {
                     return failed(format!("{metric} is not a number"));
                 }
@@ -123,8 +126,8 @@ impl Judge {
             }
             ratios.push(row);
         }
-        let violation = self.violation(shown);
-        Verdict {
+        let violation = self.violation(measured);
+        TrialVerdict {
             losses: self
                 .combine(&ratios)
                 .iter()
@@ -136,10 +139,14 @@ impl Judge {
     }
 
     /// Per term: metric, weight and the loss of the defaults in a group.
-    pub fn yards(&self, group: usize) -> Option<impl Iterator<Item = (&str, f64, f64)>> {
+    pub fn reference_losses(&self, group: usize) -> Option<impl Iterator<Item = (&str, f64, f64)>> {
         let reference = self.reference.get(group)?;
         let terms = self.terms.iter().zip(reference);
-        Some(terms.map(|((metric, weight), yard)| (metric.as_str(), *weight, *yard)))
+        Some(
+            terms.map(|((metric, weight), reference_loss)| {
+                (metric.as_str(), *weight, *reference_loss)
+            }),
+        )
     }
 
     fn combine(&self, ratios: &[Vec<f64>]) -> Vec<f64> {
@@ -160,15 +167,15 @@ impl Judge {
         }
     }
 
-    fn violation(&self, shown: &[Shown]) -> f64 {
+    fn violation(&self, measured: &[RunMetrics]) -> f64 {
         let first = self.terms.len();
         let mut all = 0.0;
         for (group, valid) in self.valid.iter().enumerate() {
             for (i, (least, most)) in self.constraints.iter().enumerate() {
-                all += broken(self.raw_mean(shown, group, first + i), *least, *most);
+                all += broken(self.raw_mean(measured, group, first + i), *least, *most);
             }
             for (i, share) in valid.iter().enumerate() {
-                let now = self.raw_mean(shown, group, first + self.constraints.len() + i);
+                let now = self.raw_mean(measured, group, first + self.constraints.len() + i);
                 all += broken(now, Some(self.keep_valid * share), None);
             }
         }
@@ -176,13 +183,13 @@ impl Judge {
     }
 
     /// Mean loss of a term over the seeds of a group.
-    fn mean(&self, shown: &[Shown], group: usize, term: usize) -> f64 {
+    fn mean(&self, measured: &[RunMetrics], group: usize, term: usize) -> f64 {
         let metric = self.terms.get(term).map_or("", |t| t.0.as_str());
-        mean(values(shown, group, term).map(|x| own_loss(metric, x)))
+        mean(values(measured, group, term).map(|x| own_loss(metric, x)))
     }
 
-    fn raw_mean(&self, shown: &[Shown], group: usize, i: usize) -> f64 {
-        mean(values(shown, group, i))
+    fn raw_mean(&self, measured: &[RunMetrics], group: usize, i: usize) -> f64 {
+        mean(values(measured, group, i))
     }
 }
 
@@ -197,8 +204,8 @@ pub fn own_loss(metric: &str, x: f64) -> f64 {
     }
 }
 
-fn values(shown: &[Shown], group: usize, i: usize) -> impl Iterator<Item = f64> {
-    let of = shown.iter().filter(move |s| s.group == group);
+fn values(measured: &[RunMetrics], group: usize, i: usize) -> impl Iterator<Item = f64> {
+    let of = measured.iter().filter(move |s| s.group == group);
     of.map(move |s| match &s.values {
         Ok(values) => values.get(i).copied().unwrap_or(f64::NAN),
         Err(_) => f64::NAN,
@@ -244,8 +251,8 @@ mod tests {
     }
 
     /// Slope, mass, constrained metric, valid shares of mass and slope.
-    fn shown(group: usize, values: [f64; 5]) -> Shown {
-        Shown {
+    fn measured(group: usize, values: [f64; 5]) -> RunMetrics {
+        RunMetrics {
             group,
             seed: 1,
             values: Ok(values.to_vec()),
@@ -255,9 +262,9 @@ mod tests {
     #[test]
     fn losses_are_shares_of_the_defaults() {
         let runs = [
-            shown(0, [0.25, 100.0, 5.0, 0.8, 1.0]),
-            shown(0, [0.75, 100.0, 5.0, 0.8, 1.0]),
-            shown(1, [2.0, 100.0, 5.0, 0.8, 1.0]),
+            measured(0, [0.25, 100.0, 5.0, 0.8, 1.0]),
+            measured(0, [0.75, 100.0, 5.0, 0.8, 1.0]),
+            measured(1, [2.0, 100.0, 5.0, 0.8, 1.0]),
         ];
         // group 0: slope 1, mass 1; group 1: slope 2, mass 0.5
         let loss = |combine| judge(combine).judge(&runs).losses;
@@ -270,13 +277,13 @@ mod tests {
     #[test]
     fn what_is_broken_is_said() {
         let v = judge(Combine::Weighted).judge(&[
-            shown(0, [0.5, 100.0, 15.0, 0.8, 1.0]),
-            shown(1, [0.5, 100.0, 5.0, 0.36, 1.0]),
+            measured(0, [0.5, 100.0, 15.0, 0.8, 1.0]),
+            measured(1, [0.5, 100.0, 5.0, 0.36, 1.0]),
         ]);
         assert!((v.violation - 1.0).abs() < 1e-9, "{v:?}"); // half of 10 over, half of 0.72 missing
         let not_a_number = judge(Combine::Weighted).judge(&[
-            shown(0, [f64::NAN, 100.0, 5.0, 0.0, 0.0]),
-            shown(1, [0.5, 100.0, 5.0, 0.8, 1.0]),
+            measured(0, [f64::NAN, 100.0, 5.0, 0.0, 0.0]),
+            measured(1, [0.5, 100.0, 5.0, 0.8, 1.0]),
         ]);
         assert!(not_a_number.failed.is_some() && not_a_number.losses.is_empty());
     }

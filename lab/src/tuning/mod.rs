@@ -10,6 +10,7 @@ pub mod evaluate;
 pub mod loss;
 pub mod name_check;
 pub mod optimise;
+pub mod progress;
 pub mod report;
 pub mod result;
 pub mod run;
@@ -23,4 +24,4 @@ pub mod trial_store;
 pub mod validate;
 pub mod write;
 
-pub use study::{Study, StudyFile};
+pub use study::{TuningFile, TuningStudy};

@@ -7,7 +7,7 @@ use rand_pcg::{Pcg64Mcg, rand_core::SeedableRng};
 use std::sync::Mutex;
 use tpe::density_estimation::ParzenEstimatorBuilder;
 
-/// What a trial that failed, or is not wanted any more, is answered with: as bad as it gets.
+/// What a trial that failed, or is not metric_windows any more, is answered with: as bad as it gets.
 pub const WORST: f64 = 3.0;
 /// Step of the local optimisers at the start, as a share of each range.
 const STEP: f64 = 0.25;

@@ -1,7 +1,7 @@
 //! A study as one HTML page.
 
 use crate::html::number;
-use crate::metrics::series::Sample;
+use crate::metrics::series::ErrorSample;
 use crate::plot::Figure;
 use crate::plot::axis::Axis;
 use crate::plot::heat::HeatMap;
@@ -9,24 +9,24 @@ use crate::plot::history::History;
 use crate::plot::line::{Line, LineChart};
 use crate::plot::parallel::Parallel;
 use crate::plot::pareto::Pareto;
-use crate::plot::sensitivity::Sensitivity;
+use crate::plot::sensitivity::SensitivityChart;
 use crate::plot::theme::Ink;
 use crate::report::page::{Page, Section};
 use crate::report::table::{Cell, Table};
-use crate::tuning::result::{Done, Trace};
+use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::sensitivity::{Curve, Map};
-use crate::tuning::study::{Combine, Scale, Study};
+use crate::tuning::study::{Combine, Scale, TuningStudy};
 use crate::tuning::trial_store::Trial;
-use crate::tuning::validate::{Comparison, Verdict};
+use crate::tuning::validate::{ComparisonVerdict, PairedComparison};
 use crate::verdicts::interval::Interval;
 
 const LOSS: &str = "loss (defaults = 1)";
 
 /// The page.
-pub fn page(study: &Study, done: &Done) -> String {
+pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let mut page = Page::new(format!("Tuning {}", study.name));
     page.subtitle = study.file.why.trim().to_owned();
-    page.banner = Some(match &done.validation {
+    page.banner = Some(match &result.validation {
         None => (
             "No trial could be measured and kept all constraints".into(),
             false,
@@ -41,8 +41,8 @@ pub fn page(study: &Study, done: &Done) -> String {
             false,
         ),
     });
-    page.sections.push(found(study, done));
-    if let Some(v) = &done.validation {
+    page.sections.push(found(study, result));
+    if let Some(v) = &result.validation {
         let mut section = Section::new("Validation").text(
             "The winner on runs the search has not seen, pair by pair: the same scenario and seed. Differences with 95 % confidence intervals.",
         );
@@ -51,22 +51,26 @@ pub fn page(study: &Study, done: &Done) -> String {
         }
         page.sections.push(section);
     }
-    page.sections.push(search(study, &done.found.trials));
-    let space = Space(study);
-    let marks = |name: &str| space.marks(done, name);
-    let curves = done
+    page.sections.push(search(study, &result.search.trials));
+    let space = ParameterAxes(study);
+    let marks = |name: &str| space.marks(result, name);
+    let curves = result
         .sensitivity
         .curves
         .iter()
         .map(|c| curve(&space, c, marks(&c.parameter)));
-    let maps = done.sensitivity.maps.iter().map(|m| map(&space, m, done));
+    let maps = result
+        .sensitivity
+        .maps
+        .iter()
+        .map(|m| map(&space, m, result));
     page.sections.push(
         Section::new("Sensitivity")
             .text("The loss over the tuning runs around the winner: one parameter at a time, then two. Gaps: the trial fails or breaks a constraint.")
             .figures(curves)
             .figures(maps),
     );
-    let traces = done.traces.iter().flat_map(trace);
+    let traces = result.traces.iter().flat_map(trace);
     page.sections.push(
         Section::new("Before and after")
             .text("Errors in a validation run of each scenario, while the estimator vouches for its estimate.")
@@ -75,10 +79,10 @@ pub fn page(study: &Study, done: &Done) -> String {
     page.to_html()
 }
 
-fn found(study: &Study, done: &Done) -> Section {
+fn found(study: &TuningStudy, result: &TuningResult) -> Section {
     let mut table = Table::new(&["parameter"], &["default", "published", "winner"]);
     let defaults = study.defaults();
-    let winner = done.best();
+    let winner = result.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
         let published = study.file.published.get(name).map(|x| x.get());
         table.row([
@@ -92,7 +96,7 @@ fn found(study: &Study, done: &Done) -> Section {
         ]);
     }
     let mut losses = Table::new(&["loss (defaults = 1)"], &["winner"]);
-    if let Some(v) = &done.validation {
+    if let Some(v) = &result.validation {
         for (name, x) in [
             ("tuning runs", v.tuning_loss),
             ("validation runs", v.validation_loss),
@@ -104,7 +108,7 @@ fn found(study: &Study, done: &Done) -> Section {
 }
 
 /// A winner at an end of its range may want to go on beyond it.
-fn edge(study: &Study, name: &str, x: f64) -> &'static str {
+fn edge(study: &TuningStudy, name: &str, x: f64) -> &'static str {
     let range = study.file.parameters.get(name);
     let ends = range.map_or([None; 2], |r| [r.from, r.to]);
     let near = |end: f64| (x - end).abs() <= 1e-6 * end.abs();
@@ -114,7 +118,7 @@ fn edge(study: &Study, name: &str, x: f64) -> &'static str {
     }
 }
 
-fn comparison(c: &Comparison) -> Table {
+fn comparison(c: &PairedComparison) -> Table {
     let mut table = Table::new(
         &["metric", "scenario"],
         &["winner", &c.against, "difference", "95 % from", "to"],
@@ -123,9 +127,9 @@ fn comparison(c: &Comparison) -> Table {
     let ends = |i: &Interval| [i.mean, i.low, i.high].map(Cell::number);
     let row = |metric: &str, scenario: &str, values: [f64; 2], i: &Interval| {
         let [mean, low, high] = ends(i);
-        let mean = match Verdict::of(Some(i)) {
-            Verdict::NoDifference => mean,
-            verdict => mean.judged(verdict == Verdict::Better),
+        let mean = match ComparisonVerdict::of(Some(i)) {
+            ComparisonVerdict::NoDifference => mean,
+            verdict => mean.judged(verdict == ComparisonVerdict::Better),
         };
         let [a, b] = values.map(Cell::number);
         [metric.into(), scenario.into(), a, b, mean, low, high]
@@ -144,7 +148,7 @@ fn comparison(c: &Comparison) -> Table {
     table
 }
 
-fn search(study: &Study, trials: &[Trial]) -> Section {
+fn search(study: &TuningStudy, trials: &[Trial]) -> Section {
     let named = |origin: &str| trials.iter().find(|t| t.origin == origin);
     let references = ["default", "published"]
         .into_iter()
@@ -155,7 +159,7 @@ fn search(study: &Study, trials: &[Trial]) -> Section {
         scores: trials.iter().map(Trial::loss).collect(),
         references: references.collect(),
     };
-    let space = Space(study);
+    let space = ParameterAxes(study);
     let names: Vec<&String> = study.file.parameters.keys().collect();
     let values = |t: &Trial| -> Vec<f64> {
         let of = |name: &&String| {
@@ -194,7 +198,7 @@ fn search(study: &Study, trials: &[Trial]) -> Section {
 }
 
 /// The first two metrics of a front.
-fn front(study: &Study, trials: &[Trial]) -> Figure {
+fn front(study: &TuningStudy, trials: &[Trial]) -> Figure {
     let title = |i: usize| {
         let metric = study
             .file
@@ -219,10 +223,10 @@ fn front(study: &Study, trials: &[Trial]) -> Figure {
     .figure()
 }
 
-fn curve(space: &Space<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
+fn curve(space: &ParameterAxes<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
     let points = c.values.iter().zip(&c.losses);
     let points = points.map(|(x, y)| (space.shown(&c.parameter, *x), y.unwrap_or(f64::NAN)));
-    Sensitivity {
+    SensitivityChart {
         title: c.parameter.clone(),
         x: space.axis(&c.parameter),
         y: Axis::linear(LOSS),
@@ -232,7 +236,7 @@ fn curve(space: &Space<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
     .figure()
 }
 
-fn map(space: &Space<'_>, m: &Map, done: &Done) -> Figure {
+fn map(space: &ParameterAxes<'_>, m: &Map, result: &TuningResult) -> Figure {
     let at = |i: usize, j: usize| {
         m.losses
             .get(j)
@@ -263,8 +267,8 @@ fn map(space: &Space<'_>, m: &Map, done: &Done) -> Figure {
             })
             .collect(),
         marks: [
-            mark("winner", done.best()),
-            mark("default", done.found.trials.first()),
+            mark("winner", result.best()),
+            mark("default", result.search.trials.first()),
         ]
         .into_iter()
         .flatten()
@@ -274,9 +278,9 @@ fn map(space: &Space<'_>, m: &Map, done: &Done) -> Figure {
 }
 
 fn trace(t: &Trace) -> [Figure; 2] {
-    let chart = |what: &str, y: &str, of: fn(&Sample) -> (bool, f64)| {
-        let points = |samples: &[Sample]| {
-            let place = |s: &Sample| {
+    let chart = |what: &str, y: &str, of: fn(&ErrorSample) -> (bool, f64)| {
+        let points = |samples: &[ErrorSample]| {
+            let place = |s: &ErrorSample| {
                 let (valid, x) = of(s);
                 (s.t_s, if valid { x } else { f64::NAN })
             };
@@ -301,9 +305,9 @@ fn trace(t: &Trace) -> [Figure; 2] {
 }
 
 /// How parameters are drawn: forgetting factors as their memory, on a logarithmic axis.
-struct Space<'a>(&'a Study);
+struct ParameterAxes<'a>(&'a TuningStudy);
 
-impl Space<'_> {
+impl ParameterAxes<'_> {
     fn scale(&self, name: &str) -> Scale {
         let range = self.0.file.parameters.get(name);
         range.map_or(Scale::Linear, |r| r.scale)
@@ -343,14 +347,14 @@ impl Space<'_> {
         }
     }
 
-    fn marks(&self, done: &Done, name: &str) -> Vec<(String, f64)> {
+    fn marks(&self, result: &TuningResult, name: &str) -> Vec<(String, f64)> {
         let of = |what: &str, t: Option<&Trial>| {
             let x = self.shown(name, *t?.parameters.get(name)?);
             Some((format!("{what} {}", number(x)), x))
         };
-        let named = |origin: &str| done.found.trials.iter().find(|t| t.origin == origin);
+        let named = |origin: &str| result.search.trials.iter().find(|t| t.origin == origin);
         let marks = [
-            of("winner", done.best()),
+            of("winner", result.best()),
             of("default", named("default")),
             of("published", named("published")),
         ];

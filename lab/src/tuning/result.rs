@@ -1,16 +1,16 @@
-//! What a study has found.
+//! What a tuning study has come to.
 
-use crate::metrics::series::Sample;
-use crate::tuning::search::Found;
+use crate::metrics::series::ErrorSample;
+use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::Validation;
 use std::path::PathBuf;
 
-/// What a study has found.
-pub struct Done {
-    /// The trials.
-    pub found: Found,
+/// What a tuning study has come to.
+pub struct TuningResult {
+    /// The search and its trials.
+    pub search: SearchResult,
     /// The winner on unseen runs; none without a winner.
     pub validation: Option<Validation>,
     /// Its neighbourhood.
@@ -21,10 +21,10 @@ pub struct Done {
     pub winner: Option<PathBuf>,
 }
 
-impl Done {
+impl TuningResult {
     /// The trial that has won, if one has.
     pub fn best(&self) -> Option<&Trial> {
-        self.found.trials.get(self.found.winner?)
+        self.search.trials.get(self.search.winner?)
     }
 }
 
@@ -34,7 +34,7 @@ pub struct Trace {
     /// Scenario.
     pub scenario: String,
     /// With the defaults.
-    pub before: Vec<Sample>,
+    pub before: Vec<ErrorSample>,
     /// With the winner.
-    pub after: Vec<Sample>,
+    pub after: Vec<ErrorSample>,
 }

@@ -1,15 +1,14 @@
-//! A whole study: recordings, search, validation, sensitivity, files.
+//! A tuning study from end to end: recordings, search, validation, sensitivity, files.
 
 use crate::replay::cache::Cache;
-use crate::tuning::baseline::Yardstick;
-use crate::tuning::evaluate::Bench;
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::progress::Progress;
 use crate::tuning::report;
-use crate::tuning::result::{Done, Trace};
-use crate::tuning::search;
-use crate::tuning::search::Watcher;
-use crate::tuning::sensitivity;
-use crate::tuning::sensitivity::Sensitivity;
-use crate::tuning::study::{Group, Study};
+use crate::tuning::result::{Trace, TuningResult};
+use crate::tuning::search::search;
+use crate::tuning::sensitivity::{Sensitivity, sensitivity};
+use crate::tuning::study::{RunGroup, TuningStudy};
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate;
 use crate::tuning::write;
@@ -18,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// What to do, and where.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct TuningRun {
     /// Folder of the results.
     pub folder: PathBuf,
     /// Folder of the recordings.
@@ -29,93 +28,81 @@ pub struct Job {
     pub resume: bool,
 }
 
-/// Someone who watches a study. Asked from several threads.
-pub trait Audience: Sync {
-    /// A stage has come to this share of its way, 0…1. Says whether to go on.
-    fn stage(&self, name: &str, share: f64) -> bool;
-    /// A trial is judged; `best` is the best so far. Says whether to go on.
-    fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
-}
-
-struct Seat<'a>(&'a dyn Audience);
-
-impl Watcher for Seat<'_> {
-    fn trial(&mut self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
-        self.0.trial(trial, best, budget)
-    }
-}
-
-/// Run a study. None if the audience stopped it: what is in the store stays, and the study can be resumed.
-pub fn run(study: &Study, job: &Job, audience: &dyn Audience) -> Result<Option<Done>, Error> {
-    std::fs::create_dir_all(&job.folder).map_err(|source| Error::Io {
-        path: job.folder.clone(),
+/// Run a study. None if `progress` stopped it: what is in the store stays, and the study can be resumed.
+pub fn run(
+    study: &TuningStudy,
+    run: &TuningRun,
+    progress: &dyn Progress,
+) -> Result<Option<TuningResult>, Error> {
+    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
+        path: run.folder.clone(),
         source,
     })?;
-    let cache = Cache::new(&job.cache);
-    let bench = |groups: &[Group], stage: &str| {
-        let go_on = |share| audience.stage(stage, share);
-        Bench::prepare(study, groups, &cache, job.jobs, &go_on)
+    let cache = Cache::new(&run.cache);
+    let evaluator = |groups: &[RunGroup], stage: &str| {
+        Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)
     };
-    let yardstick = |key, groups, bench: &Bench| Yardstick::new(study, key, groups, bench);
+    let baseline =
+        |key, groups, evaluator: &Evaluator| Baseline::new(study, key, groups, evaluator);
     // before the search, so that runs that measure nothing are refused at once; kept on disk only, not in memory
-    let held_out = match bench(&study.validation, "validation runs")? {
-        Some(bench) => yardstick("validation", &study.validation, &bench)?,
+    let held_out = match evaluator(&study.validation, "validation runs")? {
+        Some(evaluator) => baseline("validation", &study.validation, &evaluator)?,
         None => return Ok(None),
     };
-    let Some(tuning) = bench(&study.tuning, "tuning runs")? else {
+    let Some(tuning) = evaluator(&study.tuning, "tuning runs")? else {
         return Ok(None);
     };
-    let tuned_on = yardstick("tuning", &study.tuning, &tuning)?;
-    let store = store_of(&job.folder);
-    let watcher = &mut Seat(audience);
-    let found = search::search(study, &tuning, &tuned_on, &store, job.resume, watcher)?;
-    if !found.finished {
+    let tuned_on = baseline("tuning", &study.tuning, &tuning)?;
+    let store = store_of(&run.folder);
+    let search = search(study, &tuning, &tuned_on, &store, run.resume, progress)?;
+    if !search.finished {
         return Ok(None);
     }
-    let Some(winner) = found.winner.and_then(|i| found.trials.get(i)).cloned() else {
-        return Ok(Some(Done {
-            found,
+    let Some(winner) = search.winner.and_then(|i| search.trials.get(i)).cloned() else {
+        return Ok(Some(TuningResult {
+            search,
             validation: None,
             sensitivity: Sensitivity::default(),
             traces: Vec::new(),
             winner: None,
         }));
     };
-    let Some(unseen) = bench(&study.validation, "validation runs")? else {
+    let Some(unseen) = evaluator(&study.validation, "validation runs")? else {
         return Ok(None);
     };
     let validation =
         validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss());
-    let mut go_on = |share| audience.stage("sensitivity", share);
-    let Some(sensitivity) =
-        sensitivity::sensitivity(study, &tuning, &tuned_on, &winner.parameters, &mut go_on)
+    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)
     else {
         return Ok(None);
     };
-    write::findings(&job.folder, &validation, &sensitivity)?;
-    let file = write::winner(study, &found, &validation)?;
+    write::findings(&run.folder, &validation, &sensitivity)?;
+    let file = write::winner(study, &search, &validation)?;
     let place = file
-        .map(|file| write::whole(&job.folder.join("winner.yaml"), &file.to_yaml()))
+        .map(|file| write::whole(&run.folder.join("winner.yaml"), &file.to_yaml()))
         .transpose()?;
-    let done = Done {
-        found,
+    let result = TuningResult {
+        search,
         validation: Some(validation),
         sensitivity,
         traces: traces(study, &unseen, &winner),
         winner: place,
     };
-    write::whole(&job.folder.join("report.html"), &report::page(study, &done))?;
-    Ok(Some(done))
+    write::whole(
+        &run.folder.join("report.html"),
+        &report::page(study, &result),
+    )?;
+    Ok(Some(result))
 }
 
 /// A run of each validation scenario, for eyes. One that fails is left out.
-fn traces(study: &Study, bench: &Bench, winner: &Trial) -> Vec<Trace> {
+fn traces(study: &TuningStudy, evaluator: &Evaluator, winner: &Trial) -> Vec<Trace> {
     let defaults = study.defaults();
-    let of = |(i, group): (usize, &Group)| {
+    let of = |(i, group): (usize, &RunGroup)| {
         Some(Trace {
             scenario: group.scenario.name.clone(),
-            before: bench.trace(i, &defaults).ok()?,
-            after: bench.trace(i, &winner.parameters).ok()?,
+            before: evaluator.trace(i, &defaults).ok()?,
+            after: evaluator.trace(i, &winner.parameters).ok()?,
         })
     };
     study.validation.iter().enumerate().filter_map(of).collect()

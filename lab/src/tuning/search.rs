@@ -1,27 +1,27 @@
-//! The search: the optimiser asks, known trials are answered from the store, new ones are run and added to it.
+//! The search: the optimiser proposes trials; those in the store are taken from it, new ones are run and added to it.
 //!
-//! A resumed study asks the optimiser's questions from the first on; as they and their answers are the same, it comes to where
-//! it was in no time and goes on as if nothing had happened.
+//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it was in no time
+//! and goes on as if nothing had happened.
 
-use crate::tuning::baseline::Yardstick;
-use crate::tuning::evaluate::Bench;
-use crate::tuning::loss::wanted;
-use crate::tuning::optimise;
-use crate::tuning::optimise::{Search, WORST};
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::loss::metric_windows;
+use crate::tuning::optimise::{self, Search, WORST};
+use crate::tuning::progress::Progress;
 use crate::tuning::space::{Space, Values};
-use crate::tuning::study::{Combine, Study};
-use crate::tuning::trial_store::{Header, Store, Trial};
+use crate::tuning::study::{Combine, TuningStudy};
+use crate::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
 use monorig_sim::error::Error;
 use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Told to the optimiser for the best trials that break a constraint: no trial that keeps all of them is as bad.
+/// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
 
 /// How a search ended.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct SearchResult {
     /// All trials.
     pub trials: Vec<Trial>,
     /// Index of the winner: least loss, the first of equals; none if every trial failed or broke a constraint.
@@ -34,51 +34,46 @@ pub struct Found {
     pub beside: Duration,
 }
 
-/// Someone who watches a search.
-pub trait Watcher: Send {
-    /// A trial is judged; `best` is the best so far. Says whether to go on.
-    fn trial(&mut self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
-}
-
-/// Search with a bench of tuning runs and what the defaults show in them; trials are kept in the file `store`, and with `resume` taken from it.
+/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and with `resume`
+/// taken from it.
 pub fn search(
-    study: &Study,
-    bench: &Bench,
-    yardstick: &Yardstick,
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    baseline: &Baseline,
     store: &Path,
     resume: bool,
-    watcher: &mut dyn Watcher,
-) -> Result<Found, Error> {
+    progress: &dyn Progress,
+) -> Result<SearchResult, Error> {
     let started = Instant::now();
-    let header = Header {
+    let header = TrialsHeader {
         study: study.name.clone(),
         hash: study.hash()?,
         monorig: env!("CARGO_PKG_VERSION").to_owned(),
     };
-    let (store, known) = if resume && store.exists() {
-        Store::resume(store, &header)?
+    let (store, stored) = if resume && store.exists() {
+        TrialStore::resume(store, &header)?
     } else {
-        (Store::create(store, &header)?, Vec::new())
+        (TrialStore::create(store, &header)?, Vec::new())
     };
     let space = Space::new(&study.file.parameters);
-    let mut desk = Desk {
+    let mut runner = TrialRunner {
         study,
-        bench,
+        evaluator,
         store,
-        known,
-        yardstick,
+        stored,
+        baseline,
         trials: Vec::new(),
         seen: HashMap::new(),
         best: None,
         running: Duration::ZERO,
         stopped: false,
         error: None,
-        watcher,
+        progress,
     };
     let defaults = study.defaults();
-    desk.answer("default", defaults.clone());
+    runner.score("default", defaults.clone());
     if let Some(published) = study.published() {
-        desk.answer("published", published);
+        runner.score("published", published);
     }
     let start = space.point(&defaults);
     let counts = space.counts();
@@ -91,45 +86,47 @@ pub fn search(
             Combine::Pareto => study.file.objective.metrics.len(),
             _ => 1,
         },
-        budget: budget - desk.trials.len(),
+        budget: budget - runner.trials.len(),
         seed: study.file.seed,
     };
     optimise::minimise(&plan, &mut |point| {
-        desk.answer("search", space.values(point))
+        runner
+            .score("search", space.values(point))
             .unwrap_or_else(|| vec![WORST; plan.objectives])
     });
-    if let Some(e) = desk.error {
+    if let Some(e) = runner.error {
         return Err(e);
     }
-    Ok(Found {
-        winner: desk.best,
-        finished: !desk.stopped,
-        running: desk.running,
-        beside: started.elapsed() - desk.running,
-        trials: desk.trials,
+    Ok(SearchResult {
+        winner: runner.best,
+        finished: !runner.stopped,
+        running: runner.running,
+        beside: started.elapsed() - runner.running,
+        trials: runner.trials,
     })
 }
 
-/// Where questions arrive.
-struct Desk<'a> {
-    study: &'a Study,
-    bench: &'a Bench,
-    store: Store,
-    known: Vec<Trial>,
-    yardstick: &'a Yardstick,
+/// Scores what the optimiser proposes: from the store, from an equal trial before, or by running it.
+struct TrialRunner<'a> {
+    study: &'a TuningStudy,
+    evaluator: &'a Evaluator,
+    store: TrialStore,
+    /// Trials of an earlier, interrupted search.
+    stored: Vec<Trial>,
+    baseline: &'a Baseline,
     trials: Vec<Trial>,
-    /// Trials by the bits of their parameters: asked twice, run once.
+    /// Trials by the bits of their parameters: proposed twice, run once.
     seen: HashMap<Vec<u64>, usize>,
     best: Option<usize>,
     running: Duration,
     stopped: bool,
     error: Option<Error>,
-    watcher: &'a mut dyn Watcher,
+    progress: &'a dyn Progress,
 }
 
-impl Desk<'_> {
-    /// The answer to a question; none once the search is over.
-    fn answer(&mut self, origin: &str, parameters: Values) -> Option<Vec<f64>> {
+impl TrialRunner<'_> {
+    /// The losses of a proposed trial; none once the search is over.
+    fn score(&mut self, origin: &str, parameters: Values) -> Option<Vec<f64>> {
         let index = self.trials.len();
         if self.stopped || self.error.is_some() || index >= self.study.file.budget as usize {
             return None;
@@ -140,8 +137,8 @@ impl Desk<'_> {
             .get(&bits)
             .and_then(|i| self.trials.get(*i))
             .cloned();
-        let trial = match (self.known.get(index), again) {
-            (Some(known), _) => known.clone(),
+        let trial = match (self.stored.get(index), again) {
+            (Some(stored), _) => stored.clone(),
             (None, Some(before)) => Trial {
                 trial: index,
                 origin: origin.to_owned(),
@@ -149,13 +146,13 @@ impl Desk<'_> {
             },
             (None, None) => self.run(index, origin, parameters),
         };
-        if index >= self.known.len()
+        if index >= self.stored.len()
             && let Err(e) = self.store.add(&trial)
         {
             self.error = Some(e);
             return None;
         }
-        let told = self.told(&trial);
+        let losses = self.losses_for_optimiser(&trial);
         self.seen.entry(bits).or_insert(index);
         let best = self.best.and_then(|i| self.trials.get(i));
         if trial.loss() < best.map_or(f64::INFINITY, Trial::loss) {
@@ -165,19 +162,21 @@ impl Desk<'_> {
         let best = self.best.and_then(|i| self.trials.get(i));
         let budget = self.study.file.budget as usize;
         if let Some(trial) = self.trials.last() {
-            self.stopped = !self.watcher.trial(trial, best, budget) && index + 1 < budget;
+            self.stopped = !self.progress.trial(trial, best, budget) && index + 1 < budget;
         }
-        Some(told)
+        Some(losses)
     }
 
     fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
         let started = Instant::now();
         // the first trial is the defaults, which have been run already
-        let shown = match index {
-            0 => self.yardstick.defaults.clone(),
-            _ => self.bench.evaluate(&parameters, &wanted(&self.study.file)),
+        let measured = match index {
+            0 => self.baseline.defaults.clone(),
+            _ => self
+                .evaluator
+                .evaluate(&parameters, &metric_windows(&self.study.file)),
         };
-        let verdict = self.yardstick.judge.judge(&shown);
+        let verdict = self.baseline.judge.judge(&measured);
         self.running += started.elapsed();
         Trial {
             trial: index,
@@ -189,9 +188,9 @@ impl Desk<'_> {
         }
     }
 
-    /// What the optimiser hears: the loss above that of the defaults, or how badly constraints are broken; between −1 and
+    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are broken; between −1 and
     /// [`WORST`], whatever the metric.
-    fn told(&self, trial: &Trial) -> Vec<f64> {
+    fn losses_for_optimiser(&self, trial: &Trial) -> Vec<f64> {
         match trial {
             t if t.losses.is_empty() => vec![WORST; self.objectives()],
             t if t.violation > 0.0 => {

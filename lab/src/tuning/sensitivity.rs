@@ -1,10 +1,11 @@
 //! How much the parameters matter around the winner: curves of one at a time, maps of two.
 
-use crate::tuning::baseline::Yardstick;
-use crate::tuning::evaluate::Bench;
-use crate::tuning::loss::wanted;
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::loss::metric_windows;
+use crate::tuning::progress::Progress;
 use crate::tuning::space::{Space, Values};
-use crate::tuning::study::Study;
+use crate::tuning::study::TuningStudy;
 use serde::Serialize;
 
 /// Curves and maps.
@@ -42,15 +43,15 @@ pub struct Map {
     pub losses: Vec<Vec<Option<f64>>>,
 }
 
-/// Map the neighbourhood of the winner over the tuning runs. None if `go_on` stopped it; it is told the share done.
+/// Map the neighbourhood of the winner over the tuning runs. None if `progress` stopped it.
 pub fn sensitivity(
-    study: &Study,
-    bench: &Bench,
-    yardstick: &Yardstick,
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    baseline: &Baseline,
     winner: &Values,
-    go_on: &mut dyn FnMut(f64) -> bool,
+    progress: &dyn Progress,
 ) -> Option<Sensitivity> {
-    let wanted = wanted(&study.file);
+    let windows = metric_windows(&study.file);
     let space = Space::new(&study.file.parameters);
     let names: Vec<String> = space.names().map(str::to_owned).collect();
     let points = study.file.sensitivity;
@@ -62,10 +63,10 @@ pub fn sensitivity(
     let mut done = 0;
     let mut loss = |values: &Values| {
         done += 1;
-        if !go_on(done as f64 / all as f64) {
+        if !progress.stage("sensitivity", done as f64 / all as f64) {
             return None;
         }
-        let v = yardstick.judge.judge(&bench.evaluate(values, &wanted));
+        let v = baseline.judge.judge(&evaluator.evaluate(values, &windows));
         let held = v.failed.is_none() && v.violation == 0.0;
         Some(held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64))
     };

@@ -1,7 +1,7 @@
 //! Defaults, published constants and winner side by side in one run, to be looked at.
 
 use crate::tuning::space::Values;
-use crate::tuning::study::{Evaluation, Study};
+use crate::tuning::study::{Evaluation, TuningStudy};
 use monorig_estimators::crane;
 use monorig_sim::bank::Member;
 use monorig_sim::checked::Finite;
@@ -11,7 +11,7 @@ use monorig_sim::scenario::Settings;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
 /// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.
-pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
+pub fn rig(study: &TuningStudy, winner: &Values) -> Result<Option<Rig>, Error> {
     let Some(group) = study.validation.first() else {
         return Ok(None);
     };
@@ -47,7 +47,10 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
 }
 
 /// What every trial has, and what this one has of its own.
-fn settings<'a>(study: &'a Study, values: &'a Values) -> impl Iterator<Item = (&'a String, f64)> {
+fn settings<'a>(
+    study: &'a TuningStudy,
+    values: &'a Values,
+) -> impl Iterator<Item = (&'a String, f64)> {
     let fixed = study.file.fixed.iter().map(|(k, x)| (k, x.get()));
     fixed.chain(values.iter().map(|(k, x)| (k, *x)))
 }

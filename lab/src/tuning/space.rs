@@ -9,11 +9,11 @@ pub type Values = BTreeMap<String, f64>;
 /// The parameters that vary, in the order of their names.
 #[derive(Clone, Debug)]
 pub struct Space {
-    axes: Vec<(String, Axis)>,
+    axes: Vec<(String, Dimension)>,
 }
 
 #[derive(Clone, Debug)]
-enum Axis {
+enum Dimension {
     Choices(Vec<f64>),
     Span {
         from: f64,
@@ -27,8 +27,8 @@ impl Space {
     /// Of checked ranges.
     pub fn new(ranges: &BTreeMap<String, Range>) -> Self {
         let axis = |r: &Range| match &r.choices {
-            Some(choices) => Axis::Choices(choices.iter().map(|x| x.get()).collect()),
-            None => Axis::Span {
+            Some(choices) => Dimension::Choices(choices.iter().map(|x| x.get()).collect()),
+            None => Dimension::Span {
                 from: r.from.map_or(0.0, f64::from),
                 to: r.to.map_or(1.0, f64::from),
                 scale: r.scale,
@@ -69,22 +69,23 @@ impl Space {
 
     /// The point of the unit cube with these values, or the nearest to them; unnamed parameters in the middle.
     pub fn point(&self, values: &Values) -> Vec<f64> {
-        let of = |(name, axis): &(String, Axis)| values.get(name).map_or(0.5, |x| axis.share(*x));
+        let of =
+            |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(*x));
         self.axes.iter().map(of).collect()
     }
 }
 
-impl Axis {
+impl Dimension {
     fn count(&self) -> Option<usize> {
         match self {
-            Axis::Choices(list) => Some(list.len()),
-            Axis::Span {
+            Dimension::Choices(list) => Some(list.len()),
+            Dimension::Span {
                 from,
                 to,
                 integer: true,
                 ..
             } => Some((to - from) as usize + 1),
-            Axis::Span { .. } => None,
+            Dimension::Span { .. } => None,
         }
     }
 
@@ -95,13 +96,13 @@ impl Axis {
             0.5
         };
         match self {
-            Axis::Choices(list) => {
+            Dimension::Choices(list) => {
                 let i = (u * list.len() as f64) as usize;
                 list.get(i.min(list.len().saturating_sub(1)))
                     .copied()
                     .unwrap_or(f64::NAN)
             }
-            Axis::Span {
+            Dimension::Span {
                 from,
                 to,
                 scale,
@@ -122,14 +123,14 @@ impl Axis {
 
     fn share(&self, x: f64) -> f64 {
         match self {
-            Axis::Choices(list) => {
+            Dimension::Choices(list) => {
                 let near = |a: &(usize, &f64), b: &(usize, &f64)| {
                     (a.1 - x).abs().total_cmp(&(b.1 - x).abs())
                 };
                 let i = list.iter().enumerate().min_by(near).map_or(0, |(i, _)| i);
                 (i as f64 + 0.5) / list.len() as f64
             }
-            Axis::Span {
+            Dimension::Span {
                 from, to, scale, ..
             } => {
                 let [a, b] = [*from, *to].map(|x| bend(*scale, x));

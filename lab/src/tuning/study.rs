@@ -15,7 +15,7 @@ use std::path::Path;
 /// A tuning study.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct StudyFile {
+pub struct TuningFile {
     /// Format version, 1.
     pub version: Version1,
     /// Why the study exists.
@@ -239,7 +239,7 @@ fn after_s() -> NonNegative {
 
 /// Seeds of a scenario, loaded.
 #[derive(Clone, Debug)]
-pub struct Group {
+pub struct RunGroup {
     /// The scenario with its changes.
     pub scenario: Scenario,
     /// Its seeds.
@@ -250,24 +250,24 @@ pub struct Group {
 
 /// A study, read and checked.
 #[derive(Clone, Debug)]
-pub struct Study {
+pub struct TuningStudy {
     /// File name without its ending.
     pub name: String,
     /// What the file says.
-    pub file: StudyFile,
+    pub file: TuningFile,
     /// Runs the optimiser sees.
-    pub tuning: Vec<Group>,
+    pub tuning: Vec<RunGroup>,
     /// Runs it never sees.
-    pub validation: Vec<Group>,
+    pub validation: Vec<RunGroup>,
     document: Document,
 }
 
-impl Study {
+impl TuningStudy {
     /// Read a study and every scenario it names.
     pub(super) fn read(path: &Path) -> Result<Self, Error> {
         let document = Document::read(path)?;
-        let file: StudyFile = document.parse()?;
-        let groups = |list: &[Runs], key: &str| -> Result<Vec<Group>, Error> {
+        let file: TuningFile = document.parse()?;
+        let groups = |list: &[Runs], key: &str| -> Result<Vec<RunGroup>, Error> {
             let load = |(i, runs): (usize, &Runs)| {
                 let at = named(path, &format!("{key}[{i}].scenario"), &runs.scenario)?;
                 let set: Vec<(String, String)> = runs
@@ -275,7 +275,7 @@ impl Study {
                     .iter()
                     .map(|(path, value)| (path.clone(), value.to_string()))
                     .collect();
-                Ok(Group {
+                Ok(RunGroup {
                     scenario: Scenario::load(&at, &set)?,
                     seeds: runs.seeds.as_slice().to_vec(),
                     weight: runs.weight.get(),

@@ -2,7 +2,7 @@
 
 use crate::tuning::name_check;
 use crate::tuning::name_check::Wrong;
-use crate::tuning::study::{Combine, Evaluation, Group, Optimiser, Range, Scale, Study};
+use crate::tuning::study::{Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningStudy};
 use monorig_sim::error::Error;
 use monorig_sim::scenario::FeedForward;
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::path::Path;
 /// More trials than this are taken for a slip of the pen.
 const MOST_TRIALS: u32 = 1_000_000;
 
-impl Study {
+impl TuningStudy {
     /// Read and check a study and every scenario it names.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let study = Self::read(path)?;
@@ -19,7 +19,7 @@ impl Study {
     }
 }
 
-fn check(study: &Study) -> Result<(), Error> {
+fn check(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
         return Err(study.error(
@@ -71,7 +71,7 @@ fn wrong(message: impl Into<String>, help: impl Into<String>) -> Wrong {
     (message.into(), help.into())
 }
 
-fn parameters(study: &Study) -> Result<(), Error> {
+fn parameters(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.parameters.is_empty() {
         return Err(study.error(
@@ -166,7 +166,7 @@ fn range(r: &Range) -> Result<(), (&'static str, Wrong)> {
     }
 }
 
-fn metrics(study: &Study) -> Result<(), Error> {
+fn metrics(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.objective.metrics.is_empty() {
         return Err(study.error(
@@ -222,7 +222,7 @@ fn metrics(study: &Study) -> Result<(), Error> {
     Ok(())
 }
 
-fn runs(study: &Study) -> Result<(), Error> {
+fn runs(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     for (key, groups) in [("tuning", &study.tuning), ("validation", &study.validation)] {
         if groups.is_empty() {
@@ -265,7 +265,7 @@ fn runs(study: &Study) -> Result<(), Error> {
 }
 
 /// Replay fits estimators beside the loop, the closed loop those in it.
-fn loop_fits(study: &Study, group: &Group) -> Result<(), Wrong> {
+fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Wrong> {
     let s = &group.scenario.file;
     let drives = s.in_loop.as_ref() == Some(&study.file.estimator)
         && s.drive.controller.feedforward == FeedForward::Estimate;

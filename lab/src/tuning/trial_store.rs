@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// What study the trials are of.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Header {
+pub struct TrialsHeader {
     /// Name of the study.
     pub study: String,
     /// Its hash.
@@ -49,14 +49,14 @@ impl Trial {
 }
 
 /// The open file.
-pub struct Store {
+pub struct TrialStore {
     path: PathBuf,
     file: File,
 }
 
-impl Store {
+impl TrialStore {
     /// A new file with its header, in place of an older one.
-    pub fn create(path: &Path, header: &Header) -> Result<Self, Error> {
+    pub fn create(path: &Path, header: &TrialsHeader) -> Result<Self, Error> {
         let file = File::create(path).map_err(|e| at(path, e))?;
         let mut store = Self {
             path: path.into(),
@@ -67,7 +67,7 @@ impl Store {
     }
 
     /// An existing file of the same study, and the trials in it.
-    pub fn resume(path: &Path, header: &Header) -> Result<(Self, Vec<Trial>), Error> {
+    pub fn resume(path: &Path, header: &TrialsHeader) -> Result<(Self, Vec<Trial>), Error> {
         let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
         let text = String::from_utf8_lossy(&bytes[..whole]);
@@ -75,7 +75,7 @@ impl Store {
         let Some((_, first)) = lines.next() else {
             return Ok((Self::create(path, header)?, Vec::new()));
         };
-        let found: Header = read(path, 1, first)?;
+        let found: TrialsHeader = read(path, 1, first)?;
         if found != *header {
             return Err(wrong(
                 path,

@@ -1,14 +1,14 @@
 //! The winner on runs the optimiser has never seen, against the defaults and the published constants, run by run.
 
-use crate::tuning::baseline::Yardstick;
-use crate::tuning::evaluate::{Bench, Shown};
-use crate::tuning::loss::{Judge, own_loss, wanted};
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::{Evaluator, RunMetrics};
+use crate::tuning::loss::{Judge, metric_windows, own_loss};
 use crate::tuning::space::Values;
-use crate::tuning::study::{Group, Study};
+use crate::tuning::study::{RunGroup, TuningStudy};
 use crate::verdicts::interval::Interval;
 use serde::Serialize;
 
-/// What validation has shown.
+/// What validation has measured.
 #[derive(Clone, Debug, Serialize)]
 pub struct Validation {
     /// Loss of the winner over the tuning runs, the defaults' being 1; none for a failure.
@@ -16,25 +16,25 @@ pub struct Validation {
     /// The same over the validation runs.
     pub validation_loss: Option<f64>,
     /// The winner against the defaults, then against the published constants.
-    pub comparisons: Vec<Comparison>,
+    pub comparisons: Vec<PairedComparison>,
 }
 
 /// The winner against another parameter set, over pairs of runs with the same scenario and seed.
 #[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
+pub struct PairedComparison {
     /// `default` or `published`.
     pub against: String,
     /// Loss of the winner minus that of the other, per run, over all runs; the defaults' loss being 1.
     pub loss: Option<Interval>,
     /// What that says.
-    pub verdict: Verdict,
+    pub verdict: ComparisonVerdict,
     /// Per metric and scenario.
-    pub rows: Vec<Row>,
+    pub rows: Vec<MetricComparison>,
 }
 
 /// A metric in a scenario.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct MetricComparison {
     /// Metric.
     pub metric: String,
     /// Scenario.
@@ -50,7 +50,7 @@ pub struct Row {
 /// What an interval of differences says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum ComparisonVerdict {
     /// The whole interval is below zero.
     Better,
     /// Zero is inside, or it cannot be told.
@@ -59,22 +59,22 @@ pub enum Verdict {
     Worse,
 }
 
-impl Verdict {
+impl ComparisonVerdict {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Verdict::Better => "better",
-            Verdict::NoDifference => "no difference",
-            Verdict::Worse => "worse",
+            ComparisonVerdict::Better => "better",
+            ComparisonVerdict::NoDifference => "no difference",
+            ComparisonVerdict::Worse => "worse",
         }
     }
 
     /// Of an interval of differences of something that is better when less.
     pub fn of(interval: Option<&Interval>) -> Self {
         match interval {
-            Some(i) if i.high < 0.0 => Verdict::Better,
-            Some(i) if i.low > 0.0 => Verdict::Worse,
-            _ => Verdict::NoDifference,
+            Some(i) if i.high < 0.0 => ComparisonVerdict::Better,
+            Some(i) if i.low > 0.0 => ComparisonVerdict::Worse,
+            _ => ComparisonVerdict::NoDifference,
         }
     }
 }
@@ -83,20 +83,20 @@ impl Validation {
     /// Against the defaults: does what was found on the tuning runs hold where nothing was tuned?
     pub fn generalises(&self) -> bool {
         let first = self.comparisons.first();
-        first.is_some_and(|c| c.verdict == Verdict::Better)
+        first.is_some_and(|c| c.verdict == ComparisonVerdict::Better)
     }
 }
 
 /// Run the winner and what it is compared with over the validation runs.
 pub fn validate(
-    study: &Study,
-    bench: &Bench,
-    Yardstick { judge, defaults }: &Yardstick,
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    Baseline { judge, defaults }: &Baseline,
     winner: &Values,
     tuning_loss: f64,
 ) -> Validation {
-    let wanted = wanted(&study.file);
-    let run = |values: &Values| bench.evaluate(values, &wanted);
+    let windows = metric_windows(&study.file);
+    let run = |values: &Values| evaluator.evaluate(values, &windows);
     let winners = run(winner);
     let mut comparisons = vec![compare(study, judge, "default", &winners, defaults)];
     if let Some(published) = study.published() {
@@ -118,12 +118,12 @@ pub fn validate(
 }
 
 fn compare(
-    study: &Study,
+    study: &TuningStudy,
     judge: &Judge,
     against: &str,
-    winner: &[Shown],
-    other: &[Shown],
-) -> Comparison {
+    winner: &[RunMetrics],
+    other: &[RunMetrics],
+) -> PairedComparison {
     let pairs = || winner.iter().zip(other);
     let differences: Option<Vec<f64>> = pairs()
         .map(|(w, o)| Some(judge.run_loss(w)? - judge.run_loss(o)?))
@@ -132,13 +132,13 @@ fn compare(
     let mut rows = Vec::new();
     for (i, term) in study.file.objective.metrics.iter().enumerate() {
         for (g, group) in study.validation.iter().enumerate() {
-            let of = |s: &Shown| s.values.as_ref().ok().and_then(|v| v.get(i).copied());
+            let of = |s: &RunMetrics| s.values.as_ref().ok().and_then(|v| v.get(i).copied());
             let values: Vec<(f64, f64)> = pairs()
                 .filter(|(w, _)| w.group == g)
                 .filter_map(|(w, o)| Some((of(w)?, of(o)?)))
                 .collect();
             let column = |f: fn(&(f64, f64)) -> f64| values.iter().map(f).collect::<Vec<_>>();
-            rows.push(Row {
+            rows.push(MetricComparison {
                 metric: term.metric.clone(),
                 scenario: name(group),
                 winner: Interval::student(&column(|p| p.0)).mean,
@@ -147,26 +147,26 @@ fn compare(
             });
         }
     }
-    Comparison {
+    PairedComparison {
         against: against.to_owned(),
-        verdict: Verdict::of(loss.as_ref()),
+        verdict: ComparisonVerdict::of(loss.as_ref()),
         loss,
         rows,
     }
 }
 
-fn name(group: &Group) -> String {
+fn name(group: &RunGroup) -> String {
     group.scenario.name.clone()
 }
 
 impl Judge {
     /// Loss of a single run; none if it failed.
-    fn run_loss(&self, shown: &Shown) -> Option<f64> {
-        let values = shown.values.as_ref().ok()?;
-        let yards = self.yards(shown.group)?;
+    fn run_loss(&self, measured: &RunMetrics) -> Option<f64> {
+        let values = measured.values.as_ref().ok()?;
+        let reference_losses = self.reference_losses(measured.group)?;
         let (mut sum, mut weights) = (0.0, 0.0);
-        for ((metric, weight, yard), x) in yards.zip(values) {
-            sum += weight * own_loss(metric, *x) / yard;
+        for ((metric, weight, reference_loss), x) in reference_losses.zip(values) {
+            sum += weight * own_loss(metric, *x) / reference_loss;
             weights += weight;
         }
         Some(sum / weights).filter(|x| x.is_finite())

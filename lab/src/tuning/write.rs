@@ -1,8 +1,8 @@
 //! What a study leaves behind, each file whole or not at all: `winner.yaml`, `validation.json`, `sensitivity.json`.
 
-use crate::tuning::search::Found;
+use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;
-use crate::tuning::study::Study;
+use crate::tuning::study::TuningStudy;
 use crate::tuning::validate::Validation;
 use monorig_sim::checked::{Finite, Version1};
 use monorig_sim::error::Error;
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 /// The winner as a parameter file; none if there is no winner.
 pub fn winner(
-    study: &Study,
-    found: &Found,
+    study: &TuningStudy,
+    search: &SearchResult,
     validation: &Validation,
 ) -> Result<Option<ParameterFile>, Error> {
-    let Some(trial) = found.winner.and_then(|i| found.trials.get(i)) else {
+    let Some(trial) = search.winner.and_then(|i| search.trials.get(i)) else {
         return Ok(None);
     };
     let file = &study.file;
@@ -39,7 +39,7 @@ pub fn winner(
                 .and_then(|v| v.as_str().map(str::to_owned))
                 .unwrap_or_default(),
             seed: file.seed,
-            trials: found.trials.len(),
+            trials: search.trials.len(),
             trial: trial.trial,
             tuning_loss: trial.loss(),
             validation_loss: validation.validation_loss,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// One metric of one estimator over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
+pub struct ComparedMetric {
     /// Estimator.
     pub estimator: String,
     /// Metric.
@@ -40,7 +40,7 @@ pub struct Comparison {
     /// Estimator that the others are held against.
     pub reference: String,
     /// Every metric of every estimator, metrics outermost.
-    pub table: Vec<Cell>,
+    pub table: Vec<ComparedMetric>,
     /// The runs, one for each seed.
     pub runs: Vec<RunResult>,
 }
@@ -52,7 +52,7 @@ pub fn compare(
     metrics: &[String],
     reference: &str,
     published: &[Published],
-) -> Vec<Cell> {
+) -> Vec<ComparedMetric> {
     let mut cells = Vec::new();
     for metric in metrics {
         let reference_values = values(runs, reference, metric);
@@ -61,7 +61,7 @@ pub fn compare(
             let measured: Vec<f64> = all.iter().flatten().copied().collect();
             let pairs = all.iter().zip(&reference_values);
             let differences: Vec<f64> = pairs.filter_map(|(a, b)| Some((*a)? - (*b)?)).collect();
-            cells.push(Cell {
+            cells.push(ComparedMetric {
                 estimator: estimator.clone(),
                 metric: metric.clone(),
                 measured: measured.len(),

@@ -1,7 +1,7 @@
 //! `metrics.json`: the numbers of one run, and whether what its scenario expects held. The same run gives the same bytes.
 
 use crate::metrics;
-use crate::metrics::series::Series;
+use crate::metrics::series::ErrorSeries;
 use crate::metrics::{METRICS, RUN_METRICS};
 use monorig_sim::run::Outcome;
 use monorig_sim::scenario::{Expectation, Scenario};
@@ -46,12 +46,12 @@ pub struct Summary {
     /// Steps refused by an estimator: name, how many, first reason.
     pub refusals: Vec<(String, u64, String)>,
     /// What the scenario expects.
-    pub expectations: Vec<Verdict>,
+    pub expectations: Vec<ExpectationVerdict>,
 }
 
 /// One expectation, judged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct ExpectationVerdict {
     /// Estimator, if it is about one.
     pub estimator: Option<String>,
     /// Metric.
@@ -72,7 +72,7 @@ pub struct Verdict {
     pub held: bool,
 }
 
-impl Verdict {
+impl ExpectationVerdict {
     /// What is measured, such as `dffrls_aekf mass_error_rel_max from 10 s`.
     pub fn what(&self) -> String {
         let mut text = match &self.estimator {
@@ -121,7 +121,7 @@ fn finite(x: Option<f64>) -> Option<f64> {
 
 impl Summary {
     /// The numbers of a run.
-    pub fn new(scenario: &Scenario, seed: u64, outcome: &Outcome, series: &Series) -> Self {
+    pub fn new(scenario: &Scenario, seed: u64, outcome: &Outcome, series: &ErrorSeries) -> Self {
         let (from, to) = (AFTER_S, f64::INFINITY);
         let of = |name: &str| {
             METRICS
@@ -179,7 +179,7 @@ impl Summary {
     }
 }
 
-fn judge(e: &Expectation, series: &Series, finished: bool) -> Verdict {
+fn judge(e: &Expectation, series: &ErrorSeries, finished: bool) -> ExpectationVerdict {
     let (after_s, until_s) = (e.after_s.map(f64::from), e.until_s.map(f64::from));
     let (from, to) = (after_s.unwrap_or(0.0), until_s.unwrap_or(f64::INFINITY));
     let value = finite(match &e.estimator {
@@ -188,7 +188,7 @@ fn judge(e: &Expectation, series: &Series, finished: bool) -> Verdict {
     });
     let (at_most, at_least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
     let within = |x: f64| at_most.is_none_or(|m| x <= m) && at_least.is_none_or(|l| x >= l);
-    Verdict {
+    ExpectationVerdict {
         estimator: e.estimator.clone(),
         metric: e.metric.clone(),
         after_s,

@@ -1,13 +1,13 @@
 //! A scenario judged over its seeds: did every run finish, did every estimator speak, did what was expected hold?
 
 use crate::batch::RunResult;
-use crate::verdicts::summary::{Summary, Verdict};
+use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A scenario and what became of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Judged {
+pub struct ScenarioVerdict {
     /// Scenario name.
     pub scenario: String,
     /// Whether everything held.
@@ -37,7 +37,7 @@ pub struct Check {
     pub held: bool,
 }
 
-impl Judged {
+impl ScenarioVerdict {
     /// Judge the runs of one scenario.
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
         let mut tally = Tally::default();
@@ -61,7 +61,7 @@ pub struct Tally {
     /// By estimator.
     voices: BTreeMap<String, Count>,
     /// The expectations of the scenario, each with its count.
-    expected: Vec<(Verdict, Count)>,
+    expected: Vec<(ExpectationVerdict, Count)>,
     /// Seeds of runs that broke down.
     broken: Vec<u64>,
 }
@@ -193,7 +193,7 @@ fn judged_otherwise(summary: &Summary, name: &str) -> bool {
         .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_valid_share"))
 }
 
-fn wrong_words(v: &Verdict) -> String {
+fn wrong_words(v: &ExpectationVerdict) -> String {
     match v.value {
         Some(_) if v.excess() <= 0.0 => "the run did not finish".to_owned(),
         Some(value) => format!("{value:.4} is not {}", v.bound()),
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     fn run(seed: u64, value: Option<f64>, finished: bool, quantile: Option<f64>) -> RunResult {
-        let verdict = Verdict {
+        let verdict = ExpectationVerdict {
             estimator: Some("joint_ekf".into()),
             metric: "slope_rmse_deg".into(),
             after_s: Some(5.0),
@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    fn reasons(j: &Judged) -> Vec<String> {
+    fn reasons(j: &ScenarioVerdict) -> Vec<String> {
         let failed = j.checks.iter().filter(|c| !c.held);
         failed.map(Check::reason).collect()
     }
@@ -252,7 +252,7 @@ mod tests {
     fn the_worst_seed_is_named() {
         let runs = [0.5, 3.25, 1.5].into_iter().zip(1..);
         let runs = runs.map(|(x, seed)| run(seed, Some(x), true, None));
-        let judged = Judged::new("hill", runs.collect());
+        let judged = ScenarioVerdict::new("hill", runs.collect());
         assert!(!judged.held);
         assert_eq!(
             reasons(&judged),
@@ -265,19 +265,23 @@ mod tests {
         for (share, held) in [(0.5, true), (0.7, true), (0.71, false), (1.0, false)] {
             let runs =
                 (0..10).map(|i| run(i, Some(if i < 7 { 0.5 } else { 2.0 }), true, Some(share)));
-            assert_eq!(Judged::new("hill", runs.collect()).held, held, "{share}");
+            assert_eq!(
+                ScenarioVerdict::new("hill", runs.collect()).held,
+                held,
+                "{share}"
+            );
         }
     }
 
     #[test]
     fn what_cannot_be_measured_did_not_finish_or_is_not_there_fails() {
-        assert!(Judged::new("hill", vec![run(1, Some(0.5), true, None)]).held);
+        assert!(ScenarioVerdict::new("hill", vec![run(1, Some(0.5), true, None)]).held);
         for runs in [
             vec![run(1, None, true, None)],
             vec![run(1, Some(0.5), false, None)],
             vec![],
         ] {
-            assert!(!Judged::new("hill", runs).held);
+            assert!(!ScenarioVerdict::new("hill", runs).held);
         }
     }
 
@@ -286,7 +290,7 @@ mod tests {
         let mut broken = run(2, Some(0.5), true, None);
         broken.summary = None;
         broken.error = Some("the run broke down at t = 3 s".into());
-        let judged = Judged::new("hill", vec![run(1, Some(0.5), true, None), broken]);
+        let judged = ScenarioVerdict::new("hill", vec![run(1, Some(0.5), true, None), broken]);
         let reasons = reasons(&judged);
         assert_eq!(reasons.len(), 2, "{reasons:?}");
         assert!(reasons[0].contains("t = 3 s") && reasons[1].contains("broke down"));
@@ -296,7 +300,7 @@ mod tests {
     fn an_estimator_that_never_speaks_fails() {
         let mut silent = run(1, Some(0.5), true, None);
         silent.summary.as_mut().unwrap().silent = vec!["joint_ekf".into()];
-        let judged = Judged::new("hill", vec![silent]);
+        let judged = ScenarioVerdict::new("hill", vec![silent]);
         assert!(reasons(&judged)[0].contains("joint_ekf: its estimates were invalid"));
     }
 }

@@ -6,7 +6,7 @@ use crate::metrics::METRICS;
 use crate::plot::axis::Axis;
 use crate::plot::scatter::Scatter;
 use crate::plot::theme::Ink;
-use crate::plot::{Figure, Group};
+use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::study::values::{estimators, value};
 use crate::verdicts::summary::MAIN;
@@ -60,7 +60,7 @@ fn plot(runs: &[RunResult], name: &str, metric: &str, unit: &str) -> Figure {
     for (i, estimator) in estimators(runs).into_iter().enumerate() {
         let points = runs.iter();
         let points = points.filter_map(|r| Some((place(r)?, value(r, Some(&estimator), metric)?)));
-        let group = Group::new(&estimator, Ink::series(i), points.collect());
+        let group = ValueGroup::new(&estimator, Ink::series(i), points.collect());
         if !group.values.is_empty() {
             scatter.groups.push(group);
         }

@@ -2,7 +2,7 @@
 
 use crate::batch::RunResult;
 use crate::metrics::{METRICS, less_is_better};
-use crate::report::study::values::{Values, estimators, value};
+use crate::report::study::values::{MetricValues, estimators, value};
 use crate::report::table::{Cell, Table};
 use crate::verdicts::summary::MAIN;
 
@@ -30,7 +30,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
             let of = |run, name| value(run, Some(name), metric.name);
             let both = runs.iter();
             let both = both.filter_map(|run| Some(of(run, name)? - of(run, reference)?));
-            let all = Values::new(runs.len(), both.collect());
+            let all = MetricValues::new(runs.len(), both.collect());
             let n = all.measured.len();
             if n == 0 {
                 continue;
