@@ -1,9 +1,9 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
-use crate::arguments::Run;
-use crate::errors::CliError;
-use crate::note::note;
-use monorig_lab::metrics::series::Series;
+use crate::commands::run::RunArgs;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
@@ -23,7 +23,7 @@ use std::time::Instant;
 const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
 
 /// What is left of a run.
-pub struct Done {
+pub struct SimulatedRun {
     /// Numbers for the report.
     pub summary: Summary,
     /// Whether it was stopped from outside.
@@ -38,9 +38,9 @@ pub struct Done {
 /// recorded whole up to there.
 pub fn simulate(
     mut rig: Rig,
-    task: &Run,
+    task: &RunArgs,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Done, CliError> {
+) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (rig.scenario.clone(), rig.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
     let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
@@ -49,7 +49,7 @@ pub fn simulate(
 
     let mut parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut rerun = rerun_sink(task, folder.path().join("run.rrd"));
-    let mut series = Series::default();
+    let mut series = ErrorSeries::default();
     let started = Instant::now();
     let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
     if let Some(rerun) = &mut rerun {
@@ -66,7 +66,7 @@ pub fn simulate(
             "{name} refused {times} steps, the first because {reason}"
         ));
     }
-    Ok(Done {
+    Ok(SimulatedRun {
         summary,
         interrupted: outcome.interrupted,
         folder,
@@ -113,7 +113,7 @@ fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result
     Tape::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
-fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
+fn rerun_sink(task: &RunArgs, path: PathBuf) -> Option<RerunSink> {
     if task.no_rerun {
         return None;
     }

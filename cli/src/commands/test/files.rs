@@ -1,6 +1,6 @@
 //! Which scenarios are meant by the paths on the command line.
 
-use crate::errors::CliError;
+use crate::ui::errors::CliError;
 use monorig_sim::error::{Error, InputError};
 use std::path::{Path, PathBuf};
 

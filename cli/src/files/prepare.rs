@@ -1,6 +1,6 @@
 //! Everything about a scenario or a tuning study that can be found wrong without running it.
 
-use monorig_lab::tuning::Study;
+use monorig_lab::tuning::TuningStudy;
 use monorig_lab::verdicts::expected;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
@@ -17,8 +17,8 @@ pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Rig, Error> {
 }
 
 /// Read a tuning study and every file it names; check them by building the rig of each of its scenarios.
-pub fn tuning(path: &Path) -> Result<Study, Error> {
-    let study = Study::load(path)?;
+pub fn tuning(path: &Path) -> Result<TuningStudy, Error> {
+    let study = TuningStudy::load(path)?;
     for group in study.tuning.iter().chain(&study.validation) {
         let seed = group.seeds.first().copied().unwrap_or(1);
         Rig::build(group.scenario.clone(), seed)?;

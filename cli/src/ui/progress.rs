@@ -1,24 +1,24 @@
 //! How far a run has come: a bar on a terminal, plain lines otherwise. All of it goes to standard error.
 
-use crate::note::note;
+use crate::ui::note::note;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// Between two plain lines at least this long.
-const PATIENCE: Duration = Duration::from_secs(10);
+const NOTE_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Positions of the bar.
 const STEPS: u64 = 1000;
 
-/// Progress of one run.
-pub struct Progress {
+/// ProgressDisplay of one run.
+pub struct ProgressDisplay {
     name: String,
     bar: Option<ProgressBar>,
-    spoke: Instant,
+    last_note: Instant,
 }
 
-impl Progress {
+impl ProgressDisplay {
     /// A run called `name`.
     pub fn new(name: &str) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
@@ -33,7 +33,7 @@ impl Progress {
         Self {
             name: name.to_owned(),
             bar,
-            spoke: Instant::now(),
+            last_note: Instant::now(),
         }
     }
 
@@ -49,14 +49,14 @@ impl Progress {
     pub fn at(&mut self, share: f64) {
         if let Some(bar) = &self.bar {
             bar.set_position((share * STEPS as f64) as u64);
-        } else if self.spoke.elapsed() >= PATIENCE {
+        } else if self.last_note.elapsed() >= NOTE_INTERVAL {
             note(&format!("{}: {:.0} %", self.name, share * 100.0));
-            self.spoke = Instant::now();
+            self.last_note = Instant::now();
         }
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressDisplay {
     /// The run is over, or has broken down: no half bar stays on the terminal.
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {

@@ -6,7 +6,7 @@ use monorig_sim::record::readback;
 use std::path::Path;
 
 /// A kind of file that a run leaves behind.
-pub struct Kind {
+pub struct ResultKind {
     /// Its name in messages.
     pub name: &'static str,
     /// What its file name ends with.
@@ -15,23 +15,23 @@ pub struct Kind {
     pub read: fn(&Path) -> Result<String, Error>,
 }
 
-const KINDS: &[Kind] = &[
-    Kind {
+const KINDS: &[ResultKind] = &[
+    ResultKind {
         name: "recording",
         ending: ".rrd",
         read: recording,
     },
-    Kind {
+    ResultKind {
         name: "channels",
         ending: ".parquet",
         read: channels,
     },
-    Kind {
+    ResultKind {
         name: "manifest",
         ending: "manifest.json",
         read: manifest,
     },
-    Kind {
+    ResultKind {
         name: "metrics",
         ending: "metrics.json",
         read: metrics,
@@ -39,7 +39,7 @@ const KINDS: &[Kind] = &[
 ];
 
 /// The kind of a result file, by its name.
-pub fn recognise(path: &Path) -> Option<&'static Kind> {
+pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     let name = path.file_name()?.to_string_lossy();
     KINDS.iter().find(|k| name.ends_with(k.ending))
 }

@@ -1,8 +1,8 @@
 //! A validation run with the defaults, the published constants and the winner side by side, for the Rerun viewer.
 
-use crate::errors::CliError;
 use crate::simulate::record;
-use monorig_lab::metrics::series::Series;
+use crate::ui::errors::CliError;
+use monorig_lab::metrics::series::ErrorSeries;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_viz::RerunSink;
@@ -21,7 +21,7 @@ pub fn write(
         &mut rig,
         vec![&mut sink],
         false,
-        &mut Series::default(),
+        &mut ErrorSeries::default(),
         go_on,
     );
     drop(sink);

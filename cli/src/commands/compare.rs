@@ -1,19 +1,73 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
-use crate::arguments::Compare;
-use crate::errors::CliError;
-use crate::note::note;
-use crate::output;
-use crate::progress::Progress;
-use crate::report::{lines, number, right, table};
-use crate::{Outcome, interrupt, prepare};
+use crate::CommandOutcome;
+use crate::commands::shared::{Jobs, seeds};
+use crate::files::prepare;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::verdicts::compare::{Cell, Comparison, compare as cells};
+use monorig_lab::metrics::METRICS;
+use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, compare as cells};
 use monorig_lab::verdicts::interval::Interval;
+use std::path::PathBuf;
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf,rls_ekf,joint_ekf --seeds 1..50
+  monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
+
+All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to
+the reference are taken run by run. Intervals: 95 %, percentile bootstrap over seeds.";
+
+/// `monorig compare`
+#[derive(Debug, clap::Args)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub struct CompareArgs {
+    /// Scenario file
+    pub file: PathBuf,
+    /// Estimators to compare; without it those of the scenario
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub estimators: Vec<String>,
+    /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Metrics to compare
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
+        default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,slope_valid_share")]
+    pub metrics: Vec<String>,
+    /// Estimator that the others are held against; without it the first
+    #[arg(long, value_name = "NAME")]
+    pub reference: Option<String>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Write table and runs as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write the table as CSV
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// A metric of estimators by its name.
+fn metric(name: &str) -> Result<String, String> {
+    let known = METRICS.iter().map(|m| m.name);
+    if known.clone().any(|k| k == name) {
+        return Ok(name.to_owned());
+    }
+    let list: Vec<&str> = known.clone().collect();
+    Err(match monorig_sim::file::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known metrics: {}", list.join(", ")),
+    })
+}
 
 /// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
-pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
+pub fn compare(task: &CompareArgs) -> Result<CommandOutcome, CliError> {
     let plain = monorig_sim::scenario::Scenario::load(&task.file, &[])?;
     let mut overrides: Vec<(String, String)> = Vec::new();
     for name in &task.estimators {
@@ -72,18 +126,18 @@ pub fn compare(task: &Compare) -> Result<Outcome, CliError> {
         note(&format!("seed {} is left out: {why}", run.seed));
     }
     Ok(match unfinished.len() {
-        0 => Outcome::Held,
-        _ => Outcome::Failed,
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
     })
 }
 
 fn run(
-    task: &Compare,
+    task: &CompareArgs,
     overrides: &[(String, String)],
     seeds: &[u64],
     name: &str,
 ) -> Result<Vec<RunResult>, CliError> {
-    let mut progress = Progress::new(name);
+    let mut progress = ProgressDisplay::new(name);
     let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
         index,
         scenario: task.file.clone(),
@@ -101,10 +155,10 @@ fn run(
     Ok(runs)
 }
 
-fn text(cells: &[Cell], metrics: &[String], reference: &str) -> String {
+fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
     let mut parts = Vec::new();
     for metric in metrics {
-        let rows: Vec<&Cell> = cells.iter().filter(|c| c.metric == *metric).collect();
+        let rows: Vec<&ComparedMetric> = cells.iter().filter(|c| c.metric == *metric).collect();
         let unit = match metrics::unit(metric) {
             Some("1") | None => String::new(),
             Some(unit) => format!(", {unit}"),
@@ -161,7 +215,7 @@ fn words(interval: Option<Interval>) -> [String; 2] {
     }
 }
 
-fn csv(cells: &[Cell]) -> String {
+fn csv(cells: &[ComparedMetric]) -> String {
     let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,difference,difference_low,difference_high,published,source\n".to_owned();
     let three = |i: Option<Interval>| match i {
         Some(i) => format!("{},{},{}", i.mean, i.low, i.high),

@@ -1,15 +1,37 @@
 //! `monorig report`: what was run, as an HTML file to read and to hand on.
 
-use crate::Outcome;
-use crate::arguments::Report;
-use crate::errors::CliError;
-use crate::note::note;
-use crate::output;
+use crate::CommandOutcome;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use crate::ui::output;
 use monorig_lab::report::{run, study};
 use std::path::{Component, Path, PathBuf};
 
+const REPORT_EXAMPLES: &str = "\
+Examples:
+  monorig run scenarios/minimal.yaml                     leaves the folder runs/minimal/1
+  monorig report runs/minimal/1                          writes runs/minimal/1/report.html
+  monorig test scenarios/minimal.yaml --json out/verdicts.json
+  monorig report out/verdicts.json                       writes out/verdicts.html
+  monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
+  monorig report out/compared.json                       writes out/compared.html
+
+In the same way the results of a study, such as runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by itself.
+The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper.";
+
+/// `monorig report`
+#[derive(Debug, clap::Args)]
+#[command(after_help = REPORT_EXAMPLES)]
+pub struct ReportArgs {
+    /// Folder of a run, results of `monorig test --json`, of `monorig compare --json`, or of a study
+    pub path: PathBuf,
+    /// Write the report here instead of into or beside what it is about
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
 /// Write a report. Its exit code says whether it could be written, not whether what it is about held.
-pub fn report(task: &Report) -> Result<Outcome, CliError> {
+pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     let path = &task.path;
     let (page, out) = if path.is_dir() {
         let out = task.out.clone().unwrap_or(path.join("report.html"));
@@ -21,7 +43,7 @@ pub fn report(task: &Report) -> Result<Outcome, CliError> {
     };
     output::write(&out, &page.to_html())?;
     note(&format!("report in {}", out.display()));
-    Ok(Outcome::Held)
+    Ok(CommandOutcome::Held)
 }
 
 /// How a file in one folder names another folder: empty if they are the same, else with a slash at its end.

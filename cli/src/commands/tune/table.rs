@@ -1,44 +1,44 @@
 //! What a study has come to, as text.
 
-use crate::report::{lines, number, right, table};
-use monorig_lab::tuning::result::Done;
-use monorig_lab::tuning::study::Study;
-use monorig_lab::tuning::validate::{Comparison, Validation};
+use crate::ui::tables::{lines, number, right, table};
+use monorig_lab::tuning::result::TuningResult;
+use monorig_lab::tuning::study::TuningStudy;
+use monorig_lab::tuning::validate::{PairedComparison, Validation};
 use monorig_lab::verdicts::interval::Interval;
 
 /// The winner's parameters, then what validation says of them.
-pub fn text(study: &Study, done: &Done) -> String {
-    let failed = done
-        .found
+pub fn text(study: &TuningStudy, result: &TuningResult) -> String {
+    let failed = result
+        .search
         .trials
         .iter()
         .filter(|t| t.failed.is_some())
         .count();
-    let broke = done
-        .found
+    let broke = result
+        .search
         .trials
         .iter()
         .filter(|t| t.violation > 0.0)
         .count();
     let trials = format!(
         "{} trials, {failed} failed, {broke} broke a constraint",
-        done.found.trials.len()
+        result.search.trials.len()
     );
-    let Some(validation) = &done.validation else {
+    let Some(validation) = &result.validation else {
         return format!(
             "{trials}\nno winner: no trial could be measured and kept all constraints\n"
         );
     };
-    let mut parts = vec![parameters(study, done), losses(validation)];
+    let mut parts = vec![parameters(study, result), losses(validation)];
     parts.extend(validation.comparisons.iter().map(comparison));
     parts.push(trials);
     parts.join("\n\n") + "\n"
 }
 
-fn parameters(study: &Study, done: &Done) -> String {
+fn parameters(study: &TuningStudy, result: &TuningResult) -> String {
     let mut table = table(["parameter", "default", "published", "winner"]);
     let defaults = study.defaults();
-    let winner = done.best();
+    let winner = result.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
         let published = study.file.published.get(name).map(|x| x.get());
         table.add_row([
@@ -66,7 +66,7 @@ fn losses(v: &Validation) -> String {
     )
 }
 
-fn comparison(c: &Comparison) -> String {
+fn comparison(c: &PairedComparison) -> String {
     let title = format!("against {}", c.against);
     let mut table = table([
         title.as_str(),

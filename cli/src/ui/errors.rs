@@ -2,7 +2,7 @@
 //!
 //! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column: …`.
 
-use crate::note::note;
+use crate::ui::note::note;
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
 use monorig_sim::error::{Error, InputError};
 use std::io::IsTerminal;

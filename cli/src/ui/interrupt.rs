@@ -1,6 +1,6 @@
 //! Ctrl-C: the first ends the task in good order, the second at once.
 
-use crate::note::note;
+use crate::ui::note::note;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);

@@ -1,12 +1,12 @@
 //! Verdicts as JUnit XML: a suite for each scenario, a case for each thing asked of it.
 
-use super::Tested;
-use crate::errors::CliError;
+use super::TestedScenario;
+use crate::ui::errors::CliError;
 use monorig_lab::verdicts::verdict::Check;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 /// The whole report.
-pub fn xml(tested: &[Tested]) -> Result<String, CliError> {
+pub fn xml(tested: &[TestedScenario]) -> Result<String, CliError> {
     let mut report = Report::new("monorig");
     for one in tested {
         let mut suite = TestSuite::new(one.judged.scenario.clone());

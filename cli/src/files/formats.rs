@@ -1,9 +1,9 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
-use crate::prepare;
+use crate::files::prepare;
 use clap::ValueEnum;
 use monorig_lab::batch::{Plan, StudyFile};
-use monorig_lab::tuning::{StudyFile as TuningFile, name_check};
+use monorig_lab::tuning::{TuningFile, name_check};
 use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::{Profile, ProfileFile};
@@ -22,7 +22,7 @@ use std::path::Path;
 
 /// A kind of file of ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum FileKind {
     /// What to run
     Scenario,
     /// A rail
@@ -46,9 +46,9 @@ pub enum Kind {
 }
 
 /// What is known of a kind.
-pub struct Row {
+pub struct FileFormat {
     /// The kind.
-    pub kind: Kind,
+    pub kind: FileKind,
     /// Its name on the command line.
     pub name: &'static str,
     /// What it is for.
@@ -62,9 +62,9 @@ pub struct Row {
 }
 
 /// Every kind.
-pub const KINDS: &[Row] = &[
-    Row {
-        kind: Kind::Scenario,
+pub const KINDS: &[FileFormat] = &[
+    FileFormat {
+        kind: FileKind::Scenario,
         name: "scenario",
         about: "what to run: track, train, drive cycle, sensors, estimators, events, expectations",
         telling: &[
@@ -84,8 +84,8 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(ScenarioFile),
         check: |path| prepare::rig(path, &[]).map(drop),
     },
-    Row {
-        kind: Kind::Track,
+    FileFormat {
+        kind: FileKind::Track,
         name: "track",
         about: "a rail or a road: horizontal alignment, vertical profile or survey, joints",
         telling: &[
@@ -99,16 +99,16 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(TrackFile),
         check: |path| Rail::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Train,
+    FileFormat {
+        kind: FileKind::Train,
         name: "train",
         about: "a train: units front to rear, load, limits, running resistance",
         telling: &["consist", "drawbar", "limits", "resistance"],
         schema: || schema_for!(TrainFile),
         check: |path| Train::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Unit,
+    FileFormat {
+        kind: FileKind::Unit,
         name: "unit",
         about: "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)",
         telling: &[
@@ -121,8 +121,8 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(UnitFile),
         check: |path| Unit::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Car,
+    FileFormat {
+        kind: FileKind::Car,
         name: "car",
         about: "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver",
         telling: &[
@@ -137,8 +137,8 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(CarFile),
         check: |path| Car::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Sensors,
+    FileFormat {
+        kind: FileKind::Sensors,
         name: "sensors",
         about: "a sensor data sheet: rates, errors, mounts",
         telling: &[
@@ -153,8 +153,8 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(SheetFile),
         check: |path| Sheet::load(path).map(drop),
     },
-    Row {
-        kind: Kind::RailProfile,
+    FileFormat {
+        kind: FileKind::RailProfile,
         name: "rail-profile",
         about: "the section of an I-beam rail",
         telling: &[
@@ -167,16 +167,16 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(ProfileFile),
         check: |path| Profile::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Study,
+    FileFormat {
+        kind: FileKind::Study,
         name: "study",
         about: "a scenario run many times with drawn values",
         telling: &["scenario", "runs", "first_seed", "set", "vary"],
         schema: || schema_for!(StudyFile),
         check: |path| Plan::load(path).map(drop),
     },
-    Row {
-        kind: Kind::Tuning,
+    FileFormat {
+        kind: FileKind::Tuning,
         name: "tuning",
         about: "a tuning study: what varies, over which runs, what is good, how to search",
         telling: &[
@@ -191,8 +191,8 @@ pub const KINDS: &[Row] = &[
         schema: || schema_for!(TuningFile),
         check: |path| prepare::tuning(path).map(drop),
     },
-    Row {
-        kind: Kind::Parameters,
+    FileFormat {
+        kind: FileKind::Parameters,
         name: "parameters",
         about: "parameters of an estimator, for scenarios to include",
         telling: &["estimator", "parameters", "provenance"],
@@ -202,13 +202,13 @@ pub const KINDS: &[Row] = &[
 ];
 
 /// What is known of one kind.
-pub fn row(kind: Kind) -> Option<&'static Row> {
+pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
     KINDS.iter().find(|row| row.kind == kind)
 }
 
 /// The kind of a file with these keys at its top, if it can be told.
-pub fn recognise(keys: &[String]) -> Option<&'static Row> {
-    let hits = |row: &Row| {
+pub fn recognise(keys: &[String]) -> Option<&'static FileFormat> {
+    let hits = |row: &FileFormat| {
         let telling = row.telling.iter();
         telling.filter(|t| keys.iter().any(|k| k == *t)).count()
     };
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_a_row_and_is_recognised_by_its_own_keys() {
-        for kind in Kind::value_variants() {
+        for kind in FileKind::value_variants() {
             let row = row(*kind).unwrap();
             let name = kind.to_possible_value().unwrap();
             assert_eq!(name.get_name(), row.name);

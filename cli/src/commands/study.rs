@@ -1,20 +1,55 @@
-//! `monorig study` and `monorig merge`: many runs with drawn values, results line by line, whole or in shards.
+//! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
 
-use crate::arguments::{Merge, Study};
-use crate::errors::CliError;
-use crate::note::note;
-use crate::output;
-use crate::progress::Progress;
-use crate::report::{lines, number, right, table};
-use crate::{Outcome, interrupt};
-use monorig_lab::batch::{Plan, RunResult, Shard, Store, in_order, merge as merge_shards, run_one};
+use crate::CommandOutcome;
+use crate::commands::shared::Jobs;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::tables::{lines, number, right, table};
+use monorig_lab::batch::{Plan, ResultStore, RunResult, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::{Check, Tally};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
+use std::path::PathBuf;
+
+const STUDY_EXAMPLES: &str = "\
+Examples:
+  monorig study scenarios/studies/vehicle_test_spread.yaml           results go to runs/vehicle_test_spread/results.jsonl
+  monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5      every fifth run, for one of five machines
+  monorig merge runs/vehicle_test_spread/results.*-of-5.jsonl --into all.jsonl
+
+Stopped or killed, it goes on where it was when it is started again. The results are the same bytes whatever --jobs,
+whether it was interrupted or not, and whether it was run whole or in shards and merged.";
+
+/// `monorig study`
+#[derive(Debug, clap::Args)]
+#[command(after_help = STUDY_EXAMPLES)]
+pub struct StudyArgs {
+    /// Study file
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Make only part K of N of the runs
+    #[arg(long, value_name = "K/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// Folder the results go to
+    #[arg(long, value_name = "DIR", default_value = "runs")]
+    pub out: PathBuf,
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let parsed = text.split_once('/').and_then(|(part, of)| {
+        let (part, of) = (part.trim().parse().ok()?, of.trim().parse().ok()?);
+        (1..=of).contains(&part).then_some(Shard { part, of })
+    });
+    parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
+}
 
 /// Make the runs that are not there yet, then tell what all of them have come to.
-pub fn study(task: &Study) -> Result<Outcome, CliError> {
+pub fn study(task: &StudyArgs) -> Result<CommandOutcome, CliError> {
     let plan = Plan::load(&task.file)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);
     let name = match shard {
@@ -26,7 +61,7 @@ pub fn study(task: &Study) -> Result<Outcome, CliError> {
         path: folder.clone(),
         source,
     })?;
-    let mut store = Store::open(&folder.join(name), &plan.header(shard).to_line(), shard)?;
+    let mut store = ResultStore::open(&folder.join(name), &plan.header(shard).to_line(), shard)?;
     let all = shard.runs(plan.runs());
     if store.done() > 0 {
         note(&format!("{} of {all} runs are there already", store.done()));
@@ -34,17 +69,17 @@ pub fn study(task: &Study) -> Result<Outcome, CliError> {
     interrupt::listen();
     make(&plan, shard, all, task, &mut store)?;
     note(&format!("results in {}", store.path().display()));
-    told(store.path())
+    print_results(store.path())
 }
 
 fn make(
     plan: &Plan,
     shard: Shard,
     all: u64,
-    task: &Study,
-    store: &mut Store,
+    task: &StudyArgs,
+    store: &mut ResultStore,
 ) -> Result<(), CliError> {
-    let mut progress = Progress::new(&plan.name);
+    let mut progress = ProgressDisplay::new(&plan.name);
     let rest = (store.done()..all).map(|n| shard.index(n));
     let work = |index| run_one(&plan.spec(index), &interrupt::go_on);
     in_order(task.jobs.get(), rest, work, |done| {
@@ -55,14 +90,7 @@ fn make(
     })
 }
 
-/// Put the shards of a study together, and tell what all runs have come to.
-pub fn merge(task: &Merge) -> Result<Outcome, CliError> {
-    let runs = merge_shards(&task.parts, &task.into)?;
-    note(&format!("{runs} runs in {}", task.into.display()));
-    told(&task.into)
-}
-
-/// Metrics told of each estimator.
+/// Metrics printed of each estimator.
 const SHOWN: &[&str] = &[
     "mass_rmse_kg",
     "mass_error_converged_rel_max",
@@ -78,7 +106,7 @@ struct Column {
 }
 
 /// Read the results back and print what they have come to.
-fn told(path: &Path) -> Result<Outcome, CliError> {
+pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
     let failed = |source| monorig_sim::error::Error::Io {
         path: path.into(),
         source,
@@ -110,8 +138,8 @@ fn told(path: &Path) -> Result<Outcome, CliError> {
         checks.len()
     ))?;
     Ok(match failing.len() {
-        0 => Outcome::Held,
-        _ => Outcome::Failed,
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
     })
 }
 

@@ -3,17 +3,50 @@
 mod files;
 mod junit;
 
-use crate::arguments::Test;
-use crate::errors::{self, CliError};
-use crate::note::note;
-use crate::output;
-use crate::{Outcome, interrupt};
+use crate::CommandOutcome;
+use crate::commands::shared::{Jobs, seeds};
+use crate::ui::errors::{self, CliError};
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
-use monorig_lab::verdicts::verdict::Judged;
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+const TEST_EXAMPLES: &str = "\
+Examples:
+  monorig test                                           every scenario in scenarios/, each over its seeds
+  monorig test scenarios/liu2023_section1.yaml --seeds 1..50
+  monorig test scenarios --filter liu2023 --junit report.xml --json report.json
+
+A scenario fails when a run does not finish, when an estimator never vouches for anything, or when an expectation
+does not hold for as many seeds as it asks for (`quantile`; all without it).";
+
+/// `monorig test`
+#[derive(Debug, clap::Args)]
+#[command(after_help = TEST_EXAMPLES)]
+pub struct TestArgs {
+    /// Scenario files, or folders of them
+    #[arg(default_value = "scenarios")]
+    pub paths: Vec<PathBuf>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Only scenarios with this text in their name
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+    /// Run these seeds instead of the scenarios' own: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Write the verdicts as JUnit XML, as CI servers read it
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Write verdicts and metrics of every run as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
 
 /// A scenario to test.
 struct Case {
@@ -23,15 +56,15 @@ struct Case {
 }
 
 /// A scenario tested.
-pub struct Tested {
+pub struct TestedScenario {
     /// Its verdicts.
-    pub judged: Judged,
+    pub judged: ScenarioVerdict,
     /// Time its runs took together.
     pub took: Duration,
 }
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
-pub fn test(task: &Test) -> Result<Outcome, CliError> {
+pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
     let overrides: Vec<_> = task
         .seeds
         .iter()
@@ -64,8 +97,8 @@ pub fn test(task: &Test) -> Result<Outcome, CliError> {
         tested.len() - failed
     ))?;
     match (bad, failed) {
-        (0, 0) => Ok(Outcome::Held),
-        (0, _) => Ok(Outcome::Failed),
+        (0, 0) => Ok(CommandOutcome::Held),
+        (0, _) => Ok(CommandOutcome::Failed),
         _ => Err(CliError::BadFiles {
             bad,
             all: paths.len(),
@@ -75,7 +108,7 @@ pub fn test(task: &Test) -> Result<Outcome, CliError> {
 
 /// Everything about a scenario that can be found wrong without running it is found here.
 fn case(path: &Path, overrides: &[(String, String)]) -> Result<Case, Error> {
-    let rig = crate::prepare::rig(path, overrides)?;
+    let rig = crate::files::prepare::rig(path, overrides)?;
     Ok(Case {
         path: path.into(),
         name: rig.scenario.name.clone(),
@@ -84,10 +117,10 @@ fn case(path: &Path, overrides: &[(String, String)]) -> Result<Case, Error> {
 }
 
 fn run(
-    task: &Test,
+    task: &TestArgs,
     cases: &[Case],
     overrides: &[(String, String)],
-) -> Result<Vec<Tested>, CliError> {
+) -> Result<Vec<TestedScenario>, CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
     let specs = cases.iter().flat_map(|case| {
         (0..).zip(&case.seeds).map(|(index, seed)| RunSpec {
@@ -113,8 +146,8 @@ fn run(
             && waiting.0.len() == case.seeds.len()
         {
             let (runs, took) = std::mem::take(&mut waiting);
-            let judged = Judged::new(&case.name, runs);
-            let one = Tested { judged, took };
+            let judged = ScenarioVerdict::new(&case.name, runs);
+            let one = TestedScenario { judged, took };
             output::print(&line(&one, case, width.unwrap_or(0)))?;
             tested.push(one);
         }
@@ -124,7 +157,7 @@ fn run(
 }
 
 /// The verdict in a line, and a line for everything that does not hold.
-fn line(tested: &Tested, case: &Case, width: usize) -> String {
+fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
     let word = if tested.judged.held {
         "held  "
     } else {
@@ -150,8 +183,8 @@ fn line(tested: &Tested, case: &Case, width: usize) -> String {
     text
 }
 
-fn json(tested: &[Tested]) -> Result<String, CliError> {
-    let scenarios: Vec<&Judged> = tested.iter().map(|t| &t.judged).collect();
+fn json(tested: &[TestedScenario]) -> Result<String, CliError> {
+    let scenarios: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
     let all = json!({ "version": 1, "kind": "test", "monorig": env!("CARGO_PKG_VERSION"), "scenarios": scenarios });
     let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
     Ok(text + "\n")

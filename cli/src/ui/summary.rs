@@ -1,7 +1,6 @@
 //! What a run has come to, as text.
 
-use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, Table, TableComponent};
+use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::verdicts::summary::Summary;
 
 /// A column of the estimators' table: title, metric, factor from the metric's unit, what stands for "could not be measured".
@@ -68,45 +67,10 @@ fn expectations(summary: &Summary) -> String {
     lines(&table)
 }
 
-/// An empty table with a rule below its titles and no other.
-pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
-    let mut table = Table::new();
-    table.load_preset(NOTHING);
-    table.set_style(TableComponent::HeaderLines, '─');
-    table.set_style(TableComponent::MiddleHeaderIntersections, '─');
-    table.set_header(titles);
-    table
-}
-
-pub fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
-    for i in columns {
-        if let Some(column) = table.column_mut(i) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-}
-
-/// The table without blanks at the ends of its lines.
-pub fn lines(table: &Table) -> String {
-    let lines: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
-    lines.join("\n")
-}
-
-/// Three significant digits or more.
-pub fn number(x: f64) -> String {
-    match x.abs() {
-        a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
-        a if a < 0.1 => format!("{x:.4}"),
-        a if a < 10.0 => format!("{x:.3}"),
-        a if a < 1000.0 => format!("{x:.1}"),
-        _ => format!("{x:.0}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_lab::verdicts::summary::Verdict;
+    use monorig_lab::verdicts::summary::ExpectationVerdict;
     use std::collections::BTreeMap;
 
     fn summary(held: bool, value: Option<f64>) -> Summary {
@@ -128,7 +92,7 @@ mod tests {
             estimators: BTreeMap::from([("joint_ekf".to_owned(), values)]),
             run: BTreeMap::new(),
             refusals: Vec::new(),
-            expectations: vec![Verdict {
+            expectations: vec![ExpectationVerdict {
                 estimator: Some("joint_ekf".into()),
                 metric: "slope_rmse_deg".into(),
                 after_s: None,

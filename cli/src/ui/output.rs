@@ -1,6 +1,6 @@
 //! Writing to standard output without panicking when its reader has gone or the disk is full.
 
-use crate::errors::CliError;
+use crate::ui::errors::CliError;
 use monorig_sim::error::Error;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
