@@ -1,18 +1,20 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
-use crate::arguments::Run;
-use crate::errors::CliError;
-use crate::note::note;
-use monorig_lab::series::Series;
-use monorig_lab::summary::Summary;
+use crate::commands::run::RunArgs;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use monorig_lab::metrics::series::ErrorSeries;
+use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::closed_loop::builder::Simulation;
-use monorig_sim::closed_loop::run::{self, Observer, Outcome};
+use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::{Observer, Outcome};
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder::{self, Recorder};
+use monorig_sim::record::recorder;
+use monorig_sim::record::recorder::Recorder;
 use monorig_sim::record::{Layout, Sink};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -23,7 +25,7 @@ use std::time::Instant;
 const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
 
 /// What is left of a run.
-pub struct Done {
+pub struct SimulatedRun {
     /// Numbers for the report.
     pub summary: Summary,
     /// Whether it was stopped from outside.
@@ -38,9 +40,9 @@ pub struct Done {
 /// recorded whole up to there.
 pub fn simulate(
     mut rig: Simulation,
-    task: &Run,
+    task: &RunArgs,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Done, CliError> {
+) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (rig.scenario.clone(), rig.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
     let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
@@ -49,7 +51,7 @@ pub fn simulate(
 
     let mut parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut rerun = rerun_sink(task, folder.path().join("run.rrd"));
-    let mut series = Series::default();
+    let mut series = ErrorSeries::default();
     let started = Instant::now();
     let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
     if let Some(rerun) = &mut rerun {
@@ -66,7 +68,7 @@ pub fn simulate(
             "{name} refused {times} steps, the first because {reason}"
         ));
     }
-    Ok(Done {
+    Ok(SimulatedRun {
         summary,
         interrupted: outcome.interrupted,
         folder,
@@ -82,8 +84,8 @@ pub fn record(
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut recorder = start_recorder(rig, sinks, live)?;
-    run::run(rig, &mut [&mut recorder, also], go_on)
+    let mut tape = start_recorder(rig, sinks, live)?;
+    run::run(rig, &mut [&mut tape, also], go_on)
 }
 
 fn start_recorder<'a>(
@@ -98,7 +100,7 @@ fn start_recorder<'a>(
         &rig.estimators,
     );
     let samples = rig.rail_samples();
-    let blocks: Vec<_> = rig.obstacles.iter().map(|b| (b.pose, b.size)).collect();
+    let blocks: Vec<_> = rig.blocks.iter().map(|b| (b.pose, b.size)).collect();
     let layout = Layout {
         scenario: &scenario.name,
         seed: rig.seed,
@@ -117,7 +119,7 @@ fn start_recorder<'a>(
     Recorder::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
-fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
+fn rerun_sink(task: &RunArgs, path: PathBuf) -> Option<RerunSink> {
     if task.no_rerun {
         return None;
     }

@@ -1,6 +1,6 @@
 //! What stands still in the world, and what the bodies of the train look like.
 
-use crate::stream::{Stream, entity};
+use crate::stream::{MessageStream, entity};
 use monorig_sim::error::Error;
 use monorig_sim::rail::RailFrame;
 use monorig_sim::record::Layout;
@@ -20,7 +20,7 @@ const OBSTACLE: [u8; 4] = [150, 110, 80, 255];
 const SPOKE: [u8; 4] = [245, 200, 60, 255];
 
 /// A shape that turns with a friction wheel.
-pub struct Wheel {
+pub struct WheelShape {
     /// The entity that turns, about its own z axis.
     pub entity: EntityPath,
     /// Index of the drive, 0 left / 1 right.
@@ -34,7 +34,7 @@ pub fn body_entity(name: &str) -> EntityPath {
 }
 
 /// Everything that is drawn and does not change. Returns the wheels, which turn.
-pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error> {
+pub fn log(stream: &mut MessageStream, layout: &Layout<'_>) -> Result<Vec<WheelShape>, Error> {
     let about = format!(
         "# {} · seed {}\n\n{}\n\nVehicle: {}\n",
         layout.scenario, layout.seed, layout.why, layout.train.name
@@ -49,7 +49,11 @@ pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error
     train(stream, layout.train)
 }
 
-fn rail(stream: &mut Stream, frames: &[RailFrame], profile: &[[f64; 2]]) -> Result<(), Error> {
+fn rail(
+    stream: &mut MessageStream,
+    frames: &[RailFrame],
+    profile: &[[f64; 2]],
+) -> Result<(), Error> {
     if frames.len() < 2 {
         return Ok(());
     }
@@ -118,7 +122,7 @@ fn sweep(frames: &[RailFrame], outline: &[[f64; 2]]) -> Sweep {
 }
 
 fn obstacles(
-    stream: &mut Stream,
+    stream: &mut MessageStream,
     obstacles: &[(Isometry3<f64>, Vector3<f64>)],
 ) -> Result<(), Error> {
     if obstacles.is_empty() {
@@ -136,7 +140,7 @@ fn obstacles(
     stream.fixed(entity(["world", "obstacles"]), &boxes)
 }
 
-fn train(stream: &mut Stream, train: &Train) -> Result<Vec<Wheel>, Error> {
+fn train(stream: &mut MessageStream, train: &Train) -> Result<Vec<WheelShape>, Error> {
     let mut wheels = Vec::new();
     for body in &train.bodies {
         let place = body_entity(&body.name);
@@ -161,7 +165,7 @@ fn train(stream: &mut Stream, train: &Train) -> Result<Vec<Wheel>, Error> {
                 let at = turning.join(&entity(["spokes"]));
                 stream.fixed(at, &spokes(radius, length))?;
             }
-            wheels.push(Wheel {
+            wheels.push(WheelShape {
                 entity: turning,
                 spins,
             });

@@ -1,11 +1,11 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
-use crate::series::Target;
+use crate::metrics::series::Target;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Columns {
+pub struct ReplayData {
     /// What the estimators are told when they are built.
     pub vehicle: Vehicle,
     /// Per step: the samples it has, one bit per stream; see [`slot`].
@@ -27,7 +27,7 @@ mod slot {
     pub const PRESSURE: u32 = 36;
 }
 
-impl Columns {
+impl ReplayData {
     /// Nothing recorded yet.
     pub fn new(vehicle: Vehicle) -> Self {
         Self {
@@ -101,7 +101,7 @@ impl Columns {
 
 /// Goes through recorded steps, unpacking one at a time.
 pub struct Steps<'a> {
-    columns: &'a Columns,
+    columns: &'a ReplayData,
     step: usize,
     values: std::slice::Iter<'a, f64>,
     z: Measurements,
@@ -195,7 +195,7 @@ mod tests {
     /// Every stream there and not there, commands that change and that stay.
     #[test]
     fn unpacks_what_was_packed() {
-        let mut columns = Columns::new(vehicle());
+        let mut columns = ReplayData::new(vehicle());
         let mut kept = Vec::new();
         let mut command = Command::default();
         for k in 0..200_u32 {

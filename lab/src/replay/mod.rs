@@ -6,8 +6,7 @@
 
 pub mod cache;
 pub mod columns;
-pub mod lanes;
 pub mod play;
 pub mod record;
 
-pub use columns::Columns;
+pub use columns::ReplayData;

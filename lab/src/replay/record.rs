@@ -1,17 +1,18 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
-use super::Columns;
-use crate::series::Target;
+use crate::metrics::series::Target;
+use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
 use monorig_sim::closed_loop::builder::Simulation;
-use monorig_sim::closed_loop::run::{self, Observer, StepFrame};
+use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 
 /// Keeps what the estimators are given.
 pub struct ReplayRecorder {
     /// What was recorded so far.
-    pub columns: Columns,
+    pub columns: ReplayData,
     last: Command,
 }
 
@@ -19,7 +20,7 @@ impl ReplayRecorder {
     /// For a run of this rig.
     pub fn new(rig: &Simulation) -> Self {
         Self {
-            columns: Columns::new(rig.vehicle),
+            columns: ReplayData::new(rig.vehicle),
             last: Command::default(),
         }
     }
@@ -53,7 +54,7 @@ pub fn record(
     scenario: &Scenario,
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<Columns>, Error> {
+) -> Result<Option<ReplayData>, Error> {
     let mut rig = Simulation::build(bare(scenario), seed)?;
     let mut recorder = ReplayRecorder::new(&rig);
     let mut stopped = false;

@@ -1,10 +1,10 @@
 //! Estimate against truth, one plot for each estimator and quantity.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::axis::Axis;
+use crate::plot::line::{Band, Line, LineChart, stretches_without};
+use crate::plot::theme::Ink;
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::line::{Band, Line, LineChart, stretches_without};
-use crate::report::plot::theme::Ink;
+use crate::report::run::recorded::{DEGREES, Recorded};
 
 /// A quantity that estimators estimate.
 struct Quantity {
