@@ -10,7 +10,7 @@ use crate::plant::{Plant, Truth};
 use crate::sensors::{Sensors, Suite};
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements};
 
-/// What observers see after every step of the plant.
+/// State of the loop after a step of the plant, handed to the observers.
 pub struct StepFrame<'a> {
     /// Time since the start, ns.
     pub time_ns: i64,
@@ -32,13 +32,13 @@ pub struct StepFrame<'a> {
     pub events: &'a [String],
 }
 
-/// Someone who watches a run.
+/// Observer of a run: called after every step.
 pub trait Observer {
     /// Whether the costly parts of the truth (clearance) should be up to date at this instant.
     fn wants_truth(&self, _time_ns: i64) -> bool {
         false
     }
-    /// A step was made.
+    /// Called after every step of the plant.
     fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error>;
     /// The run is over, whole or not.
     fn finish(&mut self) -> Result<(), Error> {

@@ -11,7 +11,7 @@ pub struct Reference {
     pub accel_mps2: f64,
 }
 
-/// Turns a drive cycle into a reference.
+/// Speed reference from a drive cycle: rate-limited interpolation of its points.
 #[derive(Clone, Debug)]
 pub struct Cycle {
     points: Vec<(f64, f64)>,

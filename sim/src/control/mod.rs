@@ -1,4 +1,4 @@
-//! Drive cycle and speed controller. Sees estimates and measurements, never the truth (except where a scenario asks for
+//! Control: drive cycle, perception and speed controller. Sees estimates and measurements, never the truth (except where a scenario asks for
 //! `feedforward: truth`, an upper limit).
 
 mod drive_cycle;

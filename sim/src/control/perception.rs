@@ -4,7 +4,7 @@ use crate::config::scenario::FeedForward;
 use crate::plant::Truth;
 use monorig_estimators::api::signals::{Estimate, MAX_DRIVES, Value};
 
-/// What the controller is told about the train.
+/// Input of the controller: speed, slip, mass and grade of the train as it perceives them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Perception {
     /// Speed along the rail, m/s.

@@ -120,7 +120,7 @@ pub struct Truth {
     pub sway_rad: [f64; 2],
     /// Largest distance of a rail-bound body from the rail's line, lateral and vertical, m.
     pub off_rail_m: f64,
-    /// Least distance between train and surroundings, m; infinite when there are none.
+    /// Least distance between train and obstacles, m; infinite when there are none.
     pub clearance_m: f64,
     /// Motion at each mount of the train, in the order of `Train::mounts`.
     pub mounts: Vec<MountState>,

@@ -13,7 +13,7 @@ use crate::error::Error;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
-/// A stretch of time from one physics step to the next, ns.
+/// Interval of time from one physics step to the next, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepInterval {
     /// Begin.
@@ -22,7 +22,7 @@ pub struct StepInterval {
     pub to_ns: i64,
 }
 
-/// What a value stands for.
+/// Sampling mode of an instrument: what one value stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplingMode {
     /// The signal at the instant.

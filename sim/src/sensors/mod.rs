@@ -37,6 +37,6 @@ use monorig_estimators::api::signals::Measurements;
 
 /// All instruments of a train.
 pub trait Sensors {
-    /// Look at the truth after a step of the plant; put what is new into `z` (cleared by the caller).
+    /// Sample the truth after a step of the plant; put new samples into `z` (cleared by the caller).
     fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error>;
 }

@@ -25,7 +25,7 @@ impl Train {
         )
     }
 
-    /// Masses of all bodies, each hung one's shared among what it hangs from, down to the rail.
+    /// Masses of all bodies, each suspended one's shared among what it hangs from, down to the rail.
     fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.bodies.len();
         let mut mass: Vec<f64> = (0..n).map(mass).collect();

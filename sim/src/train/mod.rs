@@ -23,7 +23,7 @@ pub struct Train {
     pub file: PathBuf,
     /// Name of the consist.
     pub name: String,
-    /// One rigid body each: unit by unit from front to rear (a hung unit, then its trolleys), the load last.
+    /// One rigid body each: unit by unit from front to rear (a suspended unit, then its trolleys), the load last.
     pub bodies: Vec<Body>,
     /// Couplings, hangers, chains between bodies.
     pub connections: Vec<Connection>,
@@ -44,7 +44,7 @@ pub struct Train {
 /// A rigid body.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// `unit` or `unit/link` for hung parts.
+    /// `unit` or `unit/link` for suspended parts.
     pub name: String,
     /// Mass, kg.
     pub mass_kg: f64,
@@ -57,7 +57,7 @@ pub struct Body {
     pub start_s: f64,
     /// See above.
     pub start_pose: Isometry3<f64>,
-    /// Wheels that hold the body to the rail; empty for hung bodies. Body frame origin of a rail-bound body = rail line.
+    /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail line.
     pub stations: Vec<Station>,
     /// What it looks like, and what it touches.
     pub shapes: Vec<Shape>,

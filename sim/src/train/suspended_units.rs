@@ -10,7 +10,7 @@ use crate::error::Error;
 use nalgebra::{Isometry3, Vector3};
 
 impl ConsistBuilder<'_> {
-    /// A hung unit, then its trolleys from front to rear.
+    /// A suspended unit, then its trolleys from front to rear.
     pub fn add_suspended_unit(
         &mut self,
         unit: &Unit,

@@ -87,7 +87,7 @@ pub struct Dynamics {
     cursors: Vec<Cursor>,
     /// Rolling resistance of each station.
     rolling: Vec<SlidingContact>,
-    /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for hung bodies.
+    /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended bodies.
     carried: Vec<f64>,
     web_half: f64,
 }
@@ -133,11 +133,11 @@ impl Dynamics {
         this
     }
 
-    /// Share each hung body's mass among the bodies it hangs from, down to the rail.
+    /// Share each suspended body's mass among the bodies it hangs from, down to the rail.
     pub fn distribute_masses(&mut self) {
         let n = self.train.bodies.len();
         let mut mass: Vec<f64> = self.train.bodies.iter().map(|b| b.mass_kg).collect();
-        // A chain of hung bodies is at most as long as the list of bodies.
+        // A chain of suspended bodies is at most as long as the list of bodies.
         for _ in 0..n {
             let mut moved = false;
             for i in 0..n {
