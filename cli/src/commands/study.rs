@@ -48,7 +48,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
 }
 
-/// Make the runs that are not there yet, then tell what all of them have come to.
+/// Make the runs that are not there yet, then print what all of them have come to.
 pub fn study(task: &StudyArgs) -> Result<CommandOutcome, CliError> {
     let plan = Plan::load(&task.file)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);

@@ -10,7 +10,7 @@ use monorig_sim::rig::Rig;
 use monorig_sim::scenario::Settings;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
-/// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.
+/// constants, and as `winner`; before them the one in the loop, if there is one, because it decides the motion.
 pub fn rig(study: &TuningStudy, winner: &Values) -> Result<Option<Rig>, Error> {
     let Some(group) = study.validation.first() else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! A scenario judged over its seeds: did every run finish, did every estimator speak, did what was expected hold?
+//! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was expected hold?
 
 use crate::batch::RunResult;
 use crate::verdicts::summary::{ExpectationVerdict, Summary};
@@ -59,7 +59,7 @@ impl ScenarioVerdict {
 pub struct Tally {
     finishes: Count,
     /// By estimator.
-    voices: BTreeMap<String, Count>,
+    valid: BTreeMap<String, Count>,
     /// The expectations of the scenario, each with its count.
     expected: Vec<(ExpectationVerdict, Count)>,
     /// Seeds of runs that broke down.
@@ -116,7 +116,7 @@ impl Tally {
         for name in summary.estimators.keys() {
             let silent = summary.silent.contains(name) && !judged_otherwise(summary, name);
             let text = "its estimates were invalid all through".to_owned();
-            let count = self.voices.entry(name.clone()).or_default();
+            let count = self.valid.entry(name.clone()).or_default();
             count.see(run.seed, silent.then_some((0.0, text)));
         }
         for (i, v) in summary.expectations.iter().enumerate() {
@@ -140,7 +140,7 @@ impl Tally {
             self.finishes
                 .check("the run".into(), "finishes".into(), 1.0),
         ];
-        for (name, count) in &self.voices {
+        for (name, count) in &self.valid {
             checks.push(count.check(name.clone(), "vouches".into(), 1.0));
         }
         for (v, count) in &self.expected {
@@ -185,7 +185,7 @@ fn unfinished(run: &RunResult) -> Option<(f64, String)> {
     }
 }
 
-/// An estimator that never vouches for anything fails, unless the scenario bounds its share of valid samples itself.
+/// An estimator without a single valid sample fails, unless the scenario bounds its share of valid samples itself.
 fn judged_otherwise(summary: &Summary, name: &str) -> bool {
     summary
         .expectations
