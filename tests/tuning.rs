@@ -50,16 +50,16 @@ fn replay_gives_the_bits_of_the_run() {
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
     assert_eq!(live.estimators.len(), registry::NAMES.len());
     let mut replayed = Vec::new();
-    let mut vouched = 0;
+    let mut valid = 0;
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
         play(columns, estimator, &mut replayed);
-        vouched += samples
+        valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)
             .count();
-        let bits = |x: &monorig_lab::metrics::series::Sample| {
+        let bits = |x: &monorig_lab::metrics::series::ErrorSample| {
             let all = [
                 x.t_s,
                 x.mass_kg,
@@ -76,7 +76,7 @@ fn replay_gives_the_bits_of_the_run() {
             assert_eq!(bits(a), bits(b), "{name} at {} s", a.t_s);
         }
     }
-    assert!(vouched > 1000, "nothing to compare: {vouched}");
+    assert!(valid > 1000, "nothing to compare: {valid}");
 }
 
 /// Estimators beside the loop are left out of the recording: it is the same without them.

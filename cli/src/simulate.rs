@@ -21,7 +21,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Where a Rerun viewer listens unless told otherwise.
+/// Where a Rerun viewer listens by default.
 const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
 
 /// What is left of a run.
@@ -36,7 +36,7 @@ pub struct SimulatedRun {
     pub wall_s: f64,
 }
 
-/// Simulate. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
+/// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
     mut rig: Simulation,

@@ -1,7 +1,7 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file.
 //!
 //! Three tabs. *Overview*: the train from a camera that follows it, events, and estimates against truth. *Sensors*:
-//! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot is told in `plots`.
+//! instruments and drives. *Filters*: what goes on inside each estimator. `plots` has which line goes to which plot.
 
 use crate::columns::follow_entity;
 use crate::plots::{OVERVIEW, Plot, SENSORS, plot};

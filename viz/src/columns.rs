@@ -190,8 +190,8 @@ fn scalars(
     all_times: &TimeColumn,
 ) -> Result<(), Error> {
     let column = |i: usize| chunk.values.get(i).map_or(&[][..], Vec::as_slice);
-    // 1 where row `i` is vouched for, else not a number
-    let vouched = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
+    // 1 where row `i` is valid, else not a number
+    let mask = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
         Some(&v) if v != 1.0 => f64::NAN,
         _ => 1.0,
     };
@@ -202,7 +202,7 @@ fn scalars(
             valid,
         } => {
             let x = column(channel).iter().enumerate();
-            (x.map(|(i, x)| x * scale * vouched(valid, i)).collect(), 1)
+            (x.map(|(i, x)| x * scale * mask(valid, i)).collect(), 1)
         }
         ScalarSource::Band {
             channel,
@@ -212,7 +212,7 @@ fn scalars(
         } => {
             let pairs = column(channel).iter().zip(column(sd)).enumerate();
             let ends = |(i, (x, sd)): (usize, (&f64, &f64))| {
-                let scale = scale * vouched(valid, i);
+                let scale = scale * mask(valid, i);
                 [(x - 2.0 * sd) * scale, (x + 2.0 * sd) * scale]
             };
             (pairs.flat_map(ends).collect(), 2)

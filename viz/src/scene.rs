@@ -27,7 +27,7 @@ pub struct WheelShape {
     pub spins: (usize, usize),
 }
 
-/// The entity of a body; it carries the pose. (The name of a hung part, `unit/link`, is one part here: it does not
+/// The entity of a body; it carries the pose. (The name of a suspended part, `unit/link`, is one part here: it does not
 /// move with its unit.)
 pub fn body_entity(name: &str) -> EntityPath {
     entity(["world", "train", &name.replace('/', ".")])
@@ -174,7 +174,7 @@ fn train(stream: &mut MessageStream, train: &Train) -> Result<Vec<WheelShape>, E
     Ok(wheels)
 }
 
-/// A cross that stands out of both faces of a wheel: without it, nobody sees it turn.
+/// A cross that stands out of both faces of a wheel: without it, its rotation does not show.
 fn spokes(radius: f64, length: f64) -> Boxes3D {
     let (long, wide, high) = (1.7 * radius, 0.16 * radius, length + 0.012);
     Boxes3D::from_sizes([

@@ -7,7 +7,7 @@ use rerun::{EntityPath, SeriesLines};
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 const TRUTH: [u8; 3] = [235, 235, 235];
 const REFERENCE: [u8; 3] = [255, 190, 60];
-/// Colours of estimators and of other lines, told apart by people with red-green weakness too (Okabe and Ito, 2008).
+/// Colours of estimators and of other lines, distinguished by people with red-green weakness too (Okabe and Ito, 2008).
 const PALETTE: [[u8; 3]; 7] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -27,7 +27,7 @@ pub enum ScalarSource {
         channel: usize,
         /// Factor, such as 180/π.
         scale: f64,
-        /// Index of the channel that says (1) whether the value is vouched for; without it, it always is.
+        /// Index of the channel that is 1 where the value is valid; without it, it always is.
         valid: Option<usize>,
     },
     /// Two scalars a row: `scale` × (value − 2 sd) and `scale` × (value + 2 sd).
@@ -197,7 +197,7 @@ pub fn estimators(channels: &[Channel]) -> Vec<String> {
 fn colour(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
     let mut parts = path.split('/');
     match (parts.next(), parts.next(), parts.next()) {
-        // The primary truth is white; others of the same unit must be told from it.
+        // The primary truth is white; others of the same unit must differ from it.
         (Some("truth"), Some("pitch_at_imu"), None) => [170, 170, 200],
         (Some("truth"), Some("grade_effective"), None) => [150, 130, 110],
         (Some("truth"), Some(leaf), None)

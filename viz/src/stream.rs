@@ -26,7 +26,7 @@ pub const TIMELINE: &str = "sim_time";
 
 /// Which of the two stores of a recording a message belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum StoreKind {
+pub enum RerunStore {
     /// The data.
     Recording,
     /// The layout of the viewer.
@@ -45,7 +45,7 @@ impl Ids {
         ])
     }
 
-    fn of(&self, store: StoreKind) -> StoreId {
+    fn of(&self, store: RerunStore) -> StoreId {
         self.0[store as usize].clone()
     }
 }
@@ -67,7 +67,7 @@ impl MessageStream {
     pub fn create(path: &Path, recording: &str, live: Option<Live>) -> Result<Self, Error> {
         let file = File::create(path).map_err(|e| io(path, e))?;
         let file_ids = Ids::new(recording);
-        let version = info(file_ids.of(StoreKind::Recording)).store_version;
+        let version = info(file_ids.of(RerunStore::Recording)).store_version;
         let version = version.ok_or_else(|| io(path, std::io::Error::other("no version")))?;
         let encoder = Encoder::new_eager(
             version,
@@ -83,7 +83,7 @@ impl MessageStream {
             live,
             next_id: 1,
         };
-        stream.begin_store(StoreKind::Recording)?;
+        stream.begin_store(RerunStore::Recording)?;
         Ok(stream)
     }
 
@@ -99,7 +99,7 @@ impl MessageStream {
 
     /// Something that holds at all times.
     pub fn fixed(&mut self, entity: EntityPath, what: &dyn AsComponents) -> Result<(), Error> {
-        self.row(StoreKind::Recording, entity, TimePoint::STATIC, what)
+        self.row(RerunStore::Recording, entity, TimePoint::STATIC, what)
     }
 
     /// Many rows of one entity. Lengths of times and columns must agree.
@@ -112,7 +112,7 @@ impl MessageStream {
         let (id, _) = self.id();
         let timelines = std::iter::once((*times.timeline().name(), times)).collect();
         let chunk = Chunk::from_auto_row_ids(id, entity, timelines, columns.into_iter().collect());
-        self.chunk(StoreKind::Recording, chunk)
+        self.chunk(RerunStore::Recording, chunk)
     }
 
     /// The layout of the viewer: entities of the blueprint store, in order.
@@ -120,14 +120,14 @@ impl MessageStream {
         &mut self,
         entities: Vec<(EntityPath, Box<dyn AsComponents>)>,
     ) -> Result<(), Error> {
-        self.begin_store(StoreKind::Blueprint)?;
+        self.begin_store(RerunStore::Blueprint)?;
         for (entity, what) in entities {
             let start = TimePoint::from([(Timeline::new_sequence("blueprint"), 0)]);
-            self.row(StoreKind::Blueprint, entity, start, &*what)?;
+            self.row(RerunStore::Blueprint, entity, start, &*what)?;
         }
         self.send(&|ids| {
             LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
-                blueprint_id: ids.of(StoreKind::Blueprint),
+                blueprint_id: ids.of(RerunStore::Blueprint),
                 make_active: true,
                 make_default: true,
             })
@@ -148,7 +148,7 @@ impl MessageStream {
 
     fn row(
         &mut self,
-        store: StoreKind,
+        store: RerunStore,
         entity: EntityPath,
         time: TimePoint,
         what: &dyn AsComponents,
@@ -162,7 +162,7 @@ impl MessageStream {
 
     fn chunk(
         &mut self,
-        store: StoreKind,
+        store: RerunStore,
         chunk: rerun::log::ChunkResult<Chunk>,
     ) -> Result<(), Error> {
         let arrow = chunk
@@ -171,7 +171,7 @@ impl MessageStream {
         self.send(&|ids| LogMsg::ArrowMsg(ids.of(store), arrow.clone()))
     }
 
-    fn begin_store(&mut self, store: StoreKind) -> Result<(), Error> {
+    fn begin_store(&mut self, store: RerunStore) -> Result<(), Error> {
         let row_id = Tuid::from_u128(u128::from(self.next_id) << 64);
         self.next_id += 1;
         self.send(&|ids| {
@@ -203,7 +203,7 @@ impl MessageStream {
 
 impl Drop for MessageStream {
     fn drop(&mut self) {
-        // Not finished: an error or an interrupt. Nobody is left to hear of another one.
+        // Not finished: an error or an interrupt. There is no one to return another one to.
         let _ = self.finish();
     }
 }

@@ -21,7 +21,7 @@ pub struct MergeArgs {
     pub into: PathBuf,
 }
 
-/// Put the shards of a study together, and tell what all runs have come to.
+/// Put the shards of a study together, and print what all runs have come to.
 pub fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let runs = batch::merge(&task.parts, &task.into)?;
     note(&format!("{runs} runs in {}", task.into.display()));

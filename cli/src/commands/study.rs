@@ -48,7 +48,7 @@ fn shard(text: &str) -> Result<Shard, String> {
     parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
 }
 
-/// Make the runs that are not there yet, then tell what all of them have come to.
+/// Make the runs that are not there yet, then print what all of them have come to.
 pub fn study(task: &StudyArgs) -> Result<CommandOutcome, CliError> {
     let plan = Plan::load(&task.file)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);
@@ -118,7 +118,7 @@ pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
         let result: RunResult =
             serde_json::from_str(&line.map_err(failed)?).map_err(CliError::Json)?;
         runs += 1;
-        tally.on_step(&result);
+        tally.add(&result);
         for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {
             for metric in SHOWN {
                 let value = values.get(*metric).copied().flatten();

@@ -206,7 +206,7 @@ pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
     KINDS.iter().find(|row| row.kind == kind)
 }
 
-/// The kind of a file with these keys at its top, if it can be told.
+/// The kind of a file with these keys at its top, if they decide it.
 pub fn recognise(keys: &[String]) -> Option<&'static FileFormat> {
     let hits = |row: &FileFormat| {
         let telling = row.telling.iter();
@@ -234,7 +234,7 @@ mod tests {
         assert!(recognise(&["nothing".to_owned()]).is_none());
     }
 
-    /// A key by which a kind is told must be one that its files can have.
+    /// A key by which a kind is recognised must be one that its files can have.
     #[test]
     fn telling_keys_stand_in_the_schema() {
         for row in KINDS {

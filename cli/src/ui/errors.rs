@@ -89,8 +89,8 @@ const WIDEST: usize = 120;
 
 /// The error, the line with a mark under the place, and the help.
 fn plain(e: &InputError, source: &str) -> String {
-    let told = e.to_string();
-    let (message, help) = told.split_once("\n  help: ").unwrap_or((&told, ""));
+    let whole = e.to_string();
+    let (message, help) = whole.split_once("\n  help: ").unwrap_or((&whole, ""));
     let mut out = format!("error: {message}\n");
     if let (Some(line), Some(column)) = (e.line, e.column)
         && let Some(text) = source.lines().nth(line.saturating_sub(1))

@@ -7,17 +7,17 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Listen from now on.
 pub fn listen() {
-    let heard = ctrlc::set_handler(|| {
+    let handler = ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
     });
-    if let Err(e) = heard {
+    if let Err(e) = handler {
         note(&format!("Ctrl-C will end the program at once: {e}"));
     }
 }
 
-/// Whether nobody has asked to stop.
+/// Whether Ctrl-C has not been pressed.
 pub fn go_on() -> bool {
     !INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -68,13 +68,13 @@ pub struct Interrupted;
 /// Run it. A scenario that cannot be used, a simulation that breaks down and a panic are results too: they belong to this run,
 /// and the study goes on. `go_on` is asked now and then whether to go on.
 pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, Interrupted> {
-    let told = match catch_unwind(AssertUnwindSafe(|| simulate(spec, go_on))) {
+    let outcome = match catch_unwind(AssertUnwindSafe(|| simulate(spec, go_on))) {
         Ok(Ok(None)) => return Err(Interrupted),
         Ok(Ok(Some(summary))) => Ok(summary),
         Ok(Err(e)) => Err(e.to_string()),
-        Err(panic) => Err(format!("the run panicked: {}", words(&*panic))),
+        Err(panic) => Err(format!("the run panicked: {}", panic_message(&*panic))),
     };
-    let (summary, error) = match told {
+    let (summary, error) = match outcome {
         Ok(summary) => (Some(summary), None),
         Err(error) => (None, Some(error)),
     };
@@ -99,7 +99,7 @@ fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>,
     Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))
 }
 
-fn words(panic: &(dyn Any + Send)) -> String {
+fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "without a word".to_owned())

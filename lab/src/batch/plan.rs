@@ -11,7 +11,7 @@ use monorig_sim::record::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// More runs than this are taken for a slip of the pen.
+/// More runs than this are taken for a typing error.
 const MOST: u64 = 10_000_000;
 
 /// A checked study.

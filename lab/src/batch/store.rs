@@ -46,7 +46,7 @@ struct IndexField {
     index: u64,
 }
 
-/// The index of the run that a line tells of; none if the line is not a result.
+/// The index of the run of a line; none if the line is not a result.
 pub(super) fn index_of(line: &[u8]) -> Option<u64> {
     let start: IndexField = serde_json::from_slice(line).ok()?;
     Some(start.index)

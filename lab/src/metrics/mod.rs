@@ -1,6 +1,6 @@
 //! Numbers that say how good a run was.
 //!
-//! Errors are estimate minus truth; the slope's truth is the grade at the IMU. Only samples for which the estimator vouches
+//! Errors are estimate minus truth; the slope's truth is the grade at the IMU. Only samples that the estimator marks valid
 //! count, and `*_valid_share` says how many those were: a metric without a single valid sample is not a number, never zero.
 //! `docs/src/metrics.md` has the same table, and a test sees to it.
 

@@ -44,7 +44,7 @@ pub struct ErrorSample {
     pub mass_kg: f64,
     /// Its normalised square: (error / standard deviation)².
     pub mass_nees: f64,
-    /// Whether the estimator vouched for the mass.
+    /// Whether the estimator marked the mass valid.
     pub mass_valid: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
@@ -54,7 +54,7 @@ pub struct ErrorSample {
     pub slope_effective: f64,
     /// Its normalised square, against the grade at the IMU.
     pub slope_nees: f64,
-    /// Whether the estimator vouched for the slope.
+    /// Whether the estimator marked the slope valid.
     pub slope_valid: bool,
     /// Normalised innovation squared.
     pub nis: f64,

@@ -5,8 +5,8 @@
 //! an estimator ([`play`]) hundreds of times faster than the run itself.
 
 pub mod cache;
-pub mod columns;
+pub mod data;
 pub mod play;
 pub mod record;
 
-pub use columns::ReplayData;
+pub use data::ReplayData;

@@ -16,7 +16,7 @@ pub struct Baseline {
 
 impl Baseline {
     /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of theirs is not a
-    /// number (say, as nothing is vouched for): there is nothing to measure trials by.
+    /// number (say, as no sample is valid): there is nothing to measure trials by.
     pub fn new(
         study: &TuningStudy,
         key: &str,

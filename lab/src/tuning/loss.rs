@@ -11,7 +11,7 @@ use crate::tuning::study::{Combine, RunGroup, TuningFile};
 /// Losses below this are taken for zero when something is divided by them.
 const NOTHING: f64 = 1e-9;
 
-/// How the trials of a study are judged.
+/// Scores the trials of a study.
 #[derive(Clone, Debug)]
 pub struct Judge {
     combine: Combine,
@@ -100,7 +100,7 @@ impl Judge {
     }
 
     /// What is to be said of a trial. All numbers are rounded to 12 digits, so that what is read back from the store is what
-    /// the optimiser was told.
+    /// the optimiser was given.
     pub fn judge(&self, measured: &[RunMetrics]) -> TrialVerdict {
         let failed = |why: String| TrialVerdict {
             losses: Vec::new(),

@@ -30,7 +30,7 @@ pub struct Search<'a> {
 }
 
 /// Asks until the budget is spent. `answer` is given a point of the unit cube (or, seldom, one outside of it that counts as on
-/// its surface) and tells how bad it is.
+/// its surface) and returns its loss.
 pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64> + Send)) {
     let (n, budget, seed) = (search.start.len(), search.budget, search.seed);
     let question = Question {
@@ -332,7 +332,7 @@ mod tests {
         );
     }
 
-    /// Answers that are all as bad as it gets stop nobody: the search goes on to its end.
+    /// Losses that are all the worst possible stop no optimiser: the search goes on to its end.
     #[test]
     fn a_search_without_a_single_good_trial_ends() {
         for optimiser in ALL {

@@ -6,11 +6,11 @@ use crate::tuning::trial_store::Trial;
 pub trait Progress: Sync {
     /// A stage has come to this share of its way, 0…1. Returns whether to go on.
     fn stage(&self, name: &str, share: f64) -> bool;
-    /// A trial is judged; `best` is the best so far. Returns whether to go on.
+    /// A trial is scored; `best` is the best so far. Returns whether to go on.
     fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
 }
 
-/// Nobody follows it: it goes on to its end.
+/// Without progress: the run goes on to its end.
 impl Progress for () {
     fn stage(&self, _: &str, _: f64) -> bool {
         true

@@ -95,7 +95,7 @@ pub fn run(
     Ok(Some(result))
 }
 
-/// A run of each validation scenario, for eyes. One that fails is left out.
+/// A run of each validation scenario, for plots. One that fails is left out.
 fn traces(study: &TuningStudy, evaluator: &Evaluator, winner: &Trial) -> Vec<Trace> {
     let defaults = study.defaults();
     let of = |(i, group): (usize, &RunGroup)| {

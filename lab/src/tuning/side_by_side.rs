@@ -10,7 +10,7 @@ use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
-/// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.
+/// constants, and as `winner`; before them the one in the loop, if there is one, because it decides the motion.
 pub fn rig(study: &TuningStudy, winner: &Values) -> Result<Option<Simulation>, Error> {
     let Some(group) = study.validation.first() else {
         return Ok(None);

@@ -7,7 +7,7 @@ use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// More trials than this are taken for a slip of the pen.
+/// More trials than this are taken for a typing error.
 const MOST_TRIALS: u32 = 1_000_000;
 
 impl TuningStudy {

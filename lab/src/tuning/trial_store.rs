@@ -19,7 +19,7 @@ pub struct TrialsHeader {
     pub monorig: String,
 }
 
-/// A trial, judged.
+/// A trial and its score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// From 0.

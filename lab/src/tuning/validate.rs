@@ -53,7 +53,7 @@ pub struct MetricComparison {
 pub enum ComparisonVerdict {
     /// The whole interval is below zero.
     Better,
-    /// Zero is inside, or it cannot be told.
+    /// Zero is inside, or there is no interval.
     NoDifference,
     /// The whole interval is above zero.
     Worse,

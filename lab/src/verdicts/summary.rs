@@ -8,7 +8,7 @@ use monorig_sim::config::scenario::{Expectation, Scenario};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Metrics are taken from here on unless an expectation says otherwise, s: the start belongs to nobody.
+/// Metrics are taken from here on unless an expectation says otherwise, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
 pub const MAIN: &[&str] = &[
@@ -31,7 +31,7 @@ pub struct Summary {
     pub seed: u64,
     /// Whether the scenario's end was reached.
     pub finished: bool,
-    /// Estimators that did not vouch for anything in the whole run.
+    /// Estimators without a single valid sample in the whole run.
     pub silent: Vec<String>,
     /// Simulated time, s.
     pub simulated_s: f64,

@@ -1,4 +1,4 @@
-//! A scenario judged over its seeds: did every run finish, did every estimator speak, did what was expected hold?
+//! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was expected hold?
 
 use crate::batch::RunResult;
 use crate::verdicts::summary::{ExpectationVerdict, Summary};
@@ -42,7 +42,7 @@ impl ScenarioVerdict {
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
         let mut tally = Tally::default();
         for run in &runs {
-            tally.on_step(run);
+            tally.add(run);
         }
         let checks = tally.checks();
         Self {
@@ -59,7 +59,7 @@ impl ScenarioVerdict {
 pub struct Tally {
     finishes: Count,
     /// By estimator.
-    voices: BTreeMap<String, Count>,
+    valid: BTreeMap<String, Count>,
     /// The expectations of the scenario, each with its count.
     expected: Vec<(ExpectationVerdict, Count)>,
     /// Seeds of runs that broke down.
@@ -76,7 +76,7 @@ struct Count {
 
 impl Count {
     /// `wrong`: how bad it is and what happened, if it does not hold.
-    fn on_step(&mut self, seed: u64, wrong: Option<(f64, String)>) {
+    fn add(&mut self, seed: u64, wrong: Option<(f64, String)>) {
         let Some((size, text)) = wrong else {
             self.holding += 1;
             return;
@@ -104,11 +104,11 @@ impl Count {
 
 impl Tally {
     /// One more run.
-    pub fn on_step(&mut self, run: &RunResult) {
-        self.finishes.on_step(run.seed, unfinished(run));
+    pub fn add(&mut self, run: &RunResult) {
+        self.finishes.add(run.seed, unfinished(run));
         let Some(summary) = &run.summary else {
             for (_, count) in &mut self.expected {
-                count.on_step(run.seed, Some(broke_down()));
+                count.add(run.seed, Some(broke_down()));
             }
             self.broken.push(run.seed);
             return;
@@ -116,20 +116,20 @@ impl Tally {
         for name in summary.estimators.keys() {
             let silent = summary.silent.contains(name) && !judged_otherwise(summary, name);
             let text = "its estimates were invalid all through".to_owned();
-            let count = self.voices.entry(name.clone()).or_default();
-            count.on_step(run.seed, silent.then_some((0.0, text)));
+            let count = self.valid.entry(name.clone()).or_default();
+            count.add(run.seed, silent.then_some((0.0, text)));
         }
         for (i, v) in summary.expectations.iter().enumerate() {
             if i == self.expected.len() {
                 let mut count = Count::default();
                 for seed in &self.broken {
-                    count.on_step(*seed, Some(broke_down()));
+                    count.add(*seed, Some(broke_down()));
                 }
                 self.expected.push((v.clone(), count));
             }
             if let Some((_, count)) = self.expected.get_mut(i) {
                 let wrong = (!v.held).then(|| (v.excess(), wrong_words(v)));
-                count.on_step(run.seed, wrong);
+                count.add(run.seed, wrong);
             }
         }
     }
@@ -140,7 +140,7 @@ impl Tally {
             self.finishes
                 .check("the run".into(), "finishes".into(), 1.0),
         ];
-        for (name, count) in &self.voices {
+        for (name, count) in &self.valid {
             checks.push(count.check(name.clone(), "vouches".into(), 1.0));
         }
         for (v, count) in &self.expected {
@@ -185,7 +185,7 @@ fn unfinished(run: &RunResult) -> Option<(f64, String)> {
     }
 }
 
-/// An estimator that never vouches for anything fails, unless the scenario bounds its share of valid samples itself.
+/// An estimator without a single valid sample fails, unless the scenario bounds its share of valid samples itself.
 fn judged_otherwise(summary: &Summary, name: &str) -> bool {
     summary
         .expectations

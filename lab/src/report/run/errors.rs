@@ -10,7 +10,7 @@ use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
 
-/// ErrorGroups of one quantity of all estimators that vouch for it, each with its times.
+/// Errors of one quantity of all estimators that have valid samples of it, each with its times.
 type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
@@ -40,7 +40,7 @@ fn mass(run: &Recorded) -> ErrorGroups {
     errors(run, "total_mass", error, truth.len())
 }
 
-/// `error` of each row, counted from 0, of which there are `rows`; not a number where the estimator does not vouch.
+/// `error` of each row, counted from 0, of which there are `rows`; not a number where the sample is not valid.
 fn errors(
     run: &Recorded,
     what: &str,

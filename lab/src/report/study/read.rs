@@ -31,7 +31,7 @@ pub struct TestResults {
     pub scenarios: Vec<ScenarioVerdict>,
 }
 
-/// What tells the results that are one piece of JSON apart.
+/// The keys by which results that are one piece of JSON are distinguished.
 #[derive(Deserialize)]
 struct JsonHeader {
     version: u32,
@@ -87,11 +87,11 @@ fn one_piece(path: &Path) -> Result<Results, Error> {
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|e| {
         // the place stands before the message already
-        let told = e.to_string();
-        let told = told.split(" at line ").next().unwrap_or(&told);
+        let message = e.to_string();
+        let message = message.split(" at line ").next().unwrap_or(&message);
         let what = match e.classify() {
-            Category::Data => told.to_owned(),
-            _ => format!("it is no JSON ({told})"),
+            Category::Data => message.to_owned(),
+            _ => format!("it is no JSON ({message})"),
         };
         wrong(path, Some(e.line()), what)
     })

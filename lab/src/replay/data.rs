@@ -6,7 +6,7 @@ use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayData {
-    /// What the estimators are told when they are built.
+    /// The vehicle as the estimators are given it.
     pub vehicle: Vehicle,
     /// Per step: the samples it has, one bit per stream; see [`slot`].
     pub(super) masks: Vec<u64>,
