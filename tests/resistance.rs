@@ -4,9 +4,9 @@
 use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Frame, Observer, run};
 use monorig_tests::{G, scenario};
 use std::thread;
 
@@ -16,22 +16,22 @@ const TORQUE_SD: f64 = 0.005 / 2.828;
 /// The prediction starts again from the measured speed after this long, s.
 const RESTART_S: f64 = 10.0;
 
-struct Watch<F: FnMut(&Frame<'_>)>(F);
+struct Watch<F: FnMut(&StepFrame<'_>)>(F);
 
-impl<F: FnMut(&Frame<'_>)> Observer for Watch<F> {
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+impl<F: FnMut(&StepFrame<'_>)> Observer for Watch<F> {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         (self.0)(f);
         Ok(())
     }
 }
 
-fn watch(rig: &mut Rig, look: impl FnMut(&Frame<'_>)) {
+fn watch(rig: &mut Simulation, look: impl FnMut(&StepFrame<'_>)) {
     let outcome = run(rig, &mut [&mut Watch(look)], &mut |_| true).expect("run");
     assert!(outcome.finished);
 }
 
-fn rig(name: &str) -> Rig {
-    Rig::build(scenario(name, &[]), 1).expect("rig")
+fn rig(name: &str) -> Simulation {
+    Simulation::build(scenario(name, &[]), 1).expect("rig")
 }
 
 /// What the climb gives: the coefficient from the accelerometer and from the survey, each with its standard deviation, and the true
@@ -68,7 +68,7 @@ fn climb() -> Climb {
             force_n = force_n.max(f.truth.traction_n);
         }
         internals.clear();
-        f.bank[0].internals(&mut internals);
+        f.estimators[0].internals(&mut internals);
     });
     Climb {
         accelerometer: (internals[0], internals[1]),

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use serde_json::Value;
 
 const QUICK: &str = "\
@@ -23,8 +23,8 @@ published:
   - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}
 ";
 
-fn rig() -> Rig {
-    let rig = Rig::new();
+fn rig() -> Simulation {
+    let rig = Simulation::new();
     rig.write("quick.yaml", QUICK.as_bytes());
     rig
 }

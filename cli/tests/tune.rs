@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -34,8 +34,8 @@ budget: 14
 sensitivity: {curve: 3, map: 2, map_parameters: 2}
 ";
 
-fn rig() -> Rig {
-    let rig = Rig::new();
+fn rig() -> Simulation {
+    let rig = Simulation::new();
     rig.write("study.yaml", STUDY.as_bytes());
     rig
 }
@@ -48,7 +48,7 @@ const RESULTS: [&str; 5] = [
     "sensitivity.json",
 ];
 
-fn results(rig: &Rig, out: &str) -> Vec<String> {
+fn results(rig: &Simulation, out: &str) -> Vec<String> {
     let read = |name: &&str| rig.read(&format!("{out}/tune/study/{name}"));
     RESULTS.iter().map(read).collect()
 }
