@@ -1,27 +1,27 @@
 //! What happens to a run when something happens in it: every kind of event, obstacles, and the closed loop.
 
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Frame, Observer, run};
-use monorig_sim::scenario::Scenario;
 use monorig_tests::{G, scenario, train};
 
 /// Keeps what a test asks for.
-struct Keep<F: FnMut(&Frame<'_>)>(F);
+struct Keep<F: FnMut(&StepFrame<'_>)>(F);
 
-impl<F: FnMut(&Frame<'_>)> Observer for Keep<F> {
+impl<F: FnMut(&StepFrame<'_>)> Observer for Keep<F> {
     fn wants_truth(&self, _: i64) -> bool {
         true
     }
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         (self.0)(f);
         Ok(())
     }
 }
 
-fn watch(s: Scenario, look: impl FnMut(&Frame<'_>)) -> monorig_sim::run::Outcome {
-    let mut rig = Rig::build(s, 1).expect("rig");
+fn watch(s: Scenario, look: impl FnMut(&StepFrame<'_>)) -> monorig_sim::closed_loop::run::Outcome {
+    let mut rig = Simulation::build(s, 1).expect("rig");
     let mut keep = Keep(look);
     run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run")
 }
@@ -268,8 +268,11 @@ fn methods_as_printed_can_be_named_beside_the_others() {
                 dffrls_aukf_printed: {}, imm_stf_printed: {eq11: 0}, mmrls_sh_stf_printed: {}}";
     let (mut members, mut whole) = (0, true);
     watch(level(&[("estimators", bank)]), |f| {
-        members = f.bank.len();
-        whole &= f.bank.iter().all(|member| member.estimate.is_finite());
+        members = f.estimators.len();
+        whole &= f
+            .estimators
+            .iter()
+            .all(|member| member.estimate.is_finite());
     });
     assert_eq!((members, whole), (6, true));
 }
@@ -281,7 +284,7 @@ fn no_estimate_depends_on_the_clamp_pressure() {
         let mut all = Vec::new();
         let set = [("stop.after_s", "12"), ("events", events), ("expect", "[]")];
         watch(scenario("fault_clamp_pressure", &set), |f| {
-            let e = f.bank[0].estimate;
+            let e = f.estimators[0].estimate;
             all.push(
                 [e.total_mass_kg, e.grade_rad, e.effective_grade_rad]
                     .map(|x| [x.value.to_bits(), x.sd.to_bits()]),

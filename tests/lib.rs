@@ -1,11 +1,13 @@
 //! What the tests of the whole rig share: trains and tracks from the assets, worlds on them.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::config::track::TrackFile;
 use monorig_sim::plant::Plant;
-use monorig_sim::rail::{Rail, profile::Profile, track::TrackFile};
-use monorig_sim::scenario::Scenario;
+use monorig_sim::plant::rapier::{World, WorldOptions};
+use monorig_sim::rail::Rail;
+use monorig_sim::rail::profile::Profile;
 use monorig_sim::train::Train;
-use monorig_sim::world::{World, WorldOptions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -78,7 +80,7 @@ pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
         imu,
         mounts: vec![imu],
         zones: vec![],
-        blocks: vec![],
+        obstacles: vec![],
     }
 }
 

@@ -3,8 +3,8 @@
 
 use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
-use monorig_sim::train::adhesion::Zone;
-use monorig_sim::world::{World, WorldOptions};
+use monorig_sim::plant::rapier::{World, WorldOptions};
+use monorig_sim::plant::train::adhesion::Zone;
 use monorig_tests::*;
 use nalgebra::Vector3;
 
@@ -514,7 +514,7 @@ fn a_point_mass_and_the_train_agree_where_they_should() {
     let train = train("dx80_176y");
     let rail = slope(4.0);
     let mut w = world(&train, &rail, 60.0, 0.0);
-    let o = monorig_sim::point_mass::PointMassOptions {
+    let o = monorig_sim::plant::point_mass::PointMassOptions {
         front_m: 60.0,
         speed_mps: 0.0,
         gravity_mps2: G,
@@ -522,7 +522,7 @@ fn a_point_mass_and_the_train_agree_where_they_should() {
         mounts: vec![imu(&train)],
         zones: vec![],
     };
-    let mut p = monorig_sim::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
+    let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
     let d = train.drives[0];
     let c = torque(&train, 0.6 * d.torque_max_nm);
     for _ in 0..10_000 {

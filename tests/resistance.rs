@@ -1,11 +1,12 @@
 //! The running-resistance coefficient as in Liu et al. 2023, section 2.2: identified with 50 t on a climb of 1 200 m, verified by
 //! predicting the speed on a descent of 1 200 m from motor torque and surveyed grade.
 
-use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
+use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Frame, Observer, run};
 use monorig_tests::{G, scenario};
 use std::thread;
 
@@ -15,22 +16,22 @@ const TORQUE_SD: f64 = 0.005 / 2.828;
 /// The prediction starts again from the measured speed after this long, s.
 const RESTART_S: f64 = 10.0;
 
-struct Watch<F: FnMut(&Frame<'_>)>(F);
+struct Watch<F: FnMut(&StepFrame<'_>)>(F);
 
-impl<F: FnMut(&Frame<'_>)> Observer for Watch<F> {
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+impl<F: FnMut(&StepFrame<'_>)> Observer for Watch<F> {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         (self.0)(f);
         Ok(())
     }
 }
 
-fn watch(rig: &mut Rig, look: impl FnMut(&Frame<'_>)) {
+fn watch(rig: &mut Simulation, look: impl FnMut(&StepFrame<'_>)) {
     let outcome = run(rig, &mut [&mut Watch(look)], &mut |_| true).expect("run");
     assert!(outcome.finished);
 }
 
-fn rig(name: &str) -> Rig {
-    Rig::build(scenario(name, &[]), 1).expect("rig")
+fn rig(name: &str) -> Simulation {
+    Simulation::build(scenario(name, &[]), 1).expect("rig")
 }
 
 /// What the climb gives: the coefficient from the accelerometer and from the survey, each with its standard deviation, and the true
@@ -45,7 +46,9 @@ struct Climb {
 fn climb() -> Climb {
     let mut rig = rig("liu2023_resistance_climb");
     let mut params = Params::default();
-    params.set("known_mass_kg", MASS_KG).expect("parameter");
+    params
+        .set("known_mass_kg", MASS_KG.into())
+        .expect("parameter");
     let mut surveyed = Surveyed::new(&rig.vehicle, &params);
     let (mut by_survey, mut internals) = ((f64::NAN, f64::NAN), Vec::new());
     let (mut sum, mut n, mut force_n, mut last_s) = (0.0, 0.0, 0.0_f64, 0.0);
@@ -65,7 +68,7 @@ fn climb() -> Climb {
             force_n = force_n.max(f.truth.traction_n);
         }
         internals.clear();
-        f.bank[0].internals(&mut internals);
+        f.estimators[0].internals(&mut internals);
     });
     Climb {
         accelerometer: (internals[0], internals[1]),

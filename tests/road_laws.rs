@@ -2,12 +2,12 @@
 //! the code happened to give.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
-use monorig_sim::checked::NonNegative;
+use monorig_sim::config::checked::NonNegative;
 use monorig_sim::plant::Plant;
+use monorig_sim::plant::road::{Car, RoadOptions, RoadPlant};
+use monorig_sim::plant::train::adhesion::Zone;
 use monorig_sim::rail::Rail;
-use monorig_sim::road::{Car, RoadOptions, RoadPlant};
 use monorig_sim::sensors::accelerometer::specific_force;
-use monorig_sim::train::adhesion::Zone;
 use monorig_tests::*;
 use std::sync::Arc;
 

@@ -2,28 +2,31 @@
 
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::registry;
 use monorig_estimators::filters::forgetting::Forgetting;
 use monorig_estimators::filters::gaussian::Gaussian;
 use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::registry;
+use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::metrics::{measure, measure_run};
-use monorig_lab::replay::cache::{self, Cache};
-use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
+use monorig_lab::replay::cache;
+use monorig_lab::replay::cache::Cache;
 use monorig_lab::replay::play::play;
-use monorig_lab::replay::record::{Recorder, record};
-use monorig_lab::series::Series;
-use monorig_lab::tune::evaluate::Bench;
-use monorig_lab::tune::optimise::{Search, minimise, random_point};
-use monorig_lab::tune::study::{Optimiser, Study};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::run;
-use monorig_sim::scenario::Scenario;
+use monorig_lab::replay::record::{ReplayRecorder, record};
+use monorig_lab::tuning::evaluate::Evaluator;
+use monorig_lab::tuning::optimise::{Search, minimise, random_point};
+use monorig_lab::tuning::study::{Optimiser, TuningStudy};
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::run;
+use monorig_sim::config::scenario::Scenario;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
-    let all: Vec<String> = registry::NAMES.iter().map(|n| format!("{n}: {{}}")).collect();
+    let all: Vec<String> = registry::NAMES
+        .iter()
+        .map(|n| format!("{n}: {{}}"))
+        .collect();
     scenario(
         "minimal",
         &[
@@ -41,22 +44,22 @@ fn eventful(seconds: &str) -> Scenario {
 #[test]
 fn replay_gives_the_bits_of_the_run() {
     let s = eventful("40");
-    let mut rig = Rig::build(s, 3).unwrap();
-    let mut recorder = Recorder::new(&rig);
-    let mut live = Series::default();
+    let mut rig = Simulation::build(s, 3).unwrap();
+    let mut recorder = ReplayRecorder::new(&rig);
+    let mut live = ErrorSeries::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
     assert_eq!(live.estimators.len(), registry::NAMES.len());
     let mut replayed = Vec::new();
-    let mut vouched = 0;
+    let mut valid = 0;
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
         play(columns, estimator, &mut replayed);
-        vouched += samples
+        valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)
             .count();
-        let bits = |x: &monorig_lab::series::Sample| {
+        let bits = |x: &monorig_lab::metrics::series::ErrorSample| {
             let all = [
                 x.t_s,
                 x.mass_kg,
@@ -73,7 +76,7 @@ fn replay_gives_the_bits_of_the_run() {
             assert_eq!(bits(a), bits(b), "{name} at {} s", a.t_s);
         }
     }
-    assert!(vouched > 1000, "nothing to compare: {vouched}");
+    assert!(valid > 1000, "nothing to compare: {valid}");
 }
 
 /// Estimators beside the loop are left out of the recording: it is the same without them.
@@ -128,7 +131,7 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
 }
 
 /// A study of `dffrls_aekf_robust` over one run of 60 s.
-fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
+fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     let folder = tempfile::tempdir().unwrap();
     let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
     let run = |seed: u64| {
@@ -150,19 +153,19 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> Study {
     );
     let path = folder.path().join("study.yaml");
     std::fs::write(&path, text).unwrap();
-    Study::load(&path).unwrap()
+    TuningStudy::load(&path).unwrap()
 }
 
 /// What a trial shows with this `delta`.
-fn trial(study: &Study, delta: f64) -> Vec<f64> {
+fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::new(folder.path());
-    let bench = Bench::prepare(study, &study.tuning, &cache, 1, &|_| true)
+    let evaluator = Evaluator::prepare(study, &study.tuning, &cache, 1, "", &())
         .unwrap()
         .unwrap();
-    let wanted = monorig_lab::tune::loss::wanted(&study.file);
+    let wanted = monorig_lab::tuning::loss::metric_windows(&study.file);
     let values = [("delta".to_owned(), delta)].into();
-    let [shown] = &bench.evaluate(&values, &wanted)[..] else {
+    let [shown] = &evaluator.evaluate(&values, &wanted)[..] else {
         panic!("one run");
     };
     shown.values.clone().unwrap()
@@ -193,12 +196,15 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
             &[
                 ("stop.after_s", "60"),
                 ("drive.controller.feedforward", "estimate"),
-                ("estimators.dffrls_aekf_robust", &format!("{{delta: {delta}}}")),
+                (
+                    "estimators.dffrls_aekf_robust",
+                    &format!("{{delta: {delta}}}"),
+                ),
             ],
         );
-        let mut series = Series::default();
+        let mut series = ErrorSeries::default();
         run(
-            &mut Rig::build(s, 1).unwrap(),
+            &mut Simulation::build(s, 1).unwrap(),
             &mut [&mut series],
             &mut |_| true,
         )
@@ -280,45 +286,4 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
         );
         assert!(loss <= 1.01 * mean_square(best), "{optimiser:?}: {loss}");
     }
-}
-
-fn candidates(count: usize) -> Vec<Candidate> {
-    let candidate = |i: usize| Candidate {
-        lambda: 1.0 - 0.02 / (1.0 + i as f64),
-        q_speed: 1e-7 * (1.0 + i as f64),
-        q_slope: 1e-7 * (1.0 + (i % 5) as f64),
-        r_speed: 2.5e-5,
-    };
-    (0..count).map(candidate).collect()
-}
-
-#[test]
-fn a_lane_does_not_know_its_neighbours() {
-    let (model, samples) = made_up(3000);
-    // more than any machine takes at once, and not a whole number of vectors
-    let all = lanes::run(&model, &candidates(37), &samples);
-    assert_eq!(all.len(), 37);
-    for (candidate, score) in candidates(37).iter().zip(all) {
-        let alone = lanes::run(&model, &[*candidate], &samples)[0];
-        assert_eq!(alone.mass_mse.to_bits(), score.mass_mse.to_bits());
-        assert_eq!(alone.slope_mse.to_bits(), score.slope_mse.to_bits());
-    }
-}
-
-/// Against the estimators crate, whose recursions are arranged otherwise (Joseph's form, guards): the same to rounding.
-#[test]
-fn lanes_agree_with_the_estimators() {
-    let (model, samples) = made_up(30_000);
-    let scores = lanes::run(&model, &candidates(4), &samples);
-    for (candidate, score) in candidates(4).iter().zip(&scores) {
-        let one = one_at_a_time(&model, candidate, &samples);
-        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
-        assert!(near(score.mass_mse, one.mass_mse), "{score:?} {one:?}");
-        assert!(near(score.slope_mse, one.slope_mse), "{score:?} {one:?}");
-    }
-    let best = scores
-        .iter()
-        .map(|s| s.slope_mse.sqrt())
-        .fold(1.0, f64::min);
-    assert!(best < 0.02, "no candidate follows the slope: {best} rad");
 }

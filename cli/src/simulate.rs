@@ -1,29 +1,31 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
-use crate::arguments::Run;
-use crate::errors::CliError;
-use crate::note::note;
-use monorig_lab::series::Series;
-use monorig_lab::summary::Summary;
+use crate::commands::run::RunArgs;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use monorig_lab::metrics::series::ErrorSeries;
+use monorig_lab::verdicts::summary::Summary;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::{Observer, Outcome};
 use monorig_sim::error::Error;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::tape::{self, Tape};
+use monorig_sim::record::recorder;
+use monorig_sim::record::recorder::Recorder;
 use monorig_sim::record::{Layout, Sink};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Observer, Outcome};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Where a Rerun viewer listens unless told otherwise.
+/// Where a Rerun viewer listens by default.
 const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
 
 /// What is left of a run.
-pub struct Done {
+pub struct SimulatedRun {
     /// Numbers for the report.
     pub summary: Summary,
     /// Whether it was stopped from outside.
@@ -34,13 +36,13 @@ pub struct Done {
     pub wall_s: f64,
 }
 
-/// Simulate. `go_on` is told the share done, 0…1, and says whether to go on; a run that is stopped is still
+/// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
-    mut rig: Rig,
-    task: &Run,
+    mut rig: Simulation,
+    task: &RunArgs,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Done, CliError> {
+) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (rig.scenario.clone(), rig.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
     let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
@@ -49,7 +51,7 @@ pub fn simulate(
 
     let mut parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut rerun = rerun_sink(task, folder.path().join("run.rrd"));
-    let mut series = Series::default();
+    let mut series = ErrorSeries::default();
     let started = Instant::now();
     let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
     if let Some(rerun) = &mut rerun {
@@ -66,7 +68,7 @@ pub fn simulate(
             "{name} refused {times} steps, the first because {reason}"
         ));
     }
-    Ok(Done {
+    Ok(SimulatedRun {
         summary,
         interrupted: outcome.interrupted,
         folder,
@@ -76,22 +78,26 @@ pub fn simulate(
 
 /// Run a rig into sinks. `live`: someone is watching.
 pub fn record(
-    rig: &mut Rig,
+    rig: &mut Simulation,
     sinks: Vec<&mut dyn Sink>,
     live: bool,
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut tape = start_tape(rig, sinks, live)?;
+    let mut tape = start_recorder(rig, sinks, live)?;
     run::run(rig, &mut [&mut tape, also], go_on)
 }
 
-fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result<Tape<'a>, Error> {
+fn start_recorder<'a>(
+    rig: &Simulation,
+    sinks: Vec<&'a mut dyn Sink>,
+    live: bool,
+) -> Result<Recorder<'a>, Error> {
     let scenario = &rig.scenario;
-    let channels = tape::channels(
+    let channels = recorder::channels(
         rig.train.drives.len(),
         rig.plant.truth().road.is_some(),
-        &rig.bank,
+        &rig.estimators,
     );
     let samples = rig.rail_samples();
     let blocks: Vec<_> = rig.blocks.iter().map(|b| (b.pose, b.size)).collect();
@@ -110,10 +116,10 @@ fn start_tape<'a>(rig: &Rig, sinks: Vec<&'a mut dyn Sink>, live: bool) -> Result
     } else {
         monorig_viz::sink::CHUNK_S
     };
-    Tape::new(sinks, &layout, &scenario.file.record, chunk_s)
+    Recorder::new(sinks, &layout, &scenario.file.record, chunk_s)
 }
 
-fn rerun_sink(task: &Run, path: PathBuf) -> Option<RerunSink> {
+fn rerun_sink(task: &RunArgs, path: PathBuf) -> Option<RerunSink> {
     if task.no_rerun {
         return None;
     }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Rig, project};
+use common::{Simulation, project};
 
 const SCENARIO: &str = "\
 version: 1
@@ -64,8 +64,8 @@ const CASES: &[(&str, &str, &str, &[&str])] = &[
     ("road/hongqi_ehs3.yaml", "relaxation_m: 0.3", "relaxation: 0.3", &["relaxation", "relaxation_m"]),
 ];
 
-fn rig() -> Rig {
-    let rig = Rig::new();
+fn rig() -> Simulation {
+    let rig = Simulation::new();
     for (name, text) in [
         ("car.yaml", SCENARIO),
         ("road.yaml", ROAD),

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 
 /// Case, text to replace, replacement. An empty text to replace means the whole file.
 type Change = (&'static str, &'static str, &'static str);
@@ -298,7 +298,7 @@ const FILES: &[(&str, &[Change], Option<&str>)] = &[
 fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
     for (file, changes, track) in FILES {
         for (case, from, to) in *changes {
-            let rig = Rig::new();
+            let rig = Simulation::new();
             rig.write("notes.stl", b"not a mesh");
             if let Some(track) = track {
                 let scenario = rig.read("scenario.yaml");
@@ -346,7 +346,7 @@ fn an_unreadable_file_below_the_scenario_is_told() {
             ("empty", Some(&b""[..])),
             ("circle", None),
         ] {
-            let rig = Rig::new();
+            let rig = Simulation::new();
             if file == "survey.csv" {
                 let scenario = rig.read("scenario.yaml");
                 rig.write(

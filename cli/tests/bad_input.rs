@@ -3,11 +3,11 @@
 //! None may panic, every one must end with code 2, and none may leave anything where results go.
 //! New snapshots are taken with `INSTA_UPDATE=always cargo test --release -p monorig` and read before they are committed.
 //! Cases of scenarios and the command line stand here; those of another kind of file go into a file beside this one, which
-//! uses the same [`common::Rig`].
+//! uses the same [`common::Simulation`].
 
 mod common;
 
-use common::{GOOD, Rig};
+use common::{GOOD, Simulation};
 
 /// A scenario with one change: name of the case, text to replace, replacement.
 const CHANGED: &[(&str, &str, &str)] = &[
@@ -46,7 +46,11 @@ const CHANGED: &[(&str, &str, &str)] = &[
         "in_loop: dffrls_aekf_robust\n",
         "",
     ),
-    ("in_loop_unknown", "in_loop: dffrls_aekf_robust", "in_loop: jekf"),
+    (
+        "in_loop_unknown",
+        "in_loop: dffrls_aekf_robust",
+        "in_loop: jekf",
+    ),
     ("stop_without_end", "stop: {after_s: 60}", "stop: {}"),
     (
         "stop_behind_start",
@@ -235,7 +239,7 @@ fn a_changed_scenario_is_refused_with_its_reason() {
             1,
             "{name}: the change must hit exactly one place"
         );
-        let rig = Rig::new();
+        let rig = Simulation::new();
         rig.write("scenario.yaml", GOOD.replace(from, to).as_bytes());
         insta::assert_snapshot!(
             format!("scenario__{name}"),
@@ -247,7 +251,7 @@ fn a_changed_scenario_is_refused_with_its_reason() {
 #[test]
 fn a_wrong_command_line_or_file_is_refused_with_its_reason() {
     for (name, arguments) in COMMANDS {
-        let rig = Rig::new();
+        let rig = Simulation::new();
         rig.write("empty.yaml", b"");
         rig.write("comments.yaml", b"# nothing\n\n");
         rig.write("binary.yaml", b"version: 1\nwhy: \xff\xfe\n");
@@ -272,7 +276,7 @@ fn laughs() -> String {
 
 #[test]
 fn the_good_scenario_is_good() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let (code, out, err) = rig.monorig(&["check", "scenario.yaml"]);
     assert_eq!(
         (code, out.as_str()),
@@ -283,7 +287,7 @@ fn the_good_scenario_is_good() {
 
 #[test]
 fn a_full_disk_under_standard_output_is_an_error_and_a_gone_reader_is_none() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let full = std::fs::OpenOptions::new()
         .write(true)
         .open("/dev/full")
@@ -300,7 +304,7 @@ fn a_full_disk_under_standard_output_is_an_error_and_a_gone_reader_is_none() {
 
 #[test]
 fn help_and_version_are_no_errors() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     for arguments in [
         &["--help"][..],
         &["run", "--help"],

@@ -4,11 +4,11 @@
 
 mod common;
 
-use common::{Rig, project};
+use common::{Simulation, project};
 
 /// The vehicle test of Liu et al. 2023 on the point mass, with bounds that it holds.
-fn climb(change: impl Fn(String) -> String) -> Rig {
-    let rig = Rig::new();
+fn climb(change: impl Fn(String) -> String) -> Simulation {
+    let rig = Simulation::new();
     let assets = project().join("assets").canonicalize().unwrap();
     let assets = assets.display();
     let text = format!(

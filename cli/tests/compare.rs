@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use serde_json::Value;
 
 const QUICK: &str = "\
@@ -23,8 +23,8 @@ published:
   - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}
 ";
 
-fn rig() -> Rig {
-    let rig = Rig::new();
+fn rig() -> Simulation {
+    let rig = Simulation::new();
     rig.write("quick.yaml", QUICK.as_bytes());
     rig
 }
@@ -49,7 +49,11 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn the_table_says_what_the_runs_say() {
     let rig = rig();
     let files = ["--json", "both.json", "--csv", "both.csv"];
-    let both = [&["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..], &files].concat();
+    let both = [
+        &["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..],
+        &files,
+    ]
+    .concat();
     let (code, out, err) = rig.monorig(&compare(&both));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Rig, project};
+use common::{Simulation, project};
 use std::process::{Command, Stdio};
 
 /// Examples in a help text: lines that start with `monorig`, without the remark behind them.
@@ -24,7 +24,7 @@ fn examples(help: &str) -> Vec<String> {
 
 #[test]
 fn every_example_works() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     for folder in ["assets", "scenarios"] {
         let copied = Command::new("cp")
             .arg("-r")

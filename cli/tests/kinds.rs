@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 
 /// Every kind by itself, and as the kind it is not.
 #[test]
 fn kinds_are_told_apart() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     for (file, kind) in [
         ("scenario.yaml", "scenario"),
         ("track.yaml", "track"),

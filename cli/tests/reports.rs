@@ -4,8 +4,8 @@
 
 mod common;
 
-use common::Rig;
-use monorig_lab::report::html::number;
+use common::Simulation;
+use monorig_lab::html::number;
 
 /// A quick scenario whose words need escaping; one expectation holds, one does not.
 const QUICK: &str = "\
@@ -56,8 +56,8 @@ fn self_contained(html: &str) {
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
 }
 
-fn with_run() -> Rig {
-    let rig = Rig::new();
+fn with_run() -> Simulation {
+    let rig = Simulation::new();
     rig.write("quick & dirty.yaml", QUICK.as_bytes());
     let (code, out, err) = rig.monorig(&["run", "quick & dirty.yaml", "--no-rerun"]);
     assert_eq!(code, Some(1), "{out}{err}");
@@ -106,9 +106,12 @@ fn of_a_run() {
 
 #[test]
 fn of_a_run_without_estimators() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let without = QUICK
-        .replace("estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}\n", "")
+        .replace(
+            "estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}\n",
+            "",
+        )
         .lines()
         .filter(|l| !l.contains("estimator: rls_ekf_robust"))
         .map(|l| format!("{l}\n"))
@@ -125,7 +128,7 @@ fn of_a_run_without_estimators() {
 
 #[test]
 fn of_a_test_with_every_verdict() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     rig.write("quick.yaml", QUICK.as_bytes());
     let (code, ..) = rig.monorig(&["test", "quick.yaml", "--json", "out/verdicts.json"]);
     assert_eq!(code, Some(1));
@@ -160,7 +163,7 @@ vary:
 /// Metrics stand over the values that were drawn; a last line that a kill has torn is left out.
 #[test]
 fn of_a_study() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     rig.write("quick.yaml", QUICK.as_bytes());
     rig.write("masses.yaml", STUDY.as_bytes());
     let (code, out, err) = rig.monorig(&["study", "masses.yaml"]);
@@ -212,7 +215,7 @@ fn of_a_study() {
 /// Every figure of the table of `monorig compare` stands in the page, the published ones too; runs that are left out are named.
 #[test]
 fn of_a_comparison() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let published = "published: [{source: 'A & B 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}]\n";
     rig.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
     let (code, out, err) = rig.monorig(&[

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Rig, project};
+use common::{Simulation, project};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -32,8 +32,8 @@ fn scenario(name: &str) -> String {
 }
 
 /// Start the winding scenario, slowed down by a small step, and send it a signal when it has written some megabytes.
-fn stopped_by(signal: &str) -> (Rig, std::process::Output) {
-    let rig = Rig::new();
+fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
+    let rig = Simulation::new();
     let mut child = Command::new(BINARY)
         .args([
             "run",
@@ -113,7 +113,7 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
 /// A torn, empty or foreign result is refused by `check`.
 #[test]
 fn results_that_are_not_whole_are_refused() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let (code, _, err) =
         rig.monorig(&["run", &scenario("minimal.yaml"), "--set", "stop.after_s=6"]);
     assert_eq!(code, Some(0), "{err}");
@@ -164,7 +164,7 @@ fn a_full_disk_is_told_and_nothing_half_written_stays() {
     for (way, shell, before) in NO_ROOM {
         // full at once, in the manifest; while the scene is written; in the middle of the run
         for room_kb in [4, 64, 3000] {
-            let rig = Rig::new();
+            let rig = Simulation::new();
             let before = before.replace("ROOM", &room_kb.to_string());
             let script =
                 format!("{before}; \"$0\" run \"$1\"; echo code $?; find runs -mindepth 1");

@@ -3,13 +3,13 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 #[test]
 fn the_committed_schemas_are_fresh() {
-    let rig = Rig::new();
+    let rig = Simulation::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/schema");
     let (code, kinds, _) = rig.monorig(&["schema"]);
     assert_eq!(code, Some(0));

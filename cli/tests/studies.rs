@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -43,8 +43,8 @@ vary:
   - {path: estimators.joint_ekf_robust, choice: [{}]}
 ";
 
-fn rig(study: &str) -> Rig {
-    let rig = Rig::new();
+fn rig(study: &str) -> Simulation {
+    let rig = Simulation::new();
     rig.write("quick.yaml", QUICK.as_bytes());
     rig.write("spread.yaml", study.as_bytes());
     rig

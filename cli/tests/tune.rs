@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -34,8 +34,8 @@ budget: 14
 sensitivity: {curve: 3, map: 2, map_parameters: 2}
 ";
 
-fn rig() -> Rig {
-    let rig = Rig::new();
+fn rig() -> Simulation {
+    let rig = Simulation::new();
     rig.write("study.yaml", STUDY.as_bytes());
     rig
 }
@@ -48,7 +48,7 @@ const RESULTS: [&str; 5] = [
     "sensitivity.json",
 ];
 
-fn results(rig: &Rig, out: &str) -> Vec<String> {
+fn results(rig: &Simulation, out: &str) -> Vec<String> {
     let read = |name: &&str| rig.read(&format!("{out}/tune/study/{name}"));
     RESULTS.iter().map(read).collect()
 }
@@ -243,8 +243,7 @@ fn a_study_without_a_good_trial_says_so() {
 #[test]
 fn parameters_are_included() {
     let rig = rig();
-    let parameters =
-        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
+    let parameters = "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
     rig.write("tuned.yaml", parameters.as_bytes());
     let (code, out, err) = rig.monorig(&["check", "tuned.yaml"]);
     assert_eq!(

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Rig;
+use common::Simulation;
 
 /// A quick scenario with these expectations (lines of YAML).
 fn quick(expect: &str) -> String {
@@ -27,8 +27,8 @@ seeds: 1..4
 
 const HOLDS: &str = "expect: [{metric: speed_rmse_mps, at_most: 1}]\n";
 
-fn with(scenarios: &[(&str, String)]) -> Rig {
-    let rig = Rig::new();
+fn with(scenarios: &[(&str, String)]) -> Simulation {
+    let rig = Simulation::new();
     std::fs::create_dir_all(rig.path("all")).unwrap();
     for (name, text) in scenarios {
         let text = text

@@ -1,13 +1,20 @@
 //! monorig-lab: what is done with runs.
+//!
+//! | room | what is in it |
+//! |---|---|
+//! | [`metrics`] | errors of every estimator, sample by sample, and the numbers that sum them up |
+//! | [`verdicts`] | a run in numbers, whether it does what it is expected to, estimators side by side |
+//! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
+//! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
+//! | [`tuning`] | parameters found by search |
+//! | [`plot`] | figures, a file for each kind |
+//! | [`report`] | pages of figures and tables |
 
-pub mod compare;
-pub mod expected;
-pub mod interval;
+pub mod batch;
+pub mod html;
 pub mod metrics;
+pub mod plot;
 pub mod replay;
 pub mod report;
-pub mod series;
-pub mod study;
-pub mod summary;
-pub mod tune;
-pub mod verdict;
+pub mod tuning;
+pub mod verdicts;

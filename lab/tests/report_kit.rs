@@ -1,20 +1,21 @@
 //! Every kind of plot on one page. `MONORIG_GALLERY=FILE` also writes it, to be looked at.
 #![allow(clippy::unwrap_used)]
 
+use monorig_lab::plot::axis::Axis;
+use monorig_lab::plot::bars::Histogram;
+use monorig_lab::plot::boxes::Boxes;
+use monorig_lab::plot::cdf::Cdf;
+use monorig_lab::plot::consistency::Consistency;
+use monorig_lab::plot::heat::HeatMap;
+use monorig_lab::plot::history::History;
+use monorig_lab::plot::line::{Band, Line, LineChart};
+use monorig_lab::plot::parallel::Parallel;
+use monorig_lab::plot::pareto::Pareto;
+use monorig_lab::plot::scatter::Scatter;
+use monorig_lab::plot::sensitivity::SensitivityChart;
+use monorig_lab::plot::theme::Ink;
+use monorig_lab::plot::{Figure, ValueGroup};
 use monorig_lab::report::page::{Page, Section};
-use monorig_lab::report::plot::axis::Axis;
-use monorig_lab::report::plot::bars::Histogram;
-use monorig_lab::report::plot::boxes::Boxes;
-use monorig_lab::report::plot::cdf::Cdf;
-use monorig_lab::report::plot::consistency::Consistency;
-use monorig_lab::report::plot::heat::HeatMap;
-use monorig_lab::report::plot::history::History;
-use monorig_lab::report::plot::line::{Band, Line, LineChart};
-use monorig_lab::report::plot::parallel::Parallel;
-use monorig_lab::report::plot::pareto::Pareto;
-use monorig_lab::report::plot::scatter::Scatter;
-use monorig_lab::report::plot::sensitivity::Sensitivity;
-use monorig_lab::report::plot::{Figure, Group, theme::Ink};
 use monorig_lab::report::table::{Cell, Table};
 
 /// Numbers that look like chance, −1 … 1.
@@ -57,7 +58,7 @@ fn lines() -> Figure {
     chart.figure()
 }
 
-fn groups(n: usize) -> Vec<Group<f64>> {
+fn groups(n: usize) -> Vec<ValueGroup<f64>> {
     let of = |k: usize| {
         let sd = 0.1 + 0.05 * k as f64;
         (0..n).map(|i| sd * bell(i + 9999 * k)).collect()
@@ -65,7 +66,7 @@ fn groups(n: usize) -> Vec<Group<f64>> {
     let names = ["dffrls_aekf_robust", "rls_ekf_robust", "imm <stf> & co"].iter();
     let names = names.enumerate();
     names
-        .map(|(k, n)| Group::new(*n, Ink::series(k), of(k)))
+        .map(|(k, n)| ValueGroup::new(*n, Ink::series(k), of(k)))
         .collect()
 }
 
@@ -77,7 +78,7 @@ fn run_plots() -> Section {
     let squares = |mean_of: usize| Consistency {
         title: format!("Consistency over {mean_of}"),
         y: "NIS".into(),
-        groups: vec![Group::new(
+        groups: vec![ValueGroup::new(
             "ukf",
             Ink::Series(0),
             (0..5000)
@@ -139,7 +140,7 @@ fn search_plots() -> Section {
         Axis::linear("λ₀"),
         Axis::log("slope RMSE, °"),
     );
-    scatter.groups.push(Group::new(
+    scatter.groups.push(ValueGroup::new(
         "trial",
         Ink::Series(0),
         candidates.iter().map(|c| (c.0[0], c.1)).collect(),
@@ -170,7 +171,7 @@ fn search_plots() -> Section {
         )
         .figure(scatter.figure())
         .figure(
-            Sensitivity {
+            SensitivityChart {
                 title: "lambda0".into(),
                 x: Axis::linear("λ₀"),
                 y: Axis::linear("slope RMSE, °"),
@@ -306,7 +307,7 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
 #[test]
 fn a_plot_without_numbers_says_so() {
     let nan = vec![f64::NAN; 3];
-    let group = || vec![Group::new("a", Ink::Series(0), nan.clone())];
+    let group = || vec![ValueGroup::new("a", Ink::Series(0), nan.clone())];
     let axis = || Axis::linear("x");
     let figures = [
         Histogram {
@@ -338,7 +339,7 @@ fn a_plot_without_numbers_says_so() {
         Consistency {
             title: "t".into(),
             y: "y".into(),
-            groups: vec![Group::new("a", Ink::Series(0), vec![(0.0, f64::NAN)])],
+            groups: vec![ValueGroup::new("a", Ink::Series(0), vec![(0.0, f64::NAN)])],
             mean_of: 1,
         }
         .figure(),
@@ -377,7 +378,7 @@ fn a_plot_without_numbers_says_so() {
             most: 9,
         }
         .figure(),
-        Sensitivity {
+        SensitivityChart {
             title: "t".into(),
             x: axis(),
             y: axis(),

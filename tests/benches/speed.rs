@@ -4,17 +4,18 @@
 //! machines.
 
 use monorig_estimators::api::signals::{Command, Measurements};
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run::{Observer, run};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
+use monorig_sim::plant::train::body_state::Wrench;
 use monorig_sim::rail::Cursor;
 use monorig_sim::record::Layout;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::tape::{self, Tape};
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{Observer, run};
-use monorig_sim::scenario::Scenario;
+use monorig_sim::record::recorder;
+use monorig_sim::record::recorder::Recorder;
 use monorig_sim::sensors::Sensors;
-use monorig_sim::train::body_state::Wrench;
 use monorig_tests::*;
 use std::time::Instant;
 
@@ -30,7 +31,7 @@ fn one_estimator(name: &str, set: &[(&str, &str)]) -> Scenario {
 fn factor(name: &str, set: &[(&str, &str)]) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Rig::build(one_estimator(name, set), 1).expect("rig");
+        let mut rig = Simulation::build(one_estimator(name, set), 1).expect("rig");
         let start = Instant::now();
         let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
@@ -44,11 +45,11 @@ fn recorded(name: &str) -> f64 {
     std::fs::create_dir_all(&folder).expect("folder");
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Rig::build(one_estimator(name, &[]), 1).expect("rig");
+        let mut rig = Simulation::build(one_estimator(name, &[]), 1).expect("rig");
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
-        let channels = tape::channels(rig.train.drives.len(), false, &rig.bank);
+        let channels = recorder::channels(rig.train.drives.len(), false, &rig.estimators);
         let samples = rig.rail_samples();
         let (rail, train) = (rig.rail.clone(), rig.train.clone());
         let layout = Layout {
@@ -63,11 +64,13 @@ fn recorded(name: &str) -> f64 {
         };
         let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];
         let record = rig.scenario.file.record;
-        let mut tape =
-            Tape::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("tape");
-        let done = run(&mut rig, &mut [&mut tape as &mut dyn Observer], &mut |_| {
-            true
-        })
+        let mut recorder =
+            Recorder::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("recorder");
+        let done = run(
+            &mut rig,
+            &mut [&mut recorder as &mut dyn Observer],
+            &mut |_| true,
+        )
         .expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }
@@ -120,7 +123,7 @@ fn parts() {
         world.step(&c, 2e-3).expect("step");
     });
     let s = scenario("winding", &[]);
-    let mut rig = Rig::build(s, 1).expect("rig");
+    let mut rig = Simulation::build(s, 1).expect("rig");
     let mut z = Measurements::default();
     let mut truth = world.truth().clone();
     let sensors = micros(20_000, || {
@@ -180,7 +183,7 @@ fn main() {
 fn point_mass_alone(dt: f64) -> f64 {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
-    let o = monorig_sim::point_mass::PointMassOptions {
+    let o = monorig_sim::plant::point_mass::PointMassOptions {
         front_m: 20.0,
         speed_mps: 0.5,
         gravity_mps2: G,
@@ -190,7 +193,7 @@ fn point_mass_alone(dt: f64) -> f64 {
     };
     let c = torque(&train, 10.0);
     let us = micros(20, || {
-        let mut p = monorig_sim::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
+        let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
         for _ in 0..20_000 {
             p.step(&c, dt).expect("step");
         }

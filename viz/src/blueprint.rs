@@ -1,11 +1,11 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file.
 //!
 //! Three tabs. *Overview*: the train from a camera that follows it, events, and estimates against truth. *Sensors*:
-//! instruments and drives. *Filters*: what goes on inside each estimator. Which line goes to which plot is told in `plots`.
+//! instruments and drives. *Filters*: what goes on inside each estimator. `plots` has which line goes to which plot.
 
 use crate::columns::follow_entity;
 use crate::plots::{OVERVIEW, Plot, SENSORS, plot};
-use crate::series::Series;
+use crate::series::PlottedSeries;
 use crate::stream::{TIMELINE, entity};
 use rerun::blueprint::components::{
     ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
@@ -36,12 +36,12 @@ const EYE: [f32; 3] = [-0.28, -0.74, 0.16];
 const LEAST_LENGTH: f64 = 6.0;
 
 /// The whole layout. `load`: whether the vehicle has one that can swing.
-pub fn entities(series: &[Series], vehicle_length_m: f64, load: bool) -> Entities {
+pub fn entities(series: &[PlottedSeries], vehicle_length_m: f64, load: bool) -> Entities {
     let mut b = Builder {
         next: FIRST_ID,
         out: Vec::new(),
     };
-    let car = series.iter().any(Series::is_of_car);
+    let car = series.iter().any(PlottedSeries::is_of_car);
     let vehicle = if car { "Car" } else { "Train" };
     let world = b.world(vehicle, vehicle_length_m);
     let events = b.text_views();
@@ -80,7 +80,7 @@ pub fn entities(series: &[Series], vehicle_length_m: f64, load: bool) -> Entitie
 }
 
 /// One plot of each estimator's consistency, and one of each of its internal quantities by unit.
-fn filters(b: &mut Builder, series: &[Series]) -> Option<Placed> {
+fn filters(b: &mut Builder, series: &[PlottedSeries]) -> Option<Placed> {
     let mut names: Vec<&str> = Vec::new();
     for s in series
         .iter()
@@ -92,9 +92,9 @@ fn filters(b: &mut Builder, series: &[Series]) -> Option<Placed> {
     }
     let mut plots = Vec::new();
     for name in names {
-        let own = |s: &Series| s.owner() == name && s.is_raw();
-        let innovation = |s: &Series| own(s) && ["innovation", "nis"].contains(&s.leaf());
-        let inside = |s: &Series| own(s) && s.group() == "internals" && !innovation(s);
+        let own = |s: &PlottedSeries| s.owner() == name && s.is_raw();
+        let innovation = |s: &PlottedSeries| own(s) && ["innovation", "nis"].contains(&s.leaf());
+        let inside = |s: &PlottedSeries| own(s) && s.group() == "internals" && !innovation(s);
         plots.push((
             format!("{name}: innovation, NIS"),
             lines(series, innovation),
@@ -114,7 +114,7 @@ fn filters(b: &mut Builder, series: &[Series]) -> Option<Placed> {
     b.plots(ContainerKind::Grid, "Filters", plots)
 }
 
-fn lines(series: &[Series], wanted: impl Fn(&Series) -> bool) -> Vec<EntityPath> {
+fn lines(series: &[PlottedSeries], wanted: impl Fn(&PlottedSeries) -> bool) -> Vec<EntityPath> {
     series
         .iter()
         .filter(|s| wanted(s))

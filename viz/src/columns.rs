@@ -1,8 +1,8 @@
 //! What changes: a chunk of the run, entity by entity.
 
-use crate::scene::{Wheel, body_entity, point};
-use crate::series::{Line, Series, plan};
-use crate::stream::{Stream, entity, times};
+use crate::scene::{WheelShape, body_entity, point};
+use crate::series::{PlottedSeries, ScalarSource, plan};
+use crate::stream::{MessageStream, entity, times};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout};
 use monorig_sim::train::ConnectionKind;
@@ -18,10 +18,10 @@ const LINK: [u8; 3] = [200, 200, 210];
 const LINK_RADIUS: f32 = 0.015;
 
 /// Where the columns of a chunk go.
-pub struct Columns {
-    series: Vec<Series>,
+pub struct ChunkColumns {
+    series: Vec<PlottedSeries>,
     bodies: Vec<EntityPath>,
-    wheels: Vec<Wheel>,
+    wheels: Vec<WheelShape>,
     links: Vec<Link>,
     /// Index of the body the camera follows.
     followed: usize,
@@ -39,12 +39,12 @@ struct Link {
     anchors: [Vector3<f64>; 2],
 }
 
-impl Columns {
+impl ChunkColumns {
     /// Styles are logged here; `wheels` as they came from the scene.
     pub fn begin(
-        stream: &mut Stream,
+        stream: &mut MessageStream,
         layout: &Layout<'_>,
-        wheels: Vec<Wheel>,
+        wheels: Vec<WheelShape>,
     ) -> Result<Self, Error> {
         let series = plan(layout.channels);
         for s in &series {
@@ -69,12 +69,12 @@ impl Columns {
     }
 
     /// All lines, for the layout of the viewer.
-    pub fn series(&self) -> &[Series] {
+    pub fn series(&self) -> &[PlottedSeries] {
         &self.series
     }
 
     /// Some seconds of the run.
-    pub fn log(&self, stream: &mut Stream, chunk: &Chunk) -> Result<(), Error> {
+    pub fn log(&self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
         let all_times = times(chunk.time_ns.clone());
         for s in &self.series {
             scalars(stream, s, chunk, &all_times)?;
@@ -98,7 +98,7 @@ impl Columns {
 
     fn poses(
         &self,
-        stream: &mut Stream,
+        stream: &mut MessageStream,
         chunk: &Chunk,
         pose_times: &TimeColumn,
     ) -> Result<(), Error> {
@@ -117,7 +117,7 @@ impl Columns {
 
     fn follow(
         &self,
-        stream: &mut Stream,
+        stream: &mut MessageStream,
         chunk: &Chunk,
         pose_times: &TimeColumn,
     ) -> Result<(), Error> {
@@ -138,7 +138,7 @@ impl Columns {
 
     fn wheels(
         &self,
-        stream: &mut Stream,
+        stream: &mut MessageStream,
         chunk: &Chunk,
         pose_times: &TimeColumn,
     ) -> Result<(), Error> {
@@ -159,7 +159,7 @@ impl Columns {
 
     fn links(
         &self,
-        stream: &mut Stream,
+        stream: &mut MessageStream,
         chunk: &Chunk,
         pose_times: &TimeColumn,
     ) -> Result<(), Error> {
@@ -184,27 +184,27 @@ impl Columns {
 
 /// Rows without a finite value are left out: plots have nothing to draw there.
 fn scalars(
-    stream: &mut Stream,
-    series: &Series,
+    stream: &mut MessageStream,
+    series: &PlottedSeries,
     chunk: &Chunk,
     all_times: &TimeColumn,
 ) -> Result<(), Error> {
     let column = |i: usize| chunk.values.get(i).map_or(&[][..], Vec::as_slice);
-    // 1 where row `i` is vouched for, else not a number
-    let vouched = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
+    // 1 where row `i` is valid, else not a number
+    let mask = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
         Some(&v) if v != 1.0 => f64::NAN,
         _ => 1.0,
     };
     let (values, width): (Vec<f64>, usize) = match series.line {
-        Line::Value {
+        ScalarSource::Value {
             channel,
             scale,
             valid,
         } => {
             let x = column(channel).iter().enumerate();
-            (x.map(|(i, x)| x * scale * vouched(valid, i)).collect(), 1)
+            (x.map(|(i, x)| x * scale * mask(valid, i)).collect(), 1)
         }
-        Line::Band {
+        ScalarSource::Band {
             channel,
             sd,
             scale,
@@ -212,7 +212,7 @@ fn scalars(
         } => {
             let pairs = column(channel).iter().zip(column(sd)).enumerate();
             let ends = |(i, (x, sd)): (usize, (&f64, &f64))| {
-                let scale = scale * vouched(valid, i);
+                let scale = scale * mask(valid, i);
                 [(x - 2.0 * sd) * scale, (x + 2.0 * sd) * scale]
             };
             (pairs.flat_map(ends).collect(), 2)
@@ -258,7 +258,7 @@ fn links(layout: &Layout<'_>) -> Vec<Link> {
 }
 
 fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
-    stream: &mut Stream,
+    stream: &mut MessageStream,
     entity: EntityPath,
     times: TimeColumn,
     columns: Result<I, SerializationError>,

@@ -92,7 +92,7 @@ impl Live {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stream::{Stream, entity};
+    use crate::stream::{MessageStream, entity};
 
     use std::net::TcpListener;
 
@@ -117,7 +117,7 @@ mod tests {
         let address = listener.local_addr().unwrap();
         let start = Instant::now();
         let live = Live::connect_with(address, 10, Duration::from_millis(200)).unwrap();
-        let mut stream = Stream::create(&path, "deaf-1", Some(live)).unwrap();
+        let mut stream = MessageStream::create(&path, "deaf-1", Some(live)).unwrap();
         for i in 0..500 {
             let text = rerun::TextDocument::new(i.to_string());
             stream

@@ -1,6 +1,6 @@
 //! Which line goes to which plot: that follows from its path and unit, so a new channel finds its place.
 
-use crate::series::Series;
+use crate::series::PlottedSeries;
 
 /// The plots, in order. A plot that no line goes to is left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -42,16 +42,16 @@ pub const SENSORS: [(Plot, &str); 9] = [
     (Plot::SpecificForce, "Specific force, m/s²"),
     (Plot::AngularRate, "Angular rate, rad/s"),
     (Plot::Torque, "Motor torque, N·m"),
-    (Plot::WheelSpeed, "Wheel speed, m/s"),
+    (Plot::WheelSpeed, "WheelShape speed, m/s"),
     (Plot::Slip, "Slip, m/s"),
     (Plot::DriveForce, "Traction of each drive, N"),
     (Plot::Clamp, "Clamp pressure, MPa"),
-    (Plot::WheelLoad, "Wheel loads, N"),
+    (Plot::WheelLoad, "WheelShape loads, N"),
     (Plot::Rail, "Off the rail or the lane, clearance, m"),
 ];
 
 /// Where a line is drawn outside the *Filters* tab.
-pub fn plot(s: &Series) -> Option<Plot> {
+pub fn plot(s: &PlottedSeries) -> Option<Plot> {
     let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
     let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
     if matches!(group, "internals") || leaf.ends_with("_sd") {

@@ -1,8 +1,8 @@
 //! What stands still in the world, and what the bodies of the train look like.
 
-use crate::stream::{Stream, entity};
+use crate::stream::{MessageStream, entity};
 use monorig_sim::error::Error;
-use monorig_sim::rail::Frame;
+use monorig_sim::rail::RailFrame;
 use monorig_sim::record::Layout;
 use monorig_sim::train::{Geometry, Shape, Train};
 use nalgebra::{Isometry3, Vector3};
@@ -20,21 +20,21 @@ const OBSTACLE: [u8; 4] = [150, 110, 80, 255];
 const SPOKE: [u8; 4] = [245, 200, 60, 255];
 
 /// A shape that turns with a friction wheel.
-pub struct Wheel {
+pub struct WheelShape {
     /// The entity that turns, about its own z axis.
     pub entity: EntityPath,
     /// Index of the drive, 0 left / 1 right.
     pub spins: (usize, usize),
 }
 
-/// The entity of a body; it carries the pose. (The name of a hung part, `unit/link`, is one part here: it does not
+/// The entity of a body; it carries the pose. (The name of a suspended part, `unit/link`, is one part here: it does not
 /// move with its unit.)
 pub fn body_entity(name: &str) -> EntityPath {
     entity(["world", "train", &name.replace('/', ".")])
 }
 
 /// Everything that is drawn and does not change. Returns the wheels, which turn.
-pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error> {
+pub fn log(stream: &mut MessageStream, layout: &Layout<'_>) -> Result<Vec<WheelShape>, Error> {
     let about = format!(
         "# {} · seed {}\n\n{}\n\nVehicle: {}\n",
         layout.scenario, layout.seed, layout.why, layout.train.name
@@ -49,7 +49,11 @@ pub fn log(stream: &mut Stream, layout: &Layout<'_>) -> Result<Vec<Wheel>, Error
     train(stream, layout.train)
 }
 
-fn rail(stream: &mut Stream, frames: &[Frame], profile: &[[f64; 2]]) -> Result<(), Error> {
+fn rail(
+    stream: &mut MessageStream,
+    frames: &[RailFrame],
+    profile: &[[f64; 2]],
+) -> Result<(), Error> {
     if frames.len() < 2 {
         return Ok(());
     }
@@ -88,7 +92,7 @@ struct Sweep {
 
 /// A closed outline (l, u), counter-clockwise, moved along the frames. Each side of the outline has vertices of its
 /// own, so that edges stay sharp; normals and the order of the corners point outwards.
-fn sweep(frames: &[Frame], outline: &[[f64; 2]]) -> Sweep {
+fn sweep(frames: &[RailFrame], outline: &[[f64; 2]]) -> Sweep {
     let mut out = Sweep {
         positions: Vec::new(),
         normals: Vec::new(),
@@ -118,7 +122,7 @@ fn sweep(frames: &[Frame], outline: &[[f64; 2]]) -> Sweep {
 }
 
 fn obstacles(
-    stream: &mut Stream,
+    stream: &mut MessageStream,
     obstacles: &[(Isometry3<f64>, Vector3<f64>)],
 ) -> Result<(), Error> {
     if obstacles.is_empty() {
@@ -136,7 +140,7 @@ fn obstacles(
     stream.fixed(entity(["world", "obstacles"]), &boxes)
 }
 
-fn train(stream: &mut Stream, train: &Train) -> Result<Vec<Wheel>, Error> {
+fn train(stream: &mut MessageStream, train: &Train) -> Result<Vec<WheelShape>, Error> {
     let mut wheels = Vec::new();
     for body in &train.bodies {
         let place = body_entity(&body.name);
@@ -161,7 +165,7 @@ fn train(stream: &mut Stream, train: &Train) -> Result<Vec<Wheel>, Error> {
                 let at = turning.join(&entity(["spokes"]));
                 stream.fixed(at, &spokes(radius, length))?;
             }
-            wheels.push(Wheel {
+            wheels.push(WheelShape {
                 entity: turning,
                 spins,
             });
@@ -170,7 +174,7 @@ fn train(stream: &mut Stream, train: &Train) -> Result<Vec<Wheel>, Error> {
     Ok(wheels)
 }
 
-/// A cross that stands out of both faces of a wheel: without it, nobody sees it turn.
+/// A cross that stands out of both faces of a wheel: without it, its rotation does not show.
 fn spokes(radius: f64, length: f64) -> Boxes3D {
     let (long, wide, high) = (1.7 * radius, 0.16 * radius, length + 0.012);
     Boxes3D::from_sizes([
@@ -257,9 +261,9 @@ fn linear_colour([r, g, b, a]: [f32; 4]) -> Color {
 mod tests {
     use super::*;
 
-    fn straight(n: usize, step: f64) -> Vec<Frame> {
+    fn straight(n: usize, step: f64) -> Vec<RailFrame> {
         (0..n)
-            .map(|i| Frame {
+            .map(|i| RailFrame {
                 s: i as f64 * step,
                 p: Vector3::new(i as f64 * step, 0.0, 0.0),
                 t: Vector3::x(),

@@ -7,7 +7,7 @@ use rerun::{EntityPath, SeriesLines};
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 const TRUTH: [u8; 3] = [235, 235, 235];
 const REFERENCE: [u8; 3] = [255, 190, 60];
-/// Colours of estimators and of other lines, told apart by people with red-green weakness too (Okabe and Ito, 2008).
+/// Colours of estimators and of other lines, distinguished by people with red-green weakness too (Okabe and Ito, 2008).
 const PALETTE: [[u8; 3]; 7] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -20,14 +20,14 @@ const PALETTE: [[u8; 3]; 7] = [
 
 /// How values of a chunk become scalars of an entity.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Line {
+pub enum ScalarSource {
     /// `scale` × the channel.
     Value {
         /// Index of the channel.
         channel: usize,
         /// Factor, such as 180/π.
         scale: f64,
-        /// Index of the channel that says (1) whether the value is vouched for; without it, it always is.
+        /// Index of the channel that is 1 where the value is valid; without it, it always is.
         valid: Option<usize>,
     },
     /// Two scalars a row: `scale` × (value − 2 sd) and `scale` × (value + 2 sd).
@@ -45,7 +45,7 @@ pub enum Line {
 
 /// A line, or a pair, in plots.
 #[derive(Clone, Debug)]
-pub struct Series {
+pub struct PlottedSeries {
     /// Where it is recorded.
     pub entity: EntityPath,
     /// Path of its channel.
@@ -53,12 +53,12 @@ pub struct Series {
     /// Unit of what is drawn.
     pub unit: String,
     /// Where its values come from.
-    pub line: Line,
+    pub line: ScalarSource,
     colour: [u8; 3],
 }
 
 /// All lines of these channels.
-pub fn plan(channels: &[Channel]) -> Vec<Series> {
+pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
     let estimators = estimators(channels);
     let mut all = Vec::new();
     for (channel, c) in channels.iter().enumerate() {
@@ -68,7 +68,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
                 .into_iter()
                 .chain(c.path.split('/'))
                 .chain([suffix]);
-            all.push(Series {
+            all.push(PlottedSeries {
                 entity: entity(parts.filter(|p| !p.is_empty())),
                 path: c.path.clone(),
                 unit: unit.into(),
@@ -80,7 +80,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
             "",
             "",
             c.unit,
-            Line::Value {
+            ScalarSource::Value {
                 channel,
                 scale: 1.0,
                 valid: None,
@@ -99,7 +99,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
         };
         let valid = beside("valid");
         if unit != c.unit || valid.is_some() {
-            let line = Line::Value {
+            let line = ScalarSource::Value {
                 channel,
                 scale,
                 valid,
@@ -107,7 +107,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
             add("display", "", unit, line);
         }
         if let Some(sd) = beside("sd") {
-            let line = Line::Band {
+            let line = ScalarSource::Band {
                 channel,
                 sd,
                 scale,
@@ -119,7 +119,7 @@ pub fn plan(channels: &[Channel]) -> Vec<Series> {
     all
 }
 
-impl Series {
+impl PlottedSeries {
     /// First part of the channel's path: `truth`, `sensors`, `estimates`, `internals`, `control`.
     pub fn group(&self) -> &str {
         self.path.split('/').next().unwrap_or_default()
@@ -145,7 +145,7 @@ impl Series {
     pub fn is_raw(&self) -> bool {
         matches!(
             self.line,
-            Line::Value {
+            ScalarSource::Value {
                 scale: 1.0,
                 valid: None,
                 ..
@@ -161,7 +161,7 @@ impl Series {
         };
         let name = format!("{who} {} [{}]", self.leaf(), self.unit);
         let [r, g, b] = self.colour;
-        if let Line::Band { .. } = self.line {
+        if let ScalarSource::Band { .. } = self.line {
             // Same name and colour as the estimate's: one entry in the legend for the three lines.
             return SeriesLines::new()
                 .with_names([name.clone(), name])
@@ -197,7 +197,7 @@ pub fn estimators(channels: &[Channel]) -> Vec<String> {
 fn colour(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
     let mut parts = path.split('/');
     match (parts.next(), parts.next(), parts.next()) {
-        // The primary truth is white; others of the same unit must be told from it.
+        // The primary truth is white; others of the same unit must differ from it.
         (Some("truth"), Some("pitch_at_imu"), None) => [170, 170, 200],
         (Some("truth"), Some("grade_effective"), None) => [150, 130, 110],
         (Some("truth"), Some(leaf), None)
@@ -240,7 +240,7 @@ mod tests {
             let raw = of(&c.path);
             assert_eq!(
                 raw.line,
-                Line::Value {
+                ScalarSource::Value {
                     channel: i,
                     scale: 1.0,
                     valid: None
@@ -250,7 +250,7 @@ mod tests {
         }
         let scale = 180.0 / std::f64::consts::PI;
         let degrees = of("display/truth/grade_at_imu");
-        let line = Line::Value {
+        let line = ScalarSource::Value {
             channel: 0,
             scale,
             valid: None,
@@ -259,7 +259,7 @@ mod tests {
         let band = of("display/estimates/jekf/grade/two_sigma");
         assert_eq!(
             band.line,
-            Line::Band {
+            ScalarSource::Band {
                 channel: 1,
                 sd: 2,
                 scale,

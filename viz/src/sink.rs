@@ -1,10 +1,10 @@
 //! The sink: scene, then chunks, then the end.
 
 use crate::blueprint;
-use crate::columns::Columns;
+use crate::columns::ChunkColumns;
 use crate::live::Live;
 use crate::scene;
-use crate::stream::Stream;
+use crate::stream::MessageStream;
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout, Sink};
 use std::net::SocketAddr;
@@ -29,8 +29,8 @@ pub struct RerunSink {
 
 /// A recording that is being written.
 struct Open {
-    stream: Stream,
-    columns: Columns,
+    stream: MessageStream,
+    columns: ChunkColumns,
 }
 
 impl RerunSink {
@@ -67,9 +67,9 @@ impl RerunSink {
 impl Sink for RerunSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
         let id = format!("{}-{}", layout.scenario, layout.seed);
-        let mut stream = Stream::create(&self.path, &id, self.live.take())?;
+        let mut stream = MessageStream::create(&self.path, &id, self.live.take())?;
         let wheels = scene::log(&mut stream, layout)?;
-        let columns = Columns::begin(&mut stream, layout, wheels)?;
+        let columns = ChunkColumns::begin(&mut stream, layout, wheels)?;
         let (length_m, load) = (layout.train.limits.length_m, layout.train.load.is_some());
         stream.blueprint(blueprint::entities(columns.series(), length_m, load))?;
         self.open = Some(Open { stream, columns });

@@ -26,7 +26,7 @@ pub const TIMELINE: &str = "sim_time";
 
 /// Which of the two stores of a recording a message belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Store {
+pub enum RerunStore {
     /// The data.
     Recording,
     /// The layout of the viewer.
@@ -45,13 +45,13 @@ impl Ids {
         ])
     }
 
-    fn of(&self, store: Store) -> StoreId {
+    fn of(&self, store: RerunStore) -> StoreId {
         self.0[store as usize].clone()
     }
 }
 
 /// A file being written, and perhaps a viewer.
-pub struct Stream {
+pub struct MessageStream {
     path: PathBuf,
     encoder: Encoder<BufWriter<File>>,
     file_ids: Ids,
@@ -59,7 +59,7 @@ pub struct Stream {
     next_id: u64,
 }
 
-impl Stream {
+impl MessageStream {
     /// Create the file. `recording`: the recording's id.
     ///
     /// A viewer never shows two recordings with one id apart, so for it a second run of the same scenario and seed
@@ -67,7 +67,7 @@ impl Stream {
     pub fn create(path: &Path, recording: &str, live: Option<Live>) -> Result<Self, Error> {
         let file = File::create(path).map_err(|e| io(path, e))?;
         let file_ids = Ids::new(recording);
-        let version = info(file_ids.of(Store::Recording)).store_version;
+        let version = info(file_ids.of(RerunStore::Recording)).store_version;
         let version = version.ok_or_else(|| io(path, std::io::Error::other("no version")))?;
         let encoder = Encoder::new_eager(
             version,
@@ -83,7 +83,7 @@ impl Stream {
             live,
             next_id: 1,
         };
-        stream.begin_store(Store::Recording)?;
+        stream.begin_store(RerunStore::Recording)?;
         Ok(stream)
     }
 
@@ -99,7 +99,7 @@ impl Stream {
 
     /// Something that holds at all times.
     pub fn fixed(&mut self, entity: EntityPath, what: &dyn AsComponents) -> Result<(), Error> {
-        self.row(Store::Recording, entity, TimePoint::STATIC, what)
+        self.row(RerunStore::Recording, entity, TimePoint::STATIC, what)
     }
 
     /// Many rows of one entity. Lengths of times and columns must agree.
@@ -112,7 +112,7 @@ impl Stream {
         let (id, _) = self.id();
         let timelines = std::iter::once((*times.timeline().name(), times)).collect();
         let chunk = Chunk::from_auto_row_ids(id, entity, timelines, columns.into_iter().collect());
-        self.chunk(Store::Recording, chunk)
+        self.chunk(RerunStore::Recording, chunk)
     }
 
     /// The layout of the viewer: entities of the blueprint store, in order.
@@ -120,14 +120,14 @@ impl Stream {
         &mut self,
         entities: Vec<(EntityPath, Box<dyn AsComponents>)>,
     ) -> Result<(), Error> {
-        self.begin_store(Store::Blueprint)?;
+        self.begin_store(RerunStore::Blueprint)?;
         for (entity, what) in entities {
             let start = TimePoint::from([(Timeline::new_sequence("blueprint"), 0)]);
-            self.row(Store::Blueprint, entity, start, &*what)?;
+            self.row(RerunStore::Blueprint, entity, start, &*what)?;
         }
         self.send(&|ids| {
             LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
-                blueprint_id: ids.of(Store::Blueprint),
+                blueprint_id: ids.of(RerunStore::Blueprint),
                 make_active: true,
                 make_default: true,
             })
@@ -148,7 +148,7 @@ impl Stream {
 
     fn row(
         &mut self,
-        store: Store,
+        store: RerunStore,
         entity: EntityPath,
         time: TimePoint,
         what: &dyn AsComponents,
@@ -160,14 +160,18 @@ impl Stream {
         self.chunk(store, chunk)
     }
 
-    fn chunk(&mut self, store: Store, chunk: rerun::log::ChunkResult<Chunk>) -> Result<(), Error> {
+    fn chunk(
+        &mut self,
+        store: RerunStore,
+        chunk: rerun::log::ChunkResult<Chunk>,
+    ) -> Result<(), Error> {
         let arrow = chunk
             .and_then(|c| c.to_arrow_msg())
             .map_err(|e| io(&self.path, std::io::Error::other(e)))?;
         self.send(&|ids| LogMsg::ArrowMsg(ids.of(store), arrow.clone()))
     }
 
-    fn begin_store(&mut self, store: Store) -> Result<(), Error> {
+    fn begin_store(&mut self, store: RerunStore) -> Result<(), Error> {
         let row_id = Tuid::from_u128(u128::from(self.next_id) << 64);
         self.next_id += 1;
         self.send(&|ids| {
@@ -197,9 +201,9 @@ impl Stream {
     }
 }
 
-impl Drop for Stream {
+impl Drop for MessageStream {
     fn drop(&mut self) {
-        // Not finished: an error or an interrupt. Nobody is left to hear of another one.
+        // Not finished: an error or an interrupt. There is no one to return another one to.
         let _ = self.finish();
     }
 }

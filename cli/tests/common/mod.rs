@@ -124,9 +124,9 @@ pub fn project() -> std::path::PathBuf {
 }
 
 /// The folder; gone when dropped.
-pub struct Rig(tempfile::TempDir);
+pub struct Simulation(tempfile::TempDir);
 
-impl Rig {
+impl Simulation {
     /// With the good scenario and the files it names.
     pub fn new() -> Self {
         let rig = Self(tempfile::tempdir().unwrap());

@@ -45,7 +45,7 @@ params! {
         accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filter cannot see.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
-        gyro ["-"] = 0.0, 0.0 => 1.0, "0: the curvature carries the slope forward; 1: the pitch gyro does.";
+        gyro [flag] = false, "The pitch gyro carries the slope forward, not the curvature.";
     }
 }
 
@@ -208,7 +208,7 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         Self {
             params,
             standstill_mps: curvature.standstill_mps(),
-            train: DistributedTrain::new(vehicle, curvature.standstill_mps()),
+            train: DistributedTrain::new(vehicle, Some(curvature.standstill_mps())),
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
             slope: Adaptive { filter, noise },
@@ -225,7 +225,7 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
     }
 
     fn predict(&mut self, reading: &Reading, dt: Real) {
-        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro >= 0.5);
+        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro);
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
             turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),

@@ -1,17 +1,18 @@
 //! Numbers that say how good a run was.
 //!
-//! Errors are estimate minus truth; the slope's truth is the grade at the IMU. Only samples for which the estimator vouches
+//! Errors are estimate minus truth; the slope's truth is the grade at the IMU. Only samples that the estimator marks valid
 //! count, and `*_valid_share` says how many those were: a metric without a single valid sample is not a number, never zero.
 //! `docs/src/metrics.md` has the same table, and a test sees to it.
 
 mod of_estimator;
 mod of_run;
+pub mod series;
 mod statistics;
 
 pub use of_estimator::METRICS;
 pub use of_run::RUN_METRICS;
 
-use crate::series::{Sample, Series, Tracking};
+use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 
 /// A metric over samples of a kind: name, unit and definition.
 pub struct Metric<T> {
@@ -26,7 +27,7 @@ pub struct Metric<T> {
 
 /// A metric of one estimator over the time from `after_s` to `until_s`; none if there is no such metric or estimator.
 pub fn measure(
-    series: &Series,
+    series: &ErrorSeries,
     estimator: &str,
     metric: &str,
     after_s: f64,
@@ -37,12 +38,12 @@ pub fn measure(
         .iter()
         .find(|(name, _)| name == estimator)?;
     let metric = METRICS.iter().find(|m| m.name == metric)?;
-    let window = between(samples, |x: &Sample| x.t_s, after_s, until_s);
+    let window = between(samples, |x: &ErrorSample| x.t_s, after_s, until_s);
     Some((metric.value)(window))
 }
 
 /// A metric of the train or the controller over the time from `after_s` to `until_s`; none if there is no such metric.
-pub fn measure_run(series: &Series, metric: &str, after_s: f64, until_s: f64) -> Option<f64> {
+pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f64) -> Option<f64> {
     let metric = RUN_METRICS.iter().find(|m| m.name == metric)?;
     let window = between(&series.tracking, |x: &Tracking| x.t_s, after_s, until_s);
     Some((metric.value)(window))

@@ -1,8 +1,8 @@
 //! Metrics of one estimator.
 
-use super::Metric;
-use super::statistics::{max, mean, percentile, rms, share, share_in_band};
-use crate::series::Sample;
+use crate::metrics::Metric;
+use crate::metrics::series::ErrorSample;
+use crate::metrics::statistics::{max, mean, percentile, rms, share, share_in_band};
 
 /// Mass counts as converged when its error stays within this share.
 const CONVERGED: f64 = 0.02;
@@ -11,7 +11,7 @@ const SETTLED_S: f64 = 1.0;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// The metrics of one estimator.
-pub const METRICS: &[Metric<Sample>] = &[
+pub const METRICS: &[Metric<ErrorSample>] = &[
     Metric {
         name: "mass_rmse_kg",
         unit: "kg",
@@ -164,24 +164,24 @@ pub const METRICS: &[Metric<Sample>] = &[
     },
 ];
 
-fn mass(s: &[Sample]) -> impl Iterator<Item = &Sample> {
+fn mass(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
     s.iter().filter(|x| x.mass_valid)
 }
 
-fn slope(s: &[Sample]) -> impl Iterator<Item = &Sample> {
+fn slope(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
     s.iter().filter(|x| x.slope_valid)
 }
 
-fn degrees(s: &[Sample]) -> impl Iterator<Item = f64> {
+fn degrees(s: &[ErrorSample]) -> impl Iterator<Item = f64> {
     slope(s).map(|x| x.slope / DEGREE)
 }
 
-fn close(x: &Sample) -> bool {
+fn close(x: &ErrorSample) -> bool {
     x.mass_valid && x.mass_rel.abs() <= CONVERGED
 }
 
 /// The samples after convergence.
-fn settled(s: &[Sample]) -> &[Sample] {
+fn settled(s: &[ErrorSample]) -> &[ErrorSample] {
     let mut since = None;
     for (i, x) in s.iter().enumerate() {
         match since {
@@ -194,7 +194,7 @@ fn settled(s: &[Sample]) -> &[Sample] {
     &[]
 }
 
-fn end(s: &[Sample]) -> f64 {
+fn end(s: &[ErrorSample]) -> f64 {
     let Some(last) = s.last() else {
         return f64::NAN;
     };
@@ -202,7 +202,7 @@ fn end(s: &[Sample]) -> f64 {
     mean(late.map(|x| x.mass_rel)).abs()
 }
 
-fn convergence(s: &[Sample]) -> f64 {
+fn convergence(s: &[ErrorSample]) -> f64 {
     let from = s.iter().rposition(|x| !close(x)).map_or(0, |i| i + 1);
     s.get(from).map_or(f64::NAN, |x| x.t_s)
 }
@@ -211,10 +211,10 @@ fn convergence(s: &[Sample]) -> f64 {
 mod tests {
     use super::*;
     use crate::metrics::measure;
-    use crate::series::Series;
+    use crate::metrics::series::ErrorSeries;
 
-    fn series(errors: &[(f64, bool)]) -> Series {
-        let sample = |(i, &(e, valid)): (usize, &(f64, bool))| Sample {
+    fn series(errors: &[(f64, bool)]) -> ErrorSeries {
+        let sample = |(i, &(e, valid)): (usize, &(f64, bool))| ErrorSample {
             t_s: i as f64,
             mass_rel: e,
             mass_kg: 1000.0 * e,
@@ -226,7 +226,7 @@ mod tests {
             running_resistance: f64::NAN,
             ..Default::default()
         };
-        Series {
+        ErrorSeries {
             estimators: vec![("x".into(), errors.iter().enumerate().map(sample).collect())],
             ..Default::default()
         }

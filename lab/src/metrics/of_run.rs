@@ -1,8 +1,8 @@
 //! Metrics of the train and the controller.
 
-use super::Metric;
-use super::statistics::{max, rms};
-use crate::series::Tracking;
+use crate::metrics::Metric;
+use crate::metrics::series::Tracking;
+use crate::metrics::statistics::{max, rms};
 
 /// Acceleration and jerk are taken over steps of this length: shorter ones show the springs of the wheels, s.
 const COMFORT_STEP_S: f64 = 0.1;
@@ -86,10 +86,10 @@ fn jerk(s: &[Tracking]) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::metrics::measure_run;
-    use crate::series::{Series, Tracking};
+    use crate::metrics::series::{ErrorSeries, Tracking};
 
     /// v = 0.3 t², F = 200 N forwards until 5 s, then backwards: jerk 0.6, way 0.1 t³.
-    fn series() -> Series {
+    fn series() -> ErrorSeries {
         let at = |i: u32| {
             let t_s = 0.005 * f64::from(i);
             let way_speed = 0.3 * t_s * t_s;
@@ -103,7 +103,7 @@ mod tests {
                 off_rail: 0.001 * t_s,
             }
         };
-        Series {
+        ErrorSeries {
             tracking: (0..=2000).map(at).collect(),
             ..Default::default()
         }

@@ -1,12 +1,12 @@
 //! Recordings on disk: found again by a hash of all that made them, written whole or not at all, checked when read.
 
-use super::{Columns, record};
-use crate::series::Target;
+use crate::metrics::series::Target;
+use crate::replay::{ReplayData, record};
 use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::scenario::Scenario;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ impl Cache {
         scenario: &Scenario,
         seed: u64,
         go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> Result<Option<Columns>, Error> {
+    ) -> Result<Option<ReplayData>, Error> {
         let place = self.place(scenario, seed)?;
         if let Some(found) = load(&place) {
             return Ok(Some(found));
@@ -88,7 +88,7 @@ fn build_id() -> String {
 }
 
 /// Write a recording under a temporary name, then move it into place.
-pub fn save(place: &Path, columns: &Columns) -> Result<(), Error> {
+pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
     let refused = |path: &Path| {
         let path = path.to_owned();
         move |source| Error::Io { path, source }
@@ -106,11 +106,11 @@ pub fn save(place: &Path, columns: &Columns) -> Result<(), Error> {
 }
 
 /// Read a recording; none if there is no file, or if it is not whole.
-pub fn load(place: &Path) -> Option<Columns> {
+pub fn load(place: &Path) -> Option<ReplayData> {
     decode(&std::fs::read(place).ok()?)
 }
 
-fn encode(columns: &Columns) -> Vec<u8> {
+fn encode(columns: &ReplayData) -> Vec<u8> {
     let mut body = Vec::with_capacity(40 * columns.len() + 8 * columns.values.len() + 256);
     for count in [columns.masks.len(), columns.values.len()] {
         body.extend((count as u64).to_le_bytes());
@@ -136,7 +136,7 @@ fn encode(columns: &Columns) -> Vec<u8> {
     file
 }
 
-fn decode(file: &[u8]) -> Option<Columns> {
+fn decode(file: &[u8]) -> Option<ReplayData> {
     let (hash, body) = file.strip_prefix(MAGIC)?.split_at_checked(32)?;
     if Sha256::digest(body).as_slice() != hash {
         return None;
@@ -148,7 +148,7 @@ fn decode(file: &[u8]) -> Option<Columns> {
     let mut numbers = words.by_ref().map(f64::from_bits);
     let mut get = || numbers.next();
     let vehicle = vehicle_of(&mut get)?;
-    let mut columns = Columns::new(vehicle);
+    let mut columns = ReplayData::new(vehicle);
     for _ in 0..steps {
         columns.truth.push(Target {
             t_s: get()?,

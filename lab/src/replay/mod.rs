@@ -5,9 +5,8 @@
 //! an estimator ([`play`]) hundreds of times faster than the run itself.
 
 pub mod cache;
-pub mod columns;
-pub mod lanes;
+pub mod data;
 pub mod play;
 pub mod record;
 
-pub use columns::Columns;
+pub use data::ReplayData;

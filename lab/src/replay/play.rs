@@ -1,21 +1,21 @@
 //! Plays recorded columns to an estimator.
 
-use super::Columns;
-use crate::series::Sample;
+use crate::metrics::series::ErrorSample;
+use crate::replay::ReplayData;
 use monorig_estimators::registry::AnyEstimator;
-use monorig_sim::bank::Member;
+use monorig_sim::closed_loop::estimators::RunningEstimator;
 
 /// Gives an estimator what it would have been given in the run, and puts its errors into `samples`, one per step. They are
 /// bit for bit those of the run, because the same code makes them.
-pub fn play(columns: &Columns, estimator: AnyEstimator, samples: &mut Vec<Sample>) {
+pub fn play(columns: &ReplayData, estimator: AnyEstimator, samples: &mut Vec<ErrorSample>) {
     samples.clear();
     samples.reserve(columns.len());
-    let mut member = Member::new(String::new(), estimator);
+    let mut member = RunningEstimator::new(String::new(), estimator);
     let mut last_s = 0.0;
     let mut steps = columns.steps();
     while let Some((z, command, truth)) = steps.advance() {
         member.step(z, command, z.t_s - last_s);
         last_s = z.t_s;
-        samples.push(Sample::new(&member, truth));
+        samples.push(ErrorSample::new(&member, truth));
     }
 }

@@ -1,32 +1,33 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
-use super::Columns;
-use crate::series::Target;
+use crate::metrics::series::Target;
+use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::rig::Rig;
-use monorig_sim::run::{self, Frame, Observer};
-use monorig_sim::scenario::Scenario;
 
 /// Keeps what the estimators are given.
-pub struct Recorder {
+pub struct ReplayRecorder {
     /// What was recorded so far.
-    pub columns: Columns,
+    pub columns: ReplayData,
     last: Command,
 }
 
-impl Recorder {
+impl ReplayRecorder {
     /// For a run of this rig.
-    pub fn new(rig: &Rig) -> Self {
+    pub fn new(rig: &Simulation) -> Self {
         Self {
-            columns: Columns::new(rig.vehicle),
+            columns: ReplayData::new(rig.vehicle),
             last: Command::default(),
         }
     }
 }
 
-impl Observer for Recorder {
-    fn see(&mut self, f: &Frame<'_>) -> Result<(), Error> {
+impl Observer for ReplayRecorder {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
             let change = (*f.command != self.last).then_some(f.command);
             self.columns
@@ -53,9 +54,9 @@ pub fn record(
     scenario: &Scenario,
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<Columns>, Error> {
-    let mut rig = Rig::build(bare(scenario), seed)?;
-    let mut recorder = Recorder::new(&rig);
+) -> Result<Option<ReplayData>, Error> {
+    let mut rig = Simulation::build(bare(scenario), seed)?;
+    let mut recorder = ReplayRecorder::new(&rig);
     let mut stopped = false;
     let mut watch = |share| {
         stopped = !go_on(share);

@@ -1,12 +1,12 @@
 //! Reports: one HTML file that needs nothing else, with plots as SVG inside it.
 //!
 //! A [`page::Page`] is a list of sections; a section holds text, [`table::Table`]s and figures. A figure comes from one of the
-//! kinds in [`plot`], all used alike: fill a struct with numbers, call `figure()`. Numbers that are not finite are left out; a
+//! kinds in [`crate::plot`], all used alike: fill a struct with numbers, call `figure()`. Numbers that are not finite are left out; a
 //! plot without any says "no data". The same numbers give the same bytes.
 //!
 //! ```
 //! use monorig_lab::report::page::{Page, Section};
-//! use monorig_lab::report::plot::{axis::Axis, line::{Line, LineChart}, theme::Ink};
+//! use monorig_lab::plot::{axis::Axis, line::{Line, LineChart}, theme::Ink};
 //!
 //! let mut chart = LineChart::new("Speed", Axis::linear("time, s"), Axis::linear("speed, m/s"));
 //! chart.lines.push(Line::new("train", Ink::Series(0), vec![(0.0, 0.0), (1.0, 0.5)]));
@@ -15,9 +15,7 @@
 //! assert!(page.to_html().contains("speed, m/s"));
 //! ```
 
-pub mod html;
 pub mod page;
-pub mod plot;
 pub mod run;
 pub mod study;
 pub mod table;

@@ -1,8 +1,11 @@
 //! A page: title, verdict, sections.
 
-use super::html::{STYLE, escape};
-use super::plot::Figure;
-use super::table::Table;
+use crate::html::escape;
+use crate::plot::Figure;
+use crate::report::table::Table;
+
+/// The style sheet: light and dark by the reader's choice, one column on a phone, black on white in print.
+const STYLE: &str = include_str!("style.css");
 
 /// A whole report.
 #[derive(Clone, Debug, Default)]

@@ -1,6 +1,6 @@
 //! Tables.
 
-use super::html::{escape, number};
+use crate::html::{escape, number};
 
 /// A table. Columns of numbers stand to the right.
 #[derive(Clone, Debug, Default)]

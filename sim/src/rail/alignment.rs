@@ -3,18 +3,18 @@
 //! Angles accumulate from element to element, so the tangent has no jump whatever the elements are. The curvature may
 //! jump (an arc right beside a line), as it does on rails bent that way; clothoids, easements and transitions avoid it.
 
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use std::path::Path;
 
 /// Longest track, m: longer is taken for a slip of the pen.
-pub(super) const LONGEST_M: f64 = 50_000.0;
+pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
 /// Shortest element, m.
-const SHORTEST_M: f64 = 1e-3;
+const MIN_PIECE_M: f64 = 1e-3;
 /// Sharpest bend, 1/m: no rail is bent to less than half a metre.
-const SHARPEST_1PM: f64 = 2.0;
+const MAX_CURVATURE_1PM: f64 = 2.0;
 /// Most stretches a track may have.
-const MOST_PIECES: usize = 1_000_000;
+const MAX_PIECES: usize = 1_000_000;
 
 /// How an angle grows with x = s − from.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +118,7 @@ impl Angle {
 }
 
 /// Strings stretches together.
-pub(crate) struct Builder<'a> {
+pub(crate) struct AlignmentBuilder<'a> {
     pub(crate) file: &'a Path,
     start: f64,
     s: f64,
@@ -127,7 +127,7 @@ pub(crate) struct Builder<'a> {
     pieces: Vec<Piece>,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> AlignmentBuilder<'a> {
     pub(crate) fn new(file: &'a Path, start: f64) -> Self {
         Self {
             file,
@@ -146,7 +146,7 @@ impl<'a> Builder<'a> {
         [k0, k1]: [f64; 2],
         [bend_key, angle_key]: [&str; 2],
     ) -> Result<(), Error> {
-        if k0.abs().max(k1.abs()) > SHARPEST_1PM {
+        if k0.abs().max(k1.abs()) > MAX_CURVATURE_1PM {
             let radius = 1.0 / k0.abs().max(k1.abs());
             return Err(input_error(
                 self.file,
@@ -168,7 +168,7 @@ impl<'a> Builder<'a> {
         self.s += length;
         self.angle += 0.5 * (k0 + k1) * length;
         self.curvature = k1;
-        if self.s > LONGEST_M || self.pieces.len() > MOST_PIECES {
+        if self.s > MAX_LENGTH_M || self.pieces.len() > MAX_PIECES {
             return Err(input_error(
                 self.file,
                 bend_key,
@@ -177,7 +177,7 @@ impl<'a> Builder<'a> {
                     self.s,
                     self.pieces.len()
                 ),
-                format!("at most {LONGEST_M} m and {MOST_PIECES} pieces"),
+                format!("at most {MAX_LENGTH_M} m and {MAX_PIECES} pieces"),
             ));
         }
         Ok(())
@@ -249,12 +249,12 @@ impl<'a> Builder<'a> {
 
     /// An element so short that it can only be a slip of the pen is an error.
     pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), Error> {
-        if length < SHORTEST_M {
+        if length < MIN_PIECE_M {
             return Err(input_error(
                 self.file,
                 key,
                 format!("the element is {length:e} m long"),
-                format!("at least {SHORTEST_M} m"),
+                format!("at least {MIN_PIECE_M} m"),
             ));
         }
         Ok(())
@@ -291,8 +291,8 @@ impl<'a> Builder<'a> {
 mod tests {
     use super::*;
 
-    fn built(f: impl FnOnce(&mut Builder<'_>) -> Result<(), Error>) -> Angle {
-        let mut b = Builder::new(Path::new("t.yaml"), 0.2);
+    fn built(f: impl FnOnce(&mut AlignmentBuilder<'_>) -> Result<(), Error>) -> Angle {
+        let mut b = AlignmentBuilder::new(Path::new("t.yaml"), 0.2);
         f(&mut b).unwrap();
         b.finish()
     }
@@ -335,7 +335,7 @@ mod tests {
 
     #[test]
     fn an_easement_longer_than_the_arc_is_named() {
-        let mut b = Builder::new(Path::new("t.yaml"), 0.0);
+        let mut b = AlignmentBuilder::new(Path::new("t.yaml"), 0.0);
         let e = b
             .arc(0.5, Some(4.0), None, 2.5, "vertical[3]", "")
             .unwrap_err()

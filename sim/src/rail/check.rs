@@ -2,8 +2,8 @@
 
 use super::Rail;
 use super::alignment::{Angle, Piece};
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use crate::train::Limits;
 
 /// Rounding of radii and angles that are just at a limit.

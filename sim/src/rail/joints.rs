@@ -9,17 +9,17 @@
 //!
 //! Only points nearer to the rail's line than r/2 (the radius of curvature within a step) project uniquely there.
 
-use crate::checked::{NonNegative, Positive};
+use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at walking pace.
 pub const ROUNDING_M: f64 = 0.02;
-const MOST_KINK_DEG: f64 = 2.0;
-const MOST_STEP_M: f64 = 0.005;
+const MAX_KINK_DEG: f64 = 2.0;
+const MAX_STEP_M: f64 = 0.005;
 
 /// Rail joints in a track file.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
@@ -63,18 +63,18 @@ impl Joints {
             Err(input_error(file, format!("joints.{key}"), message, help))
         };
         let (every, kink, step) = (j.every_m.get(), j.kink_deg.get(), j.step_m.get());
-        if kink > MOST_KINK_DEG {
+        if kink > MAX_KINK_DEG {
             return bad(
                 "kink_deg",
                 format!("a kink of {kink}°"),
-                format!("at most {MOST_KINK_DEG}°"),
+                format!("at most {MAX_KINK_DEG}°"),
             );
         }
-        if step > MOST_STEP_M {
+        if step > MAX_STEP_M {
             return bad(
                 "step_m",
                 format!("a step of {step} m"),
-                format!("at most {MOST_STEP_M} m"),
+                format!("at most {MAX_STEP_M} m"),
             );
         }
         if step > 0.1 * j.wheel_radius_m.get() {

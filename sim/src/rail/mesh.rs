@@ -5,7 +5,7 @@ use super::{Cursor, Rail};
 
 /// A closed surface of triangles, outward sides counter-clockwise.
 #[derive(Clone, Debug, Default)]
-pub struct Mesh {
+pub struct RailMesh {
     /// Chainage at which it begins and ends, m.
     pub from_m: f64,
     /// See above.
@@ -19,7 +19,7 @@ pub struct Mesh {
 impl Rail {
     /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most `step_m` apart where the
     /// rail is curved (the chord is then step²/8R off), and only at the ends where it is straight.
-    pub fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<Mesh> {
+    pub fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<RailMesh> {
         let Some(profile) = self.profile() else {
             return Vec::new();
         };
@@ -36,12 +36,12 @@ impl Rail {
             .collect()
     }
 
-    fn chunk(&self, outline: &[[f64; 2]], from_m: f64, to_m: f64, step_m: f64) -> Mesh {
+    fn chunk(&self, outline: &[[f64; 2]], from_m: f64, to_m: f64, step_m: f64) -> RailMesh {
         let n = outline.len() as u32;
-        let mut mesh = Mesh {
+        let mut mesh = RailMesh {
             from_m,
             to_m,
-            ..Mesh::default()
+            ..RailMesh::default()
         };
         let mut cursor = Cursor::at(from_m);
         let cuts = self.nodes.cuts(from_m, to_m, step_m);

@@ -1,35 +1,32 @@
 //! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
 //!
-//! A track file ([`track`]) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
+//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
 //! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
-//! curvatures κ_h and κ_v. A surveyed track ([`survey`]) gives the same functions through a smoothing spline; rail joints
+//! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
 //! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
 //! as short polynomials (`nodes`) so that the physics loop can ask for frames in some tens of nanoseconds.
 
-mod alignment;
+pub(crate) mod alignment;
 mod check;
-mod elements;
 pub mod joints;
 pub mod mesh;
 mod nodes;
 pub mod profile;
-mod spline;
-pub mod survey;
-pub mod track;
+pub(crate) mod spline;
 
+use crate::config::file::{Sets, named, read_yaml_with, with_sets};
+use crate::config::track::TrackFile;
 use crate::error::Error;
-use crate::file::{Sets, named, read_yaml_with, with_sets};
 use alignment::Angle;
 use joints::Joints;
 use nalgebra::Vector3;
 use nodes::Nodes;
 use profile::Profile;
 use std::path::{Path, PathBuf};
-use track::TrackFile;
 
 /// The rail at one chainage: right-handed frame t forward, l left, u up, in the world (z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct RailFrame {
     /// Chainage = arc length in space, m.
     pub s: f64,
     /// Position of the rail's line (middle of the web, half height of the beam), m.
@@ -44,7 +41,7 @@ pub struct Frame {
     pub k: Vector3<f64>,
 }
 
-impl Frame {
+impl RailFrame {
     /// Complete a frame from the curve's derivatives.
     pub(crate) fn new(s: f64, p: Vector3<f64>, t: Vector3<f64>, k: Vector3<f64>) -> Self {
         let level = 1.0 / (t.x * t.x + t.y * t.y).sqrt();
@@ -118,7 +115,7 @@ impl Rail {
                 Section::Road([[-half, below], [half, below], [half, 0.0], [-half, 0.0]])
             }
             (Some(_), Some(_)) => {
-                return Err(crate::file::input_error(
+                return Err(crate::config::file::input_error(
                     path,
                     "road_width_m",
                     "this track has a rail profile and the width of a road",
@@ -126,7 +123,7 @@ impl Rail {
                 ));
             }
             (None, None) => {
-                return Err(crate::file::input_error(
+                return Err(crate::config::file::input_error(
                     path,
                     "profile",
                     "this track is neither a rail nor a road",
@@ -221,16 +218,16 @@ impl Rail {
     }
 
     /// The frame at s.
-    pub fn frame(&self, s: f64) -> Frame {
+    pub fn frame(&self, s: f64) -> RailFrame {
         self.frame_at(s, &mut Cursor::at(s))
     }
 
     /// The frame at s; the cursor is moved there. Faster than [`Rail::frame`] when s is near the cursor.
-    pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> Frame {
+    pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> RailFrame {
         cursor.node = self.nodes.find(s, cursor.node);
         cursor.s = s;
         let at = self.nodes.eval(cursor.node, s);
-        Frame::new(s, at.p, at.t, at.k)
+        RailFrame::new(s, at.p, at.t, at.k)
     }
 
     /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by Newton's
@@ -241,7 +238,7 @@ impl Rail {
 
     /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9 m,
     /// with one evaluation of the curve while `p` moves a few millimetres between calls.
-    pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> Frame {
+    pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         self.nodes.track(p, cursor)
     }
 
@@ -251,7 +248,7 @@ impl Rail {
     }
 
     /// Frames every `step_m` from 0, and at the end. A step that is not above zero gives the two ends only.
-    pub fn samples(&self, step_m: f64) -> Vec<Frame> {
+    pub fn samples(&self, step_m: f64) -> Vec<RailFrame> {
         let pieces = pieces(self.length, step_m);
         let mut cursor = Cursor::default();
         let mut frames = Vec::with_capacity(pieces + 1);
@@ -268,10 +265,10 @@ const ROAD_THICKNESS: f64 = 0.1;
 
 /// How many pieces of at most `step` make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {
-    const MOST: f64 = 1e7;
+    const MAX_PIECES: f64 = 1e7;
     if step > 0.0 && length > 0.0 {
         // a sliver of rounding at the end is no piece of its own
-        (length / step - 1e-9).ceil().clamp(1.0, MOST) as usize
+        (length / step - 1e-9).ceil().clamp(1.0, MAX_PIECES) as usize
     } else {
         1
     }

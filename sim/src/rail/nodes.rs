@@ -7,12 +7,12 @@
 
 use super::alignment::Angle;
 use super::joints::Joints;
-use super::{Cursor, Frame};
+use super::{Cursor, RailFrame};
 use nalgebra::Vector3;
 
 /// Longest curved node, m, and largest angle a node may turn through, rad.
-const LONGEST_M: f64 = 0.25;
-const MOST_TURN: f64 = 0.05;
+const MAX_NODE_LENGTH_M: f64 = 0.25;
+const MAX_NODE_TURN_RAD: f64 = 0.05;
 /// What a Taylor shift of third order may be off, m.
 const SHIFT_ERROR_M: f64 = 1e-12;
 /// Newton's method stops behind a step smaller than this, m.
@@ -178,7 +178,7 @@ impl Nodes {
                 p.add(t * span);
                 continue;
             }
-            let count = super::pieces(span, LONGEST_M.min(MOST_TURN / bend));
+            let count = super::pieces(span, MAX_NODE_LENGTH_M.min(MAX_NODE_TURN_RAD / bend));
             for i in 0..count {
                 let at = |i: usize| {
                     if i == count {
@@ -260,7 +260,7 @@ impl Nodes {
     /// See [`super::Rail::track`]: the curve is evaluated once, where the cursor was, and its Taylor polynomial gives the
     /// foot and the frame there, as long as the foot stays inside the node and within its reach.
     #[inline]
-    pub(super) fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> Frame {
+    pub(super) fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         cursor.node = self.find(cursor.s, cursor.node);
         let node = &self.0[cursor.node];
         let at = node.eval(cursor.s);
@@ -270,7 +270,7 @@ impl Nodes {
             let ds = d.dot(&at.t);
             if inside(cursor.s + ds) {
                 cursor.s += ds;
-                return Frame::new(cursor.s, at.p + at.t * ds, at.t, at.k);
+                return RailFrame::new(cursor.s, at.p + at.t * ds, at.t, at.k);
             }
         } else {
             // f(ds) = (p − p(s + ds))·t(s + ds) has f′ = d·k − 1, f″ = d·j, f‴ = k·k + …, with d = p − p(s), as t·t = 1
@@ -284,7 +284,7 @@ impl Nodes {
             let s = cursor.s + ds;
             if slope > 0.5 && ds.abs() <= node.reach && mend.abs() <= MEND_M && inside(s) {
                 cursor.s = s;
-                return Frame::new(
+                return RailFrame::new(
                     s,
                     at.p + (at.t + (at.k * 0.5 + at.j * (ds / 6.0)) * ds) * ds,
                     at.t + (at.k + at.j * (0.5 * ds)) * ds,
@@ -294,7 +294,7 @@ impl Nodes {
         }
         let s = self.project(p, cursor);
         let at = self.eval(cursor.node, s);
-        Frame::new(s, at.p, at.t, at.k)
+        RailFrame::new(s, at.p, at.t, at.k)
     }
 
     /// See [`super::Rail::nearest`].

@@ -2,9 +2,9 @@
 //!
 //! Coordinates across the rail are (l, u), m. The rail's line, the origin, is the middle of the web at half the height.
 
-use crate::checked::{Positive, Version1};
+use crate::config::checked::{Positive, Version1};
+use crate::config::file::{input_error, read_yaml};
 use crate::error::Error;
-use crate::file::{input_error, read_yaml};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -12,7 +12,7 @@
 
 /// Values and second derivatives at the knots.
 #[derive(Clone, Debug)]
-pub(super) struct Spline {
+pub(crate) struct Spline {
     x: Vec<f64>,
     g: Vec<f64>,
     gamma: Vec<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Spline {
 
 impl Spline {
     /// Smooth `y` over the strictly growing `x` (at least three points each, equally many) to a root mean square miss of `sigma`.
-    pub(super) fn smooth(x: &[f64], y: &[f64], sigma: f64) -> Self {
+    pub(crate) fn smooth(x: &[f64], y: &[f64], sigma: f64) -> Self {
         let solve = |lambda: f64| Self::solve(x, y, lambda);
         if sigma <= 0.0 {
             return solve(0.0);
@@ -115,7 +115,7 @@ impl Spline {
     }
 
     /// Per gap: where it begins and ends, and f = Σ cᵢ (x − from)ⁱ on it.
-    pub(super) fn cubics(&self) -> impl Iterator<Item = (f64, f64, [f64; 4])> + '_ {
+    pub(crate) fn cubics(&self) -> impl Iterator<Item = (f64, f64, [f64; 4])> + '_ {
         (0..self.x.len() - 1).map(|i| {
             let h = self.x[i + 1] - self.x[i];
             let (g0, g1) = (self.gamma[i], self.gamma[i + 1]);

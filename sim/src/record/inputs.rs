@@ -1,7 +1,7 @@
 //! Which files a run was made from: the scenario, every file it names, every file those name, and so on.
 
+use crate::config::file::read_text;
 use crate::error::Error;
-use crate::file::read_text;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -66,9 +66,9 @@ impl Manifest {
 
     /// Read a manifest back.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = crate::file::read_text(path)?;
+        let text = crate::config::file::read_text(path)?;
         serde_json::from_str(&text).map_err(|e| {
-            crate::file::input_error(
+            crate::config::file::input_error(
                 path,
                 "",
                 e.to_string(),

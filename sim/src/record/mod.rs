@@ -5,10 +5,10 @@ pub mod inputs;
 pub mod manifest;
 pub mod parquet;
 pub mod readback;
-pub mod tape;
+pub mod recorder;
 
 use crate::error::Error;
-use crate::rail::Frame as RailFrame;
+use crate::rail::RailFrame;
 use crate::train::Train;
 
 /// What is fixed for a run: handed to every sink before the first chunk.

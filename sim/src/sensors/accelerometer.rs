@@ -7,9 +7,9 @@
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 
-use super::instrument::{Instrument, Span, Takes};
+use super::instrument::{Instrument, SamplingMode, StepInterval};
 use super::misalignment;
-use super::sheet_file::InertialSensor;
+use crate::config::sensor_sheet_file::InertialSensor;
 use crate::error::Error;
 use crate::plant::MountState;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -34,7 +34,7 @@ impl Accelerometer {
         let axes = [(".x", bias[0]), (".y", bias[1]), (".z", bias[2])];
         let mut instrument = Instrument::new(
             NAME,
-            Takes::Mean,
+            SamplingMode::Integrating,
             (&sheet.sampling, &sheet.errors),
             axes,
             seed,
@@ -50,7 +50,7 @@ impl Accelerometer {
     /// The mount moved from `before` to `now`; over an empty span both are the same.
     pub fn observe(
         &mut self,
-        span: Span,
+        span: StepInterval,
         before: &MountState,
         now: &MountState,
     ) -> Result<(), Error> {

@@ -11,8 +11,8 @@
 //! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
 
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
-use super::sheet_file::{Errors, WarmUp};
 use super::stream::Stream;
+use crate::config::sensor_sheet_file::{Errors, WarmUp};
 
 /// The errors of one axis during one run.
 #[derive(Clone, Debug)]
@@ -123,7 +123,7 @@ impl Warmth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Finite, Fraction, NonNegative, Positive};
+    use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 
     fn f(x: f64) -> Finite {
         Finite::try_from(x).unwrap()
@@ -278,7 +278,7 @@ mod tests {
                 noise_sd: n(0.1),
                 noise_density: n(0.02),
                 random_walk_of_integral: n(0.015),
-                gauss_markov: Some(super::super::sheet_file::Markov {
+                gauss_markov: Some(crate::config::sensor_sheet_file::Markov {
                     sd: n(0.2),
                     time_s: Positive::try_from(0.02).unwrap(),
                 }),

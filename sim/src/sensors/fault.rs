@@ -5,9 +5,9 @@
 //! stream of its own, so that a fault leaves the noise of the run as it was.
 
 use super::stream::Stream;
+use crate::config::file::input_error;
+use crate::config::scenario::{Event, Fault};
 use crate::error::Error;
-use crate::file::input_error;
-use crate::scenario::{Event, Fault};
 use std::path::Path;
 
 /// Share of samples that a spike hits while the fault `spikes` lasts.
@@ -163,7 +163,7 @@ pub fn read<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Finite, NonNegative, Positive};
+    use crate::config::checked::{Finite, NonNegative, Positive};
 
     fn faults(list: &[(Fault, f64)]) -> Faults<1> {
         let mut faults = Faults::new(1, "test");

@@ -3,9 +3,9 @@
 //! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between steps.
 //! A grade that grows shows as a negative rate about y.
 
-use super::instrument::{Instrument, Span, Takes};
+use super::instrument::{Instrument, SamplingMode, StepInterval};
 use super::misalignment;
-use super::sheet_file::InertialSensor;
+use crate::config::sensor_sheet_file::InertialSensor;
 use crate::error::Error;
 use crate::plant::MountState;
 
@@ -28,7 +28,7 @@ impl Gyro {
         let axes = [(".x", bias[0]), (".y", bias[1]), (".z", bias[2])];
         let mut instrument = Instrument::new(
             NAME,
-            Takes::Mean,
+            SamplingMode::Integrating,
             (&sheet.sampling, &sheet.errors),
             axes,
             seed,
@@ -40,7 +40,7 @@ impl Gyro {
     /// The mount moved from `before` to `now`.
     pub fn observe(
         &mut self,
-        span: Span,
+        span: StepInterval,
         before: &MountState,
         now: &MountState,
     ) -> Result<(), Error> {

@@ -8,27 +8,27 @@ use super::error_model::ErrorModel;
 use super::fault::{Faults, Window};
 use super::low_pass::LowPass;
 use super::sampling::{DelayLine, Reading, Schedule};
-use super::sheet_file::{Errors, Sampling};
+use crate::config::sensor_sheet_file::{Errors, Sampling};
 use crate::error::Error;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
-/// A stretch of time from one physics step to the next, ns.
+/// Interval of time from one physics step to the next, ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub struct StepInterval {
     /// Begin.
     pub from_ns: i64,
     /// End; not before the begin.
     pub to_ns: i64,
 }
 
-/// What a value stands for.
+/// Sampling mode of an instrument: what one value stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub enum SamplingMode {
     /// The signal at the instant.
     Instant,
     /// The mean of the signal since the instant before.
-    Mean,
+    Integrating,
 }
 
 /// One instrument of `N` axes.
@@ -36,7 +36,7 @@ pub enum Takes {
 pub struct Instrument<const N: usize> {
     /// Such as `gyro` or `wheel_speed[3]`.
     name: String,
-    takes: Takes,
+    mode: SamplingMode,
     schedule: Schedule,
     begun: bool,
     low_pass: Option<LowPass<N>>,
@@ -54,7 +54,7 @@ impl<const N: usize> Instrument<N> {
     /// An instrument as the sheet has it; `axes` = a name and a known bias for each axis.
     pub fn new(
         name: &str,
-        takes: Takes,
+        mode: SamplingMode,
         (sampling, errors): (&Sampling, &Errors),
         axes: [(&str, f64); N],
         seed: u64,
@@ -62,7 +62,7 @@ impl<const N: usize> Instrument<N> {
         let rate_hz = sampling.rate_hz.get();
         Self {
             name: name.into(),
-            takes,
+            mode,
             schedule: Schedule::new(sampling, seed, name),
             begun: false,
             low_pass: errors.bandwidth_hz.map(|f| LowPass::new(f.get())),
@@ -85,7 +85,12 @@ impl<const N: usize> Instrument<N> {
 
     /// The ideal signal goes from `start` to `end` over `span`: take the values that are due. Spans follow each other
     /// without gap; the first may be empty.
-    pub fn observe(&mut self, span: Span, start: [f64; N], end: [f64; N]) -> Result<(), Error>
+    pub fn observe(
+        &mut self,
+        span: StepInterval,
+        start: [f64; N],
+        end: [f64; N],
+    ) -> Result<(), Error>
     where
         Self: Align<N>,
     {
@@ -108,9 +113,9 @@ impl<const N: usize> Instrument<N> {
         let mut here_ns = span.from_ns;
         while self.schedule.next_ns() <= span.to_ns {
             let instant = self.schedule.take();
-            let ideal = match self.takes {
-                Takes::Instant => Some(at(instant.taken_ns)),
-                Takes::Mean => {
+            let ideal = match self.mode {
+                SamplingMode::Instant => Some(at(instant.taken_ns)),
+                SamplingMode::Integrating => {
                     self.integrate(here_ns, instant.taken_ns, at);
                     here_ns = instant.taken_ns;
                     self.close_period(instant.taken_ns)
@@ -143,7 +148,7 @@ impl<const N: usize> Instrument<N> {
                 _ => {}
             }
         }
-        if self.takes == Takes::Mean {
+        if self.mode == SamplingMode::Integrating {
             self.integrate(here_ns, span.to_ns, at);
         }
         Ok(())
@@ -218,7 +223,7 @@ impl Align<3> for Instrument<3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Fraction, NonNegative, Positive};
+    use crate::config::checked::{Fraction, NonNegative, Positive};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {
@@ -238,7 +243,7 @@ mod tests {
         let steps = (seconds / 0.002).round() as i64;
         let mut seen = Vec::new();
         for k in 0..steps {
-            let span = Span {
+            let span = StepInterval {
                 from_ns: k * 2_000_000,
                 to_ns: (k + 1) * 2_000_000,
             };
@@ -253,10 +258,10 @@ mod tests {
         seen
     }
 
-    fn instrument(takes: Takes, sampling: Sampling) -> Instrument<1> {
+    fn instrument(mode: SamplingMode, sampling: Sampling) -> Instrument<1> {
         Instrument::new(
             "test",
-            takes,
+            mode,
             (&sampling, &Errors::default()),
             [("", 0.0)],
             1,
@@ -268,7 +273,7 @@ mod tests {
     fn values_are_taken_between_steps() {
         for rate in [200.0, 150.0, 100.0, 50.0, 7.0] {
             let seen = run(
-                &mut instrument(Takes::Instant, sampling(rate, 0.0, 0.0)),
+                &mut instrument(SamplingMode::Instant, sampling(rate, 0.0, 0.0)),
                 |t| 3.0 * t,
                 10.0,
             );
@@ -286,7 +291,7 @@ mod tests {
     fn means_cover_exactly_their_period() {
         for rate in [200.0, 150.0, 50.0] {
             let seen = run(
-                &mut instrument(Takes::Mean, sampling(rate, 0.0, 0.0)),
+                &mut instrument(SamplingMode::Integrating, sampling(rate, 0.0, 0.0)),
                 |t| t,
                 5.0,
             );
@@ -303,7 +308,7 @@ mod tests {
     #[test]
     fn a_late_sample_keeps_its_stamp_and_value() {
         let seen = run(
-            &mut instrument(Takes::Instant, sampling(100.0, 33.0, 0.0)),
+            &mut instrument(SamplingMode::Instant, sampling(100.0, 33.0, 0.0)),
             |t| t,
             2.0,
         );
@@ -319,7 +324,7 @@ mod tests {
     #[test]
     fn jitter_shows_as_error_of_a_moving_signal() {
         let seen = run(
-            &mut instrument(Takes::Instant, sampling(100.0, 0.0, 1.0)),
+            &mut instrument(SamplingMode::Instant, sampling(100.0, 0.0, 1.0)),
             |t| t,
             200.0,
         );
@@ -340,7 +345,7 @@ mod tests {
     #[test]
     fn one_sample_a_step_at_most_and_none_lost() {
         let seen = run(
-            &mut instrument(Takes::Instant, sampling(500.0, 0.0, 0.4)),
+            &mut instrument(SamplingMode::Instant, sampling(500.0, 0.0, 0.4)),
             |t| t,
             10.0,
         );
@@ -352,9 +357,9 @@ mod tests {
 
     #[test]
     fn a_signal_that_is_not_finite_is_reported_with_its_instrument() {
-        let mut i = instrument(Takes::Instant, sampling(200.0, 0.0, 0.0));
+        let mut i = instrument(SamplingMode::Instant, sampling(200.0, 0.0, 0.0));
         let result = i.observe(
-            Span {
+            StepInterval {
                 from_ns: 0,
                 to_ns: 2_000_000,
             },

@@ -2,8 +2,8 @@
 //!
 //! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues 1840).
 
-use super::sheet_file::InertialSensor;
 use super::stream::Stream;
+use crate::config::sensor_sheet_file::InertialSensor;
 use nalgebra::{Matrix3, Vector3};
 
 /// The matrix Rᵀ of a run: known rotation plus one drawn once. `None` when the axes are aligned.

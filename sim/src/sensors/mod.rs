@@ -6,7 +6,7 @@
 //! | `instrument` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
-//! | `sheet_file` `sheet` `mount` | the data sheet in YAML; its checks; finding the link it names |
+//! | `mount` | the mount point that the data sheet ([`config::sensor_sheet`](crate::config::sensor_sheet)) names |
 //! | `suite` | all instruments of a train |
 
 pub mod accelerometer;
@@ -22,8 +22,6 @@ mod mount;
 pub mod noise;
 mod per_drive;
 pub mod sampling;
-pub mod sheet;
-pub mod sheet_file;
 pub mod steering_angle;
 pub mod stream;
 mod suite;
@@ -31,7 +29,6 @@ mod suite;
 mod tests;
 pub mod wheel_speed;
 
-pub use sheet::Sheet;
 pub use suite::Suite;
 
 use crate::error::Error;
@@ -40,6 +37,6 @@ use monorig_estimators::api::signals::Measurements;
 
 /// All instruments of a train.
 pub trait Sensors {
-    /// Look at the truth after a step of the plant; put what is new into `z` (cleared by the caller).
+    /// Sample the truth after a step of the plant; put new samples into `z` (cleared by the caller).
     fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error>;
 }

@@ -1,8 +1,8 @@
 //! Finding the link of the train that a sheet names.
 
-use super::sheet::Sheet;
+use crate::config::file::input_error;
+use crate::config::sensor_sheet::Sheet;
 use crate::error::Error;
-use crate::file::input_error;
 use crate::train::Train;
 
 impl Sheet {
@@ -77,8 +77,8 @@ fn distance(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{asset, train};
     use super::*;
+    use crate::sensors::tests::{asset, train};
 
     #[test]
     fn mounts_are_found_by_full_name_and_by_link() {

@@ -116,8 +116,8 @@ impl GaussMarkov {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{allan_deviation, slope};
     use super::*;
+    use crate::sensors::tests::{allan_deviation, slope};
 
     const T: f64 = 0.01;
     const N: usize = 1 << 18;

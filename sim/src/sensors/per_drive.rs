@@ -1,8 +1,8 @@
 //! The same instrument on every drive unit: motor torque, wheel speed and clamp pressure share this.
 
 use super::fault::Window;
-use super::instrument::{Instrument, Span, Takes};
-use super::sheet_file::PlainSensor;
+use super::instrument::{Instrument, SamplingMode, StepInterval};
+use crate::config::sensor_sheet_file::PlainSensor;
 use crate::error::Error;
 use crate::plant::DriveState;
 use crate::train::Drive;
@@ -15,11 +15,11 @@ pub type Ideal = fn(&DriveState, &Drive) -> f64;
 #[derive(Clone, Debug)]
 pub struct PerDrive {
     ideal: Ideal,
-    units: Vec<Unit>,
+    units: Vec<DriveInstrument>,
 }
 
 #[derive(Clone, Debug)]
-struct Unit {
+struct DriveInstrument {
     drive: Drive,
     instrument: Instrument<1>,
     before: Option<f64>,
@@ -28,11 +28,11 @@ struct Unit {
 impl PerDrive {
     /// Instruments `name[0]`, `name[1]`, … from the front.
     pub fn new(name: &str, sheet: &PlainSensor, ideal: Ideal, drives: &[Drive], seed: u64) -> Self {
-        let unit = |(i, drive): (usize, &Drive)| Unit {
+        let unit = |(i, drive): (usize, &Drive)| DriveInstrument {
             drive: *drive,
             instrument: Instrument::new(
                 &format!("{name}[{i}]"),
-                Takes::Instant,
+                SamplingMode::Instant,
                 (&sheet.sampling, &sheet.errors),
                 [("", 0.0)],
                 seed,
@@ -62,7 +62,7 @@ impl PerDrive {
     /// Look at the drive units at the end of `span`; hand over what arrived.
     pub fn measure(
         &mut self,
-        span: Span,
+        span: StepInterval,
         drives: &[DriveState],
         out: &mut [Option<Sample<f64>>],
     ) -> Result<(), Error> {

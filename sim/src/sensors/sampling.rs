@@ -4,8 +4,8 @@
 //! is *taken* at the due instant plus jitter, but *stamped* with the due instant: the sensor does not know its jitter.
 //! Arrival is the instant of taking plus the latency. Lost samples never arrive.
 
-use super::sheet_file::Sampling;
 use super::stream::Stream;
+use crate::config::sensor_sheet_file::Sampling;
 use std::collections::VecDeque;
 
 /// Seconds to whole nanoseconds.
@@ -24,12 +24,12 @@ pub struct Schedule {
     jitter: Stream,
     loss: Stream,
     k: u64,
-    next: Instant,
+    next: SamplingInstant,
 }
 
 /// One instant of the schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Instant {
+pub struct SamplingInstant {
     /// The instant stamped on the sample, ns.
     pub stamp_ns: i64,
     /// The instant the value is taken, ns.
@@ -50,7 +50,7 @@ impl Schedule {
             jitter: Stream::new(seed, &format!("{name}/jitter")),
             loss: Stream::new(seed, &format!("{name}/loss")),
             k: 0,
-            next: Instant {
+            next: SamplingInstant {
                 stamp_ns: 0,
                 taken_ns: 0,
                 lost: false,
@@ -75,7 +75,7 @@ impl Schedule {
     }
 
     /// The next instant; the one after it is planned.
-    pub fn take(&mut self) -> Instant {
+    pub fn take(&mut self) -> SamplingInstant {
         let now = self.next;
         self.k += 1;
         self.plan(now.taken_ns + 1);
@@ -93,7 +93,7 @@ impl Schedule {
             shift = (self.jitter_ns * self.jitter.normal())
                 .clamp(-self.jitter_limit_ns, self.jitter_limit_ns);
         }
-        self.next = Instant {
+        self.next = SamplingInstant {
             stamp_ns,
             taken_ns: (stamp_ns + shift as i64).max(not_before_ns),
             lost: self.dropout > 0.0 && self.loss.uniform() < self.dropout,
@@ -153,7 +153,7 @@ impl<const N: usize> DelayLine<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checked::{Fraction, NonNegative, Positive};
+    use crate::config::checked::{Fraction, NonNegative, Positive};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {

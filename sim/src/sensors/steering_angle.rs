@@ -3,8 +3,8 @@
 //! Real cars measure it at the steering wheel; ratio and play of the gear are errors of scale and quantisation here.
 
 use super::fault::Window;
-use super::instrument::{Instrument, Span, Takes};
-use super::sheet_file::PlainSensor;
+use super::instrument::{Instrument, SamplingMode, StepInterval};
+use crate::config::sensor_sheet_file::PlainSensor;
 use crate::error::Error;
 use crate::plant::Truth;
 use monorig_estimators::api::signals::Sample;
@@ -25,7 +25,7 @@ impl SteeringAngle {
         Self {
             instrument: Instrument::new(
                 NAME,
-                Takes::Instant,
+                SamplingMode::Instant,
                 (&sheet.sampling, &sheet.errors),
                 [("", 0.0)],
                 seed,
@@ -40,7 +40,11 @@ impl SteeringAngle {
     }
 
     /// Look at the truth at the end of `span`; what arrived, if anything.
-    pub fn measure(&mut self, span: Span, truth: &Truth) -> Result<Option<Sample<f64>>, Error> {
+    pub fn measure(
+        &mut self,
+        span: StepInterval,
+        truth: &Truth,
+    ) -> Result<Option<Sample<f64>>, Error> {
         let now = ideal(truth);
         let before = self.before.replace(now).unwrap_or(now);
         self.instrument.observe(span, [before], [now])?;

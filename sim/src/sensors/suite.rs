@@ -3,17 +3,17 @@
 use super::accelerometer::{self, Accelerometer};
 use super::fault::{self, Window};
 use super::gyro::{self, Gyro};
-use super::instrument::Span;
+use super::instrument::StepInterval;
 use super::per_drive::{Ideal, PerDrive};
 use super::sampling::to_ns;
-use super::sheet::Sheet;
-use super::sheet_file::{PlainSensor, Sampling};
 use super::steering_angle::{self, SteeringAngle};
 use super::{Sensors, clamp_pressure, motor_torque, wheel_speed};
+use crate::config::file::input_error;
+use crate::config::scenario::Event;
+use crate::config::sensor_sheet::Sheet;
+use crate::config::sensor_sheet_file::{PlainSensor, Sampling};
 use crate::error::Error;
-use crate::file::input_error;
 use crate::plant::{MountState, Truth};
-use crate::scenario::Event;
 use crate::train::Train;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 use std::path::Path;
@@ -246,7 +246,7 @@ impl Suite {
     }
 
     /// The stretch of time since the last look. Time must not run backwards, and the truth must be this train's.
-    fn span(&mut self, truth: &Truth) -> Result<Span, Error> {
+    fn span(&mut self, truth: &Truth) -> Result<StepInterval, Error> {
         let broken = |what: String| Error::Broken {
             t_s: truth.t_s,
             what,
@@ -271,7 +271,7 @@ impl Suite {
                 from_ns as f64 * 1e-9
             )));
         }
-        Ok(Span { from_ns, to_ns })
+        Ok(StepInterval { from_ns, to_ns })
     }
 }
 

@@ -1,12 +1,12 @@
 //! A train file becomes a [`Train`]: units from front to rear, joined by drawbars, with a load below one of them.
 
-use super::look::half_turn;
-use super::train_file::{Drawbar, TrainFile};
 use super::unit::{Unit, check_wheel_limits};
 use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
-use crate::checked::{NonNegative, Positive};
+use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::{Sets, input_error, named, read_yaml_with};
+use crate::config::train_file::{Drawbar, TrainFile};
+use crate::config::urdf_geometry::half_turn;
 use crate::error::Error;
-use crate::file::{Sets, input_error, named, read_yaml_with};
 use monorig_estimators::api::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
@@ -14,7 +14,7 @@ use std::path::Path;
 /// Read a train file, with changes made to it, and every unit it names.
 pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
     let file: TrainFile = read_yaml_with(path, sets)?;
-    let mut builder = Builder {
+    let mut builder = ConsistBuilder {
         path,
         file: &file,
         train: Train::default(),
@@ -27,13 +27,13 @@ pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
     }
     builder.join()?;
     if let Some(entry) = &file.load {
-        builder.hang(entry)?;
+        builder.suspend_load(entry)?;
     }
     builder.finish()
 }
 
 /// A unit in place.
-pub(super) struct Span {
+pub(super) struct PlacedUnit {
     pub unit: Unit,
     pub turn: Isometry3<f64>,
     /// Its first body.
@@ -42,15 +42,15 @@ pub(super) struct Span {
     couplings: [(usize, Vector3<f64>); 2],
 }
 
-pub(super) struct Builder<'a> {
+pub(super) struct ConsistBuilder<'a> {
     pub path: &'a Path,
     pub file: &'a TrainFile,
     pub train: Train,
-    pub spans: Vec<Span>,
+    pub spans: Vec<PlacedUnit>,
     length_m: f64,
 }
 
-impl Builder<'_> {
+impl ConsistBuilder<'_> {
     fn check_names(&self) -> Result<(), Error> {
         let consist = self
             .file
@@ -129,9 +129,9 @@ impl Builder<'_> {
                 }
                 couplings(&unit, first, first, &turn)?
             }
-            Some(trolley) => self.add_hung(&unit, trolley, &entry.name, middle, &turn)?,
+            Some(trolley) => self.add_suspended_unit(&unit, trolley, &entry.name, middle, &turn)?,
         };
-        self.spans.push(Span {
+        self.spans.push(PlacedUnit {
             unit,
             turn,
             first,
@@ -352,5 +352,4 @@ pub(super) fn couplings(
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-#[path = "consist_tests.rs"]
 mod tests;

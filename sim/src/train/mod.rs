@@ -1,31 +1,15 @@
 //! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
 
-pub mod adhesion;
-pub mod body_state;
 pub mod consist;
-pub mod coupling;
-pub mod dynamics;
-pub mod friction;
-pub mod hanging;
-mod hung;
 pub mod inertia;
-mod look;
-pub mod motor;
-pub mod resistance;
-pub mod running_gear;
-pub mod spread;
+pub mod mass_distribution;
 pub mod step_check;
-pub mod stl;
-pub mod train_file;
+pub mod support_tree;
+mod suspended_units;
 pub mod unit;
-pub mod unit_file;
-pub mod urdf;
-mod urdf_blame;
-mod urdf_file;
-mod urdf_tree;
 
+use crate::config::file::{Sets, input_error, with_sets};
 use crate::error::Error;
-use crate::file::{Sets, input_error, with_sets};
 use inertia::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;
@@ -39,7 +23,7 @@ pub struct Train {
     pub file: PathBuf,
     /// Name of the consist.
     pub name: String,
-    /// One rigid body each: unit by unit from front to rear (a hung unit, then its trolleys), the load last.
+    /// One rigid body each: unit by unit from front to rear (a suspended unit, then its trolleys), the load last.
     pub bodies: Vec<Body>,
     /// Couplings, hangers, chains between bodies.
     pub connections: Vec<Connection>,
@@ -60,7 +44,7 @@ pub struct Train {
 /// A rigid body.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// `unit` or `unit/link` for hung parts.
+    /// `unit` or `unit/link` for suspended parts.
     pub name: String,
     /// Mass, kg.
     pub mass_kg: f64,
@@ -73,7 +57,7 @@ pub struct Body {
     pub start_s: f64,
     /// See above.
     pub start_pose: Isometry3<f64>,
-    /// Wheels that hold the body to the rail; empty for hung bodies. Body frame origin of a rail-bound body = rail line.
+    /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail line.
     pub stations: Vec<Station>,
     /// What it looks like, and what it touches.
     pub shapes: Vec<Shape>,

@@ -6,12 +6,12 @@
 //! M⁻¹ (dt² K + 2 dt C), found here by power iteration on the train as it stands on a straight rail.
 
 use super::{ConnectionKind, Train};
+use crate::config::file::input_error;
 use crate::error::Error;
-use crate::file::input_error;
 use nalgebra::{Matrix3, Vector3};
 
 /// Stability ends at λ = 4; a quarter is kept back for curves, hold-down contacts and the clamp's roll stiffness.
-const LARGEST: f64 = 3.0;
+const MAX_STIFFNESS_NUMBER: f64 = 3.0;
 const ITERATIONS: usize = 300;
 
 /// A body at one end of a spring, and what a unit of its velocity (linear, angular) adds to the spring's rate.
@@ -28,7 +28,7 @@ impl Train {
     /// Refuse a physics step, s, that is too long for this train's stiffnesses, dampings and masses.
     pub fn check_step(&self, dt_s: f64) -> Result<(), Error> {
         let (lambda, body) = self.stiffness_number(dt_s);
-        if lambda <= LARGEST {
+        if lambda <= MAX_STIFFNESS_NUMBER {
             return Ok(());
         }
         let most = self.longest_step_s();
@@ -52,7 +52,7 @@ impl Train {
         let (mut short, mut long) = (0.0, 1.0);
         for _ in 0..40 {
             let middle = 0.5 * (short + long);
-            if self.stiffness_number(middle).0 <= LARGEST {
+            if self.stiffness_number(middle).0 <= MAX_STIFFNESS_NUMBER {
                 short = middle
             } else {
                 long = middle
@@ -173,8 +173,8 @@ impl Train {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::super::{Body, Connection, Station};
     use super::*;
+    use crate::train::{Body, Connection, Station};
     use nalgebra::Isometry3;
 
     fn body(mass_kg: f64, stations: Vec<Station>) -> Body {

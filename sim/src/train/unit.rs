@@ -1,12 +1,12 @@
 //! A unit: a URDF and, beside it, a YAML file with what URDF cannot say.
 
 use super::inertia::MassProperties;
-use super::unit_file::UnitFile;
-use super::urdf::{Place, UrdfUnit};
 use super::{Drive, Station};
-use crate::checked::Fraction;
+use crate::config::checked::Fraction;
+use crate::config::file::{input_error, named, read_yaml};
+use crate::config::unit_file::UnitFile;
+use crate::config::urdf::{Place, UrdfUnit};
 use crate::error::Error;
-use crate::file::{input_error, named, read_yaml};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
@@ -19,11 +19,11 @@ pub struct Unit {
     pub file: UnitFile,
     /// What the URDF says.
     pub urdf: UrdfUnit,
-    /// Stations of each URDF body, rear to front; empty for hung bodies.
+    /// Stations of each URDF body, rear to front; empty for suspended bodies.
     pub stations: Vec<Vec<Station>>,
     /// The drive, if there are friction wheels; its body index counts the unit's own bodies.
     pub drive: Option<Drive>,
-    /// The trolley above, if the unit is hung.
+    /// The trolley above, if the unit is suspended.
     pub trolley: Option<Box<Unit>>,
     /// Highest speed its friction wheels allow, m/s; infinite without.
     pub max_speed_mps: f64,

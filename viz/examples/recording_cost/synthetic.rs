@@ -1,6 +1,6 @@
 //! A made-up run without physics, to measure and test recordings: 18 bodies on a winding rail, 150 channels.
 
-use monorig_sim::rail::Frame;
+use monorig_sim::rail::RailFrame;
 use monorig_sim::record::{Channel, Chunk, Layout};
 use monorig_sim::train::{
     Body, Connection, ConnectionKind, Drive, Geometry, Limits, Resistance, Shape, Train,
@@ -19,7 +19,7 @@ const SPEED: f64 = 1.2;
 pub struct Run {
     pub train: Train,
     pub channels: Vec<Channel>,
-    pub rail: Vec<Frame>,
+    pub rail: Vec<RailFrame>,
     pub profile: Vec<[f64; 2]>,
     pub obstacles: Vec<(Isometry3<f64>, Vector3<f64>)>,
 }
@@ -83,7 +83,7 @@ impl Run {
         }
     }
 
-    fn frame(&self, s: f64) -> &Frame {
+    fn frame(&self, s: f64) -> &RailFrame {
         &self.rail[((s / RAIL_STEP) as usize).min(self.rail.len() - 1)]
     }
 
@@ -177,7 +177,7 @@ fn names(count: usize) -> Vec<Channel> {
 }
 
 /// Curves left and right, hills and dales.
-fn rail(n: usize) -> Vec<Frame> {
+fn rail(n: usize) -> Vec<RailFrame> {
     let mut p = Vector3::zeros();
     (0..n)
         .map(|i| {
@@ -191,7 +191,7 @@ fn rail(n: usize) -> Vec<Frame> {
             );
             let l = Vector3::new(-heading.sin(), heading.cos(), 0.0);
             p += t * RAIL_STEP;
-            Frame {
+            RailFrame {
                 s,
                 p,
                 t,
@@ -203,7 +203,7 @@ fn rail(n: usize) -> Vec<Frame> {
         .collect()
 }
 
-fn pose(frame: &Frame, at: &Vector3<f64>) -> Isometry3<f64> {
+fn pose(frame: &RailFrame, at: &Vector3<f64>) -> Isometry3<f64> {
     let axes =
         Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[frame.t, frame.l, frame.u]));
     let rotation = UnitQuaternion::from_rotation_matrix(&axes);

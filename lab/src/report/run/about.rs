@@ -1,8 +1,8 @@
 //! What the run was made from, and where its files are.
 
-use super::recorded::Recorded;
-use super::verdicts;
 use crate::report::page::{Block, Section};
+use crate::report::run::recorded::Recorded;
+use crate::report::run::verdicts;
 use crate::report::table::Table;
 
 const FILES: [(&str, &str); 4] = [

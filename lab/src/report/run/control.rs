@@ -1,11 +1,11 @@
 //! The closed loop: what was asked for, what came of it, and what happened on the way.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::Figure;
+use crate::plot::axis::Axis;
+use crate::plot::line::{Line, LineChart};
+use crate::plot::theme::Ink;
 use crate::report::page::Section;
-use crate::report::plot::Figure;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::line::{Line, LineChart};
-use crate::report::plot::theme::Ink;
+use crate::report::run::recorded::{DEGREES, Recorded};
 use crate::report::table::{Cell, Table};
 
 /// Wheel slip below is not worth a plot, m/s.

@@ -1,24 +1,24 @@
-//! Errors over time and their distributions; whether the stated uncertainty fits them.
+//! ErrorGroups over time and their distributions; whether the stated uncertainty fits them.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::axis::Axis;
+use crate::plot::bars::Histogram;
+use crate::plot::boxes::Boxes;
+use crate::plot::cdf::Cdf;
+use crate::plot::consistency::Consistency;
+use crate::plot::line::{Line, LineChart};
+use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::bars::Histogram;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::cdf::Cdf;
-use crate::report::plot::consistency::Consistency;
-use crate::report::plot::line::{Line, LineChart};
-use crate::report::plot::{Figure, Group};
+use crate::report::run::recorded::{DEGREES, Recorded};
 
-/// Errors of one quantity of all estimators that vouch for it, each with its times.
-type Errors = Vec<Group<(f64, f64)>>;
+/// Errors of one quantity of all estimators that have valid samples of it, each with its times.
+type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
 pub fn section(run: &Recorded) -> Section {
     let slope = slope(run);
     let mass = mass(run);
     let after_s = run.summary.after_s;
-    Section::new("Errors")
+    Section::new("ErrorGroups")
         .text(format!(
             "Estimate minus truth where the estimator vouches for its value; distributions from {after_s} s on. The slope's \
              truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
@@ -29,19 +29,24 @@ pub fn section(run: &Recorded) -> Section {
         .figures(distributions("mass error, %", &mass, after_s))
 }
 
-fn slope(run: &Recorded) -> Errors {
+fn slope(run: &Recorded) -> ErrorGroups {
     let truth = run.column("truth/grade_at_imu");
     errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
 }
 
-fn mass(run: &Recorded) -> Errors {
+fn mass(run: &Recorded) -> ErrorGroups {
     let truth = run.column("truth/total_mass");
     let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
     errors(run, "total_mass", error, truth.len())
 }
 
-/// `error` of each row, counted from 0, of which there are `rows`; not a number where the estimator does not vouch.
-fn errors(run: &Recorded, what: &str, error: impl Fn(usize, f64) -> f64, rows: usize) -> Errors {
+/// `error` of each row, counted from 0, of which there are `rows`; not a number where the sample is not valid.
+fn errors(
+    run: &Recorded,
+    what: &str,
+    error: impl Fn(usize, f64) -> f64,
+    rows: usize,
+) -> ErrorGroups {
     let groups = run.estimators().map(|(name, ink)| {
         let channel = format!("estimates/{name}/{what}");
         let estimate = run.column(&channel);
@@ -52,14 +57,14 @@ fn errors(run: &Recorded, what: &str, error: impl Fn(usize, f64) -> f64, rows: u
             1.0 => (*t, error(i, *x)),
             _ => (*t, f64::NAN),
         });
-        Group::new(name, ink, values.collect())
+        ValueGroup::new(name, ink, values.collect())
     });
     groups
         .filter(|g| g.values.iter().any(|v| v.1.is_finite()))
         .collect()
 }
 
-fn over_time(title: &str, axis: &str, errors: &Errors) -> Figure {
+fn over_time(title: &str, axis: &str, errors: &ErrorGroups) -> Figure {
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
     let lines = errors.iter().cloned();
     chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
@@ -67,13 +72,13 @@ fn over_time(title: &str, axis: &str, errors: &Errors) -> Figure {
     chart.figure()
 }
 
-fn distributions(what: &str, errors: &Errors, after_s: f64) -> Vec<Figure> {
-    let from = |g: &Group<(f64, f64)>| {
+fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> {
+    let from = |g: &ValueGroup<(f64, f64)>| {
         let later = g.values.iter().filter(|v| v.0 >= after_s);
         let values = later.map(|v| v.1).filter(|x| x.is_finite());
-        Group::new(&g.name, g.ink, values.collect::<Vec<f64>>())
+        ValueGroup::new(&g.name, g.ink, values.collect::<Vec<f64>>())
     };
-    let groups: Vec<Group<f64>> = errors.iter().map(from).collect();
+    let groups: Vec<ValueGroup<f64>> = errors.iter().map(from).collect();
     let mut absolute = groups.clone();
     for group in &mut absolute {
         group.values.iter_mut().for_each(|x| *x = x.abs());
@@ -140,7 +145,7 @@ pub fn consistency(run: &Recorded) -> Section {
         let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0);
         let valid = run.column(&format!("estimates/{name}/grade_valid"));
         let rows = rows.into_iter().zip(valid).filter(|(_, v)| **v == 1.0);
-        Group::new(name, ink, rows.map(|(r, _)| r).collect())
+        ValueGroup::new(name, ink, rows.map(|(r, _)| r).collect())
     });
     let nis = Consistency {
         title: "Innovations (NIS)".into(),
@@ -151,7 +156,7 @@ pub fn consistency(run: &Recorded) -> Section {
     Section::new("Consistency")
         .text(
             "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
-             filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
+             filter is too sure of itself; below: too careful. ErrorGroups change slowly, so in a single run their share may stray.",
         )
         .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu"))
         .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass"))

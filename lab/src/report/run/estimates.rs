@@ -1,10 +1,10 @@
 //! Estimate against truth, one plot for each estimator and quantity.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::axis::Axis;
+use crate::plot::line::{Band, Line, LineChart, stretches_without};
+use crate::plot::theme::Ink;
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::line::{Band, Line, LineChart, stretches_without};
-use crate::report::plot::theme::Ink;
+use crate::report::run::recorded::{DEGREES, Recorded};
 
 /// A quantity that estimators estimate.
 struct Quantity {
@@ -38,21 +38,21 @@ const DIFFERS: f64 = 0.1 / DEGREES;
 pub fn section(run: &Recorded) -> Section {
     let mut section = Section::new("Estimates against the truth");
     for quantity in &QUANTITIES {
-        let (mut figures, mut silent) = (Vec::new(), Vec::new());
+        let (mut figures, mut never_valid) = (Vec::new(), Vec::new());
         for (name, ink) in run.estimators() {
             let valid = format!("estimates/{name}/{}_valid", quantity.estimate);
             if run.column(&valid).contains(&1.0) {
                 figures.push(chart(run, quantity, name, ink).figure());
             } else {
-                silent.push(name);
+                never_valid.push(name);
             }
         }
         section = section.figures(figures);
-        if !silent.is_empty() {
+        if !never_valid.is_empty() {
             let what = quantity.title.to_lowercase();
             section = section.text(format!(
                 "Never vouched for a {what}: {}.",
-                silent.join(", ")
+                never_valid.join(", ")
             ));
         }
     }
@@ -71,11 +71,11 @@ fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> LineChart
     let band = band.collect();
     let flags = values.iter().zip(valid).map(|((t, _), v)| (*t, *v == 1.0));
     let shades = stretches_without(flags);
-    let vouched = values.iter().zip(valid).map(|((t, x), v)| match v {
+    let valid_values = values.iter().zip(valid).map(|((t, x), v)| match v {
         1.0 => (*t, *x),
         _ => (*t, f64::NAN),
     });
-    let vouched: Vec<_> = vouched.collect();
+    let valid_values: Vec<_> = valid_values.collect();
 
     let title = format!("{}: {name}", quantity.title);
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(quantity.axis));
@@ -86,9 +86,9 @@ fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> LineChart
     });
     chart.shades = Some(("not vouched for".into(), shades));
     let truth = run.over_time(quantity.truth, quantity.factor);
-    chart.y.range = range(&vouched, &truth);
+    chart.y.range = range(&valid_values, &truth);
     chart.lines.push(Line::new("", ink, values).as_faint());
-    chart.lines.push(Line::new("estimate", ink, vouched));
+    chart.lines.push(Line::new("estimate", ink, valid_values));
     if quantity.estimate == "grade" && effective_differs(run) {
         let effective = run.over_time("truth/grade_effective", quantity.factor);
         chart
@@ -107,9 +107,9 @@ fn effective_differs(run: &Recorded) -> bool {
     pairs.into_iter().any(|(a, b)| (a - b).abs() > DIFFERS)
 }
 
-/// What the estimator vouches for and the truth, with room around: what it says before that may be far off.
-fn range(vouched: &[(f64, f64)], truth: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let all = vouched.iter().chain(truth).map(|p| p.1);
+/// Range of the valid values and the truth, with room around: values that are not valid may be far off.
+fn range(valid: &[(f64, f64)], truth: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let all = valid.iter().chain(truth).map(|p| p.1);
     let ends = all
         .filter(|x| x.is_finite())
         .fold(None, |ends, x| match ends {

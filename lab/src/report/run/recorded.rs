@@ -1,11 +1,12 @@
 //! What a run has left in its folder, read back.
 
-use crate::report::plot::theme::Ink;
-use crate::summary::Summary;
+use crate::plot::theme::Ink;
+use crate::verdicts::summary::Summary;
+use monorig_sim::config::file::{input_error, read_text};
 use monorig_sim::error::Error;
-use monorig_sim::file::{input_error, read_text};
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::record::readback::{self, Columns};
+use monorig_sim::record::readback;
+use monorig_sim::record::readback::Columns;
 use std::path::{Path, PathBuf};
 
 /// A run.
@@ -35,7 +36,7 @@ impl Recorded {
                     folder,
                     "",
                     format!("this is not the folder of a run: there is no {name} in it"),
-                    super::super::TAKES,
+                    crate::report::TAKES,
                 )),
             }
         };

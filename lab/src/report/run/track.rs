@@ -1,11 +1,11 @@
 //! Where the vehicle went: slope, height and curvature along the chainage.
 
-use super::recorded::{DEGREES, Recorded};
+use crate::plot::Figure;
+use crate::plot::axis::Axis;
+use crate::plot::line::{Line, LineChart};
+use crate::plot::theme::Ink;
 use crate::report::page::Section;
-use crate::report::plot::Figure;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::line::{Line, LineChart};
-use crate::report::plot::theme::Ink;
+use crate::report::run::recorded::{DEGREES, Recorded};
 
 /// Plots of the track, as far as the vehicle went.
 pub fn section(run: &Recorded) -> Section {

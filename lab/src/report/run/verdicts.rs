@@ -1,10 +1,10 @@
 //! What was expected, whether it held, and the figures that say most.
 
+use crate::html::number;
 use crate::metrics::{METRICS, RUN_METRICS};
-use crate::report::html::number;
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
-use crate::summary::{MAIN, Summary};
+use crate::verdicts::summary::{MAIN, Summary};
 
 /// The outcome in a sentence.
 pub fn banner(summary: &Summary) -> (String, bool) {

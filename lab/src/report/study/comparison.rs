@@ -1,17 +1,18 @@
 //! The report of a comparison: estimators on the same runs, beside each other and beside what was published.
 
-use super::paired::difference;
-use super::runs;
-use crate::compare::{Cell as Figures, Comparison, values};
-use crate::interval::Interval;
-use crate::metrics::{self, METRICS};
-use crate::report::html::{number, with_unit};
+use crate::html::{number, with_unit};
+use crate::metrics;
+use crate::metrics::METRICS;
+use crate::plot::axis::Axis;
+use crate::plot::boxes::Boxes;
+use crate::plot::theme::Ink;
+use crate::plot::{Figure, ValueGroup};
 use crate::report::page::{Page, Section};
-use crate::report::plot::axis::Axis;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::theme::Ink;
-use crate::report::plot::{Figure, Group};
+use crate::report::study::paired::difference;
+use crate::report::study::runs;
 use crate::report::table::{Cell, Table};
+use crate::verdicts::compare::{ComparedMetric, Comparison, values};
+use crate::verdicts::interval::Interval;
 use std::collections::BTreeSet;
 
 /// Lay it out.
@@ -47,7 +48,7 @@ pub fn page(all: &Comparison) -> Page {
 }
 
 /// Names in the order of the table, each once.
-fn names<'a>(all: &'a Comparison, of: impl Fn(&'a Figures) -> &'a String) -> Vec<&'a str> {
+fn names<'a>(all: &'a Comparison, of: impl Fn(&'a ComparedMetric) -> &'a String) -> Vec<&'a str> {
     let mut names: Vec<&str> = Vec::new();
     for name in all.table.iter().map(of) {
         if !names.contains(&name.as_str()) {
@@ -105,7 +106,7 @@ fn overview(all: &Comparison) -> Section {
     section.text(format!("Published: {}.", sources.join("; ")))
 }
 
-fn theirs(c: &Figures) -> Cell {
+fn theirs(c: &ComparedMetric) -> Cell {
     let value = c.published.as_ref().map(|p| p.value.get());
     Cell::number(value.unwrap_or(f64::NAN))
 }
@@ -170,14 +171,14 @@ fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
 }
 
 fn distribution(all: &Comparison, metric: &str) -> Figure {
-    let groups: Vec<Group<f64>> = inks(all)
+    let groups: Vec<ValueGroup<f64>> = inks(all)
         .map(|(name, ink)| {
             let values = values(&all.runs, name, metric);
-            Group::new(name, ink, values.into_iter().flatten().collect())
+            ValueGroup::new(name, ink, values.into_iter().flatten().collect())
         })
         .filter(|g| !g.values.is_empty())
         .collect();
-    let place = |c: &Figures| {
+    let place = |c: &ComparedMetric| {
         let group = groups.iter().position(|g| g.name == c.estimator)?;
         let value = c.published.as_ref()?.value.get();
         Some(("published".to_owned(), group, value))
@@ -199,7 +200,7 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
         let own = values(&all.runs, name, metric);
         let pairs = own.iter().zip(&reference);
         let both = pairs.filter_map(|(a, b)| Some((*a)? - (*b)?));
-        Group::new(name, ink, both.collect::<Vec<f64>>())
+        ValueGroup::new(name, ink, both.collect::<Vec<f64>>())
     });
     Boxes {
         title: format!("Run by run, minus {}", all.reference),

@@ -1,15 +1,15 @@
 //! Metrics against what was drawn for each run.
 
-use super::values::{estimators, value};
+use crate::batch::RunResult;
+use crate::html::with_unit;
 use crate::metrics::METRICS;
-use crate::report::html::with_unit;
+use crate::plot::axis::Axis;
+use crate::plot::scatter::Scatter;
+use crate::plot::theme::Ink;
+use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::scatter::Scatter;
-use crate::report::plot::theme::Ink;
-use crate::report::plot::{Figure, Group};
-use crate::study::RunResult;
-use crate::summary::MAIN;
+use crate::report::study::values::{estimators, value};
+use crate::verdicts::summary::MAIN;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
@@ -60,7 +60,7 @@ fn plot(runs: &[RunResult], name: &str, metric: &str, unit: &str) -> Figure {
     for (i, estimator) in estimators(runs).into_iter().enumerate() {
         let points = runs.iter();
         let points = points.filter_map(|r| Some((place(r)?, value(r, Some(&estimator), metric)?)));
-        let group = Group::new(&estimator, Ink::series(i), points.collect());
+        let group = ValueGroup::new(&estimator, Ink::series(i), points.collect());
         if !group.values.is_empty() {
             scatter.groups.push(group);
         }

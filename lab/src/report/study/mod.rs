@@ -9,11 +9,11 @@ mod read;
 mod runs;
 mod values;
 
-use super::page::{Page, Section};
-use crate::study::{Header, RunResult};
-use crate::verdict::Judged;
+use crate::batch::{RunResult, StudyHeader};
+use crate::report::page::{Page, Section};
+use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
-use read::{Results, Tested};
+use read::{Results, TestResults};
 use std::path::Path;
 
 /// Read results and lay out their report.
@@ -25,7 +25,7 @@ pub fn page(path: &Path) -> Result<Page, Error> {
     })
 }
 
-fn of_test(tested: &Tested) -> Page {
+fn of_test(tested: &TestResults) -> Page {
     let all = &tested.scenarios;
     let runs: usize = all.iter().map(|s| s.runs.len()).sum();
     let failed = all.iter().filter(|s| !s.held).count();
@@ -48,10 +48,10 @@ fn of_test(tested: &Tested) -> Page {
     page
 }
 
-fn of_study(header: &Header, runs: Vec<RunResult>) -> Page {
+fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
     let done = runs.len() as u64;
     let finished = runs.iter().filter(|r| r.finished()).count();
-    let judged = Judged::new(&header.study, runs);
+    let judged = ScenarioVerdict::new(&header.study, runs);
     let failed = judged.checks.iter().filter(|c| !c.held).count();
     let mut page = Page::new(format!("Study {}", header.study));
     page.subtitle = format!(

@@ -2,10 +2,10 @@
 
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
-use crate::verdict::Judged;
+use crate::verdicts::verdict::ScenarioVerdict;
 
 /// A row for each scenario, then what failed.
-pub fn section(all: &[Judged]) -> Section {
+pub fn section(all: &[ScenarioVerdict]) -> Section {
     let mut table = Table::new(&["", "scenario", "what failed"], &["seeds", "checks held"]);
     for scenario in all {
         let held = scenario.checks.iter().filter(|c| c.held).count();

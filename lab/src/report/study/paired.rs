@@ -1,10 +1,10 @@
 //! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
 
-use super::values::{Values, estimators, value};
+use crate::batch::RunResult;
 use crate::metrics::{METRICS, less_is_better};
+use crate::report::study::values::{MetricValues, estimators, value};
 use crate::report::table::{Cell, Table};
-use crate::study::RunResult;
-use crate::summary::MAIN;
+use crate::verdicts::summary::MAIN;
 
 /// Every other estimator minus the first one; none if there is only one.
 pub fn differences(runs: &[RunResult]) -> Option<Table> {
@@ -30,7 +30,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
             let of = |run, name| value(run, Some(name), metric.name);
             let both = runs.iter();
             let both = both.filter_map(|run| Some(of(run, name)? - of(run, reference)?));
-            let all = Values::new(runs.len(), both.collect());
+            let all = MetricValues::new(runs.len(), both.collect());
             let n = all.measured.len();
             if n == 0 {
                 continue;

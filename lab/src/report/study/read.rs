@@ -1,10 +1,10 @@
 //! Results of many runs, read back.
 
-use crate::compare::Comparison;
-use crate::study::{Header, RunResult};
-use crate::verdict::Judged;
+use crate::batch::{RunResult, StudyHeader};
+use crate::verdicts::compare::Comparison;
+use crate::verdicts::verdict::ScenarioVerdict;
+use monorig_sim::config::file::read_text;
 use monorig_sim::error::{Error, InputError};
-use monorig_sim::file::read_text;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::error::Category;
@@ -15,25 +15,25 @@ use std::path::Path;
 /// Results, by who has written them.
 pub enum Results {
     /// `monorig test --json`.
-    Test(Tested),
+    Test(TestResults),
     /// `monorig compare --json`.
     Compare(Comparison),
     /// `monorig study`.
-    Study(Header, Vec<RunResult>),
+    Study(StudyHeader, Vec<RunResult>),
 }
 
 /// The results of `monorig test --json`.
 #[derive(Deserialize)]
-pub struct Tested {
+pub struct TestResults {
     /// Version of monorig.
     pub monorig: String,
     /// Every scenario and its runs.
-    pub scenarios: Vec<Judged>,
+    pub scenarios: Vec<ScenarioVerdict>,
 }
 
-/// What tells the results that are one piece of JSON apart.
+/// The keys by which results that are one piece of JSON are distinguished.
 #[derive(Deserialize)]
-struct Kind {
+struct JsonHeader {
     version: u32,
     kind: String,
 }
@@ -50,7 +50,7 @@ pub fn read(path: &Path) -> Result<Results, Error> {
     // studies may be long: line by line
     let mut lines = BufReader::new(File::open(path).map_err(failed)?).split(b'\n');
     let first = lines.next().transpose().map_err(failed)?;
-    let Ok(header) = serde_json::from_slice::<Header>(&first.unwrap_or_default()) else {
+    let Ok(header) = serde_json::from_slice::<StudyHeader>(&first.unwrap_or_default()) else {
         return one_piece(path);
     };
     if (header.format.as_str(), header.version) != ("monorig study", 1) {
@@ -73,7 +73,7 @@ pub fn read(path: &Path) -> Result<Results, Error> {
 
 fn one_piece(path: &Path) -> Result<Results, Error> {
     let text = read_text(path)?;
-    let kind: Kind = parse(path, &text)?;
+    let kind: JsonHeader = parse(path, &text)?;
     match (kind.kind.as_str(), kind.version) {
         ("test", 1) => Ok(Results::Test(parse(path, &text)?)),
         ("compare", 1) => Ok(Results::Compare(parse(path, &text)?)),
@@ -87,11 +87,11 @@ fn one_piece(path: &Path) -> Result<Results, Error> {
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|e| {
         // the place stands before the message already
-        let told = e.to_string();
-        let told = told.split(" at line ").next().unwrap_or(&told);
+        let message = e.to_string();
+        let message = message.split(" at line ").next().unwrap_or(&message);
         let what = match e.classify() {
-            Category::Data => told.to_owned(),
-            _ => format!("it is no JSON ({told})"),
+            Category::Data => message.to_owned(),
+            _ => format!("it is no JSON ({message})"),
         };
         wrong(path, Some(e.line()), what)
     })
@@ -104,7 +104,7 @@ fn wrong(path: &Path, line: Option<usize>, what: String) -> Error {
         column: line.map(|_| 1),
         key: String::new(),
         message: format!("a report cannot be made of this: {what}"),
-        help: super::super::TAKES.into(),
+        help: crate::report::TAKES.into(),
     }
     .into()
 }

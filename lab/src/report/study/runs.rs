@@ -1,18 +1,18 @@
 //! A scenario over many runs: checks, metrics, distributions.
 
-use super::paired;
-use super::values::{Values, estimators};
+use crate::batch::RunResult;
+use crate::html::with_unit;
 use crate::metrics::{METRICS, RUN_METRICS};
-use crate::report::html::with_unit;
+use crate::plot::axis::Axis;
+use crate::plot::boxes::Boxes;
+use crate::plot::theme::Ink;
+use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
-use crate::report::plot::axis::Axis;
-use crate::report::plot::boxes::Boxes;
-use crate::report::plot::theme::Ink;
-use crate::report::plot::{Figure, Group};
+use crate::report::study::paired;
+use crate::report::study::values::{MetricValues, estimators};
 use crate::report::table::{Cell, Table};
-use crate::study::RunResult;
-use crate::summary::MAIN;
-use crate::verdict::Check;
+use crate::verdicts::summary::MAIN;
+use crate::verdicts::verdict::Check;
 
 /// What was asked of the runs.
 pub fn verdicts(section: Section, all: &[Check]) -> Section {
@@ -52,8 +52,8 @@ fn checks(checks: &[Check]) -> Table {
 fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
     let groups = estimators(runs).into_iter().enumerate();
     let groups = groups.map(|(i, name)| {
-        let values = Values::of(runs, Some(&name), metric).measured;
-        Group::new(name, Ink::series(i), values)
+        let values = MetricValues::of(runs, Some(&name), metric).measured;
+        ValueGroup::new(name, Ink::series(i), values)
     });
     Boxes {
         title: metric.to_owned(),
@@ -93,7 +93,7 @@ fn over_runs<'a>(
     ];
     let mut table = Table::new(&["metric"], &titles);
     for (metric, unit) in metrics {
-        let values = Values::of(runs, estimator, metric);
+        let values = MetricValues::of(runs, estimator, metric);
         table.row([
             with_unit(metric, unit).into(),
             Cell::number(values.mean()),

@@ -1,27 +1,27 @@
 //! A metric over runs, and what can be said of it.
 
-use crate::interval::Interval;
-use crate::report::html::number;
-use crate::report::plot::boxes::quantile;
-use crate::study::RunResult;
+use crate::batch::RunResult;
+use crate::html::number;
+use crate::plot::boxes::quantile;
+use crate::verdicts::interval::Interval;
 use std::collections::BTreeSet;
 
 /// A metric over runs, in ascending order.
-pub struct Values {
+pub struct MetricValues {
     /// Runs there are.
     pub runs: usize,
-    /// Values of those runs in which it could be measured.
+    /// MetricValues of those runs in which it could be measured.
     pub measured: Vec<f64>,
 }
 
-impl Values {
+impl MetricValues {
     /// A metric of an estimator, or of the run.
     pub fn of(runs: &[RunResult], estimator: Option<&str>, metric: &str) -> Self {
         let values = runs.iter().filter_map(|run| value(run, estimator, metric));
         Self::new(runs.len(), values.collect())
     }
 
-    /// Values in any order, of so many runs.
+    /// MetricValues in any order, of so many runs.
     pub fn new(runs: usize, mut measured: Vec<f64>) -> Self {
         measured.sort_unstable_by(f64::total_cmp);
         Self { runs, measured }

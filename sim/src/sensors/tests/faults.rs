@@ -1,8 +1,8 @@
 //! Faults by event through the whole suite.
 
 use super::*;
-use crate::checked::{Finite, NonNegative};
-use crate::scenario::{Event, Fault};
+use crate::config::checked::{Finite, NonNegative};
+use crate::config::scenario::{Event, Fault};
 use std::path::Path;
 
 fn fault(sensor: &str, from_s: f64, fault: Fault, size: Option<f64>) -> Event {

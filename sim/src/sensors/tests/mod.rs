@@ -6,7 +6,8 @@ mod noise;
 mod physics;
 mod seeds;
 
-use super::{Sensors, Sheet, Suite};
+use super::{Sensors, Suite};
+use crate::config::sensor_sheet::Sheet;
 use crate::error::Error;
 use crate::plant::{DriveState, MountState, Truth};
 use crate::train::{Drive, Mount, Train};

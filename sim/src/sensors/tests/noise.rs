@@ -1,8 +1,8 @@
 //! Noise through the whole suite: levels, slopes, independence.
 
-use super::super::sheet_file::SheetFile;
 use super::*;
-use crate::checked::Positive;
+use crate::config::checked::Positive;
+use crate::config::sensor_sheet_file::SheetFile;
 use monorig_estimators::api::signals::MAX_DRIVES;
 
 /// Density, bandwidth and rate together: whatever the rate, the Allan deviation is N/√τ with N = density/√2, and the

@@ -1,7 +1,7 @@
 //! Ideal physics through the whole suite.
 
 use super::*;
-use crate::checked::{Finite, Positive};
+use crate::config::checked::{Finite, Positive};
 
 /// A mount that moves at constant speed v on a vertical circle of radius r, nose up ever more: θ = v t / r.
 fn on_an_arc(train: &Train, t_s: f64, v: f64, radius: f64) -> Truth {

@@ -1,0 +1,80 @@
+//! `monorig check`: find mistakes in files without running anything.
+
+use crate::CommandOutcome;
+use crate::files::formats::FileKind;
+use crate::files::formats::{self, FileFormat, KINDS};
+use crate::files::results;
+use crate::ui::errors::{self, CliError};
+use crate::ui::output;
+use monorig_sim::config::file::{Document, input_error};
+use monorig_sim::error::Error;
+use std::path::Path;
+use std::path::PathBuf;
+
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  monorig check scenarios/*.yaml                a scenario with everything it names, as before a run
+  monorig check assets/*/*.yaml                 tracks, trains, units, sensor sheets, rail profiles by themselves
+  monorig check --kind track assets/tracks/winding.yaml
+  monorig check runs/liu2023_section1/1/*       what a run left behind: whole and readable?";
+
+/// `monorig check`
+#[derive(Debug, clap::Args)]
+#[command(after_help = CHECK_EXAMPLES)]
+pub struct CheckArgs {
+    /// Files to check; their kind is told from their keys, of results from their names
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// What the files are, if it cannot be told from their keys
+    #[arg(long)]
+    pub kind: Option<FileKind>,
+}
+
+/// Check every file; all mistakes are shown, not only those of the first bad file.
+pub fn check(task: &CheckArgs) -> Result<CommandOutcome, CliError> {
+    let mut bad = 0;
+    for file in &task.files {
+        match check_one(file, task.kind.and_then(formats::row)) {
+            Ok(found) => output::print(&format!("{}: {found}\n", file.display()))?,
+            Err(e) => {
+                errors::show(&CliError::Sim(e));
+                bad += 1;
+            }
+        }
+    }
+    match bad {
+        0 => Ok(CommandOutcome::Held),
+        _ => Err(CliError::BadFiles {
+            bad,
+            all: task.files.len(),
+        }),
+    }
+}
+
+/// What was found in a good file.
+fn check_one(file: &Path, row: Option<&'static FileFormat>) -> Result<String, Error> {
+    if row.is_none()
+        && let Some(kind) = results::recognise(file)
+    {
+        return Ok(format!("{} ok ({})", kind.name, (kind.read)(file)?));
+    }
+    let row = match row {
+        Some(row) => row,
+        None => recognise(file)?,
+    };
+    (row.check)(file)?;
+    Ok(format!("{} ok", row.name))
+}
+
+fn recognise(file: &Path) -> Result<&'static FileFormat, Error> {
+    let keys = Document::read(file)?.keys();
+    formats::recognise(&keys).ok_or_else(|| {
+        let names: Vec<_> = KINDS.iter().map(|row| row.name).collect();
+        input_error(
+            file,
+            "",
+            "its keys do not tell what kind of file this is",
+            format!("say it with --kind, one of: {}", names.join(", ")),
+        )
+    })
+}

@@ -1,0 +1,241 @@
+//! `monorig compare`: estimators side by side on the same runs.
+
+use crate::CommandOutcome;
+use crate::commands::shared::{Jobs, seeds};
+use crate::files::prepare;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::tables::{lines, number, right, table};
+use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
+use monorig_lab::metrics;
+use monorig_lab::metrics::METRICS;
+use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, compare as cells};
+use monorig_lab::verdicts::interval::Interval;
+use std::path::PathBuf;
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust --seeds 1..50
+  monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
+
+All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to
+the reference are taken run by run. Intervals: 95 %, percentile bootstrap over seeds.";
+
+/// `monorig compare`
+#[derive(Debug, clap::Args)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub struct CompareArgs {
+    /// Scenario file
+    pub file: PathBuf,
+    /// Estimators to compare; without it those of the scenario
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub estimators: Vec<String>,
+    /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Metrics to compare
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
+        default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,slope_valid_share")]
+    pub metrics: Vec<String>,
+    /// Estimator that the others are held against; without it the first
+    #[arg(long, value_name = "NAME")]
+    pub reference: Option<String>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Write table and runs as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write the table as CSV
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// A metric of estimators by its name.
+fn metric(name: &str) -> Result<String, String> {
+    let known = METRICS.iter().map(|m| m.name);
+    if known.clone().any(|k| k == name) {
+        return Ok(name.to_owned());
+    }
+    let list: Vec<&str> = known.clone().collect();
+    Err(match monorig_sim::config::file::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known metrics: {}", list.join(", ")),
+    })
+}
+
+/// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
+pub fn compare(task: &CompareArgs) -> Result<CommandOutcome, CliError> {
+    let plain = monorig_sim::config::scenario::Scenario::load(&task.file, &[])?;
+    let mut overrides: Vec<(String, String)> = Vec::new();
+    for name in &task.estimators {
+        if !plain.file.estimators.contains_key(name) {
+            overrides.push((format!("estimators.{name}"), "{}".into()));
+        }
+    }
+    if let Some(seeds) = &task.seeds {
+        overrides.push(("seeds".into(), seeds.clone()));
+    }
+    let rig = prepare::rig(&task.file, &overrides)?;
+    let scenario = &rig.scenario;
+    let shown: Vec<String> = match task.estimators.as_slice() {
+        [] => scenario.file.estimators.keys().cloned().collect(),
+        named => named.to_vec(),
+    };
+    let reference = task.reference.clone().or_else(|| shown.first().cloned());
+    let reference = reference
+        .filter(|name| shown.contains(name))
+        .ok_or_else(|| {
+            scenario.error(
+                "estimators",
+                "there is no such estimator to compare with",
+                format!("--reference with one of: {}", shown.join(", ")),
+            )
+        })?;
+    interrupt::listen();
+    let runs = run(task, &overrides, scenario.seeds(), &scenario.name)?;
+    let cells = cells(
+        &runs,
+        &shown,
+        &task.metrics,
+        &reference,
+        &scenario.file.published,
+    );
+    if let Some(path) = &task.json {
+        let all = Comparison {
+            version: 1,
+            kind: "compare".into(),
+            monorig: env!("CARGO_PKG_VERSION").into(),
+            scenario: scenario.name.clone(),
+            reference: reference.clone(),
+            table: cells.clone(),
+            runs: runs.clone(),
+        };
+        let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
+        output::write(path, &(text + "\n"))?;
+    }
+    if let Some(path) = &task.csv {
+        output::write(path, &csv(&cells))?;
+    }
+    output::print(&text(&cells, &task.metrics, &reference))?;
+    let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
+    for run in &unfinished {
+        let why = run.error.as_deref().unwrap_or("it did not come to its end");
+        note(&format!("seed {} is left out: {why}", run.seed));
+    }
+    Ok(match unfinished.len() {
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
+    })
+}
+
+fn run(
+    task: &CompareArgs,
+    overrides: &[(String, String)],
+    seeds: &[u64],
+    name: &str,
+) -> Result<Vec<RunResult>, CliError> {
+    let mut progress = ProgressDisplay::new(name);
+    let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
+        index,
+        scenario: task.file.clone(),
+        overrides: overrides.to_vec(),
+        seed: *seed,
+        draws: Default::default(),
+    });
+    let mut runs = Vec::new();
+    let work = |spec: RunSpec| run_one(&spec, &interrupt::go_on);
+    in_order(task.jobs.get(), specs, work, |done| {
+        runs.push(done.map_err(|_| CliError::Interrupted)?);
+        progress.at(runs.len() as f64 / seeds.len() as f64);
+        Ok::<(), CliError>(())
+    })?;
+    Ok(runs)
+}
+
+fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
+    let mut parts = Vec::new();
+    for metric in metrics {
+        let rows: Vec<&ComparedMetric> = cells.iter().filter(|c| c.metric == *metric).collect();
+        let unit = match metrics::unit(metric) {
+            Some("1") | None => String::new(),
+            Some(unit) => format!(", {unit}"),
+        };
+        let against = format!("minus {reference}");
+        let title = format!("{metric}{unit}");
+        let mut table = table([
+            title.as_str(),
+            "runs",
+            "mean",
+            "95 %",
+            "median",
+            &against,
+            "95 %",
+            "published",
+        ]);
+        for c in &rows {
+            let [mean, range] = words(c.mean);
+            let [difference, between] = words(c.difference);
+            table.add_row([
+                c.estimator.clone(),
+                format!("{}/{}", c.measured, c.runs),
+                mean,
+                range,
+                c.median.map_or("-".to_owned(), number),
+                difference,
+                between,
+                c.published
+                    .as_ref()
+                    .map_or("-".to_owned(), |p| number(p.value.get())),
+            ]);
+        }
+        right(&mut table, 1..=7);
+        parts.push(lines(&table));
+    }
+    let sources: std::collections::BTreeSet<&str> = cells
+        .iter()
+        .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
+        .collect();
+    if !sources.is_empty() {
+        let sources: Vec<&str> = sources.into_iter().collect();
+        parts.push(format!("published: {}", sources.join("; ")));
+    }
+    parts.join("\n\n") + "\n"
+}
+
+fn words(interval: Option<Interval>) -> [String; 2] {
+    match interval {
+        Some(i) => [
+            number(i.mean),
+            format!("{} … {}", number(i.low), number(i.high)),
+        ],
+        None => ["-".to_owned(), "-".to_owned()],
+    }
+}
+
+fn csv(cells: &[ComparedMetric]) -> String {
+    let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,difference,difference_low,difference_high,published,source\n".to_owned();
+    let three = |i: Option<Interval>| match i {
+        Some(i) => format!("{},{},{}", i.mean, i.low, i.high),
+        None => ",,".to_owned(),
+    };
+    for c in cells {
+        let (value, source) = match &c.published {
+            Some(p) => (p.value.get().to_string(), p.source.replace('"', "'")),
+            None => Default::default(),
+        };
+        text += &format!(
+            "{},{},{},{},{},{},{},{value},\"{source}\"\n",
+            c.estimator,
+            c.metric,
+            c.measured,
+            c.runs,
+            three(c.mean),
+            c.median.map_or(String::new(), |m| m.to_string()),
+            three(c.difference),
+        );
+    }
+    text
+}

@@ -1,0 +1,77 @@
+//! The commands, a file each: its arguments with their help, and what it does.
+
+pub mod check;
+pub mod compare;
+pub mod merge;
+pub mod report;
+pub mod run;
+pub mod schema;
+pub mod shared;
+pub mod study;
+pub mod test;
+pub mod tune;
+
+use crate::CommandOutcome;
+use crate::ui::errors::CliError;
+use clap::{Parser, Subcommand};
+
+const EXAMPLES: &str = "\
+Examples:
+  monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
+  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
+  monorig test scenarios --filter minimal                every scenario over its seeds: does what it expects hold?
+  monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
+  monorig report runs/liu2023_section1/1                 plots, errors and verdicts of a run as one HTML file
+  monorig check scenarios/*.yaml                         find mistakes without running
+  monorig schema scenario                                every key a scenario can have
+
+Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input, files).";
+
+/// A physics-simulated test rig for the mass and slope estimators of monorail cranes.
+#[derive(Debug, Parser)]
+#[command(name = "monorig", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = 100)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a scenario: train, sensors, estimators and controller in closed loop
+    Run(run::RunArgs),
+    /// Run scenarios over their seeds and judge what they expect
+    Test(test::TestArgs),
+    /// Run estimators side by side over the seeds of a scenario and compare their metrics
+    Compare(compare::CompareArgs),
+    /// Run a scenario many times with drawn values (Monte Carlo); a study that was stopped goes on
+    Study(study::StudyArgs),
+    /// Put the shards of a study together
+    Merge(merge::MergeArgs),
+    /// Search for the parameters of an estimator that are best over many runs
+    Tune(tune::TuneArgs),
+    /// Write a report as one HTML file
+    Report(report::ReportArgs),
+    /// Check files without running anything
+    Check(check::CheckArgs),
+    /// Print the JSON Schema of a file format: every key, its meaning and its unit
+    Schema(schema::SchemaArgs),
+}
+
+impl Command {
+    /// Do it.
+    pub fn run(&self) -> Result<CommandOutcome, CliError> {
+        match self {
+            Self::Run(args) => run::run(args),
+            Self::Test(args) => test::test(args),
+            Self::Compare(args) => compare::compare(args),
+            Self::Study(args) => study::study(args),
+            Self::Merge(args) => merge::merge(args),
+            Self::Tune(args) => tune::tune(args),
+            Self::Report(args) => report::report(args),
+            Self::Check(args) => check::check(args),
+            Self::Schema(args) => schema::schema(args),
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! `monorig schema`: the JSON Schema of a file format.
+
+use crate::CommandOutcome;
+use crate::files::formats::FileKind;
+use crate::files::formats::{self, KINDS};
+use crate::ui::errors::CliError;
+use crate::ui::output;
+
+/// `monorig schema`
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  monorig schema                   the kinds there are\n  monorig schema scenario > scenario.json"
+)]
+pub struct SchemaArgs {
+    /// FileKind of file; without it the kinds are listed
+    pub kind: Option<FileKind>,
+}
+
+/// Print a schema, or the list of kinds.
+pub fn schema(task: &SchemaArgs) -> Result<CommandOutcome, CliError> {
+    let text = match task.kind.and_then(formats::row) {
+        Some(row) => serde_json::to_string_pretty(&(row.schema)()).map_err(CliError::Json)?,
+        None => {
+            let lines = KINDS
+                .iter()
+                .map(|row| format!("{:<14}{}", row.name, row.about));
+            lines.collect::<Vec<_>>().join("\n")
+        }
+    };
+    output::print(&format!("{text}\n"))?;
+    Ok(CommandOutcome::Held)
+}

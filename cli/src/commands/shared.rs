@@ -1,0 +1,30 @@
+//! Arguments that several commands take.
+
+use std::num::NonZeroUsize;
+
+/// Threads to work with.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Jobs {
+    /// Runs at a time; without it as many as there are cores. Results do not depend on it
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+}
+
+impl Jobs {
+    /// How many.
+    pub fn get(self) -> NonZeroUsize {
+        self.jobs
+            .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
+    }
+}
+
+/// Seeds as a scenario would write them.
+pub fn seeds(text: &str) -> Result<String, String> {
+    let yaml = if text.contains(',') {
+        format!("[{text}]")
+    } else {
+        text.to_owned()
+    };
+    monorig_sim::config::scenario::Seeds::parse(&yaml)?;
+    Ok(yaml)
+}

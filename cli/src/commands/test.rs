@@ -1,0 +1,191 @@
+//! `monorig test`: scenarios over their seeds, judged.
+
+mod files;
+mod junit;
+
+use crate::CommandOutcome;
+use crate::commands::shared::{Jobs, seeds};
+use crate::ui::errors::{self, CliError};
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_sim::error::Error;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+const TEST_EXAMPLES: &str = "\
+Examples:
+  monorig test                                           every scenario in scenarios/, each over its seeds
+  monorig test scenarios/liu2023_section1.yaml --seeds 1..50
+  monorig test scenarios --filter liu2023 --junit report.xml --json report.json
+
+A scenario fails when a run does not finish, when an estimator never vouches for anything, or when an expectation
+does not hold for as many seeds as it asks for (`quantile`; all without it).";
+
+/// `monorig test`
+#[derive(Debug, clap::Args)]
+#[command(after_help = TEST_EXAMPLES)]
+pub struct TestArgs {
+    /// Scenario files, or folders of them
+    #[arg(default_value = "scenarios")]
+    pub paths: Vec<PathBuf>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Only scenarios with this text in their name
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+    /// Run these seeds instead of the scenarios' own: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Write the verdicts as JUnit XML, as CI servers read it
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Write verdicts and metrics of every run as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// A scenario to test.
+struct Case {
+    path: PathBuf,
+    name: String,
+    seeds: Vec<u64>,
+}
+
+/// A scenario tested.
+pub struct TestedScenario {
+    /// Its verdicts.
+    pub judged: ScenarioVerdict,
+    /// Time its runs took together.
+    pub took: Duration,
+}
+
+/// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
+pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
+    let overrides: Vec<_> = task
+        .seeds
+        .iter()
+        .map(|seeds| ("seeds".to_owned(), seeds.clone()))
+        .collect();
+    let paths = files::scenarios(&task.paths, task.filter.as_deref())?;
+    let (mut cases, mut bad) = (Vec::new(), 0);
+    for path in &paths {
+        match case(path, &overrides) {
+            Ok(case) => cases.push(case),
+            Err(e) => {
+                errors::show(&CliError::Sim(e));
+                bad += 1;
+            }
+        }
+    }
+    interrupt::listen();
+    let tested = run(task, &cases, &overrides)?;
+    if let Some(path) = &task.junit {
+        output::write(path, &junit::xml(&tested)?)?;
+    }
+    if let Some(path) = &task.json {
+        output::write(path, &json(&tested)?)?;
+    }
+    let failed = tested.iter().filter(|t| !t.judged.held).count();
+    let runs: usize = tested.iter().map(|t| t.judged.runs.len()).sum();
+    output::print(&format!(
+        "{} scenarios, {runs} runs: {} held, {failed} failed\n",
+        tested.len(),
+        tested.len() - failed
+    ))?;
+    match (bad, failed) {
+        (0, 0) => Ok(CommandOutcome::Held),
+        (0, _) => Ok(CommandOutcome::Failed),
+        _ => Err(CliError::BadFiles {
+            bad,
+            all: paths.len(),
+        }),
+    }
+}
+
+/// Everything about a scenario that can be found wrong without running it is found here.
+fn case(path: &Path, overrides: &[(String, String)]) -> Result<Case, Error> {
+    let rig = crate::files::prepare::rig(path, overrides)?;
+    Ok(Case {
+        path: path.into(),
+        name: rig.scenario.name.clone(),
+        seeds: rig.scenario.seeds().to_vec(),
+    })
+}
+
+fn run(
+    task: &TestArgs,
+    cases: &[Case],
+    overrides: &[(String, String)],
+) -> Result<Vec<TestedScenario>, CliError> {
+    let width = cases.iter().map(|c| c.name.chars().count()).max();
+    let specs = cases.iter().flat_map(|case| {
+        (0..).zip(&case.seeds).map(|(index, seed)| RunSpec {
+            index,
+            scenario: case.path.clone(),
+            overrides: overrides.to_vec(),
+            seed: *seed,
+            draws: Default::default(),
+        })
+    });
+    let work = |spec: RunSpec| {
+        let begun = Instant::now();
+        let result = run_one(&spec, &interrupt::go_on);
+        result.map(|result| (result, begun.elapsed()))
+    };
+    let mut tested = Vec::new();
+    let mut waiting: (Vec<RunResult>, Duration) = Default::default();
+    in_order(task.jobs.get(), specs, work, |done| {
+        let (result, took) = done.map_err(|_| CliError::Interrupted)?;
+        waiting.0.push(result);
+        waiting.1 += took;
+        if let Some(case) = cases.get(tested.len())
+            && waiting.0.len() == case.seeds.len()
+        {
+            let (runs, took) = std::mem::take(&mut waiting);
+            let judged = ScenarioVerdict::new(&case.name, runs);
+            let one = TestedScenario { judged, took };
+            output::print(&line(&one, case, width.unwrap_or(0)))?;
+            tested.push(one);
+        }
+        Ok::<(), CliError>(())
+    })?;
+    Ok(tested)
+}
+
+/// The verdict in a line, and a line for everything that does not hold.
+fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
+    let word = if tested.judged.held {
+        "held  "
+    } else {
+        "FAILED"
+    };
+    let seeds = match case.seeds.as_slice() {
+        [one] => format!("seed {one}"),
+        many => format!("{} seeds", many.len()),
+    };
+    let took = tested.took.as_secs_f64();
+    let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
+    for check in tested.judged.checks.iter().filter(|c| !c.held) {
+        text += &format!("        {}\n", check.reason());
+    }
+    for run in &tested.judged.runs {
+        for (name, times, reason) in run.summary.iter().flat_map(|s| &s.refusals) {
+            note(&format!(
+                "{} seed {}: {name} refused {times} steps, the first because {reason}",
+                case.name, run.seed
+            ));
+        }
+    }
+    text
+}
+
+fn json(tested: &[TestedScenario]) -> Result<String, CliError> {
+    let scenarios: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
+    let all = json!({ "version": 1, "kind": "test", "monorig": env!("CARGO_PKG_VERSION"), "scenarios": scenarios });
+    let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
+    Ok(text + "\n")
+}

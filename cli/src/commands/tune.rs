@@ -1,0 +1,124 @@
+//! `monorig tune`: search for the parameters of an estimator.
+
+mod recording;
+mod table;
+
+use crate::CommandOutcome;
+use crate::commands::run::prepare_out;
+use crate::files::prepare;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use monorig_lab::tuning::progress::Progress;
+use monorig_lab::tuning::run::{self, TuningRun};
+use monorig_lab::tuning::side_by_side;
+use monorig_lab::tuning::trial_store::Trial;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+const EXAMPLES: &str = "\
+Examples:
+  monorig tune scenarios/tuning/quick.yaml                  search; results go to runs/tune/quick/
+  monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
+  monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
+
+Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
+and before_after.rrd to open in the Rerun viewer: a validation run with defaults, published constants and winner side by side.";
+
+/// `monorig tune`
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct TuneArgs {
+    /// Study file
+    pub file: PathBuf,
+    /// Go on with the trials that are there, instead of starting anew
+    #[arg(long)]
+    pub resume: bool,
+    /// Threads; the result is the same for any number [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<NonZeroUsize>,
+    /// Folder the results go to
+    #[arg(long, value_name = "DIR", default_value = "runs")]
+    pub out: PathBuf,
+    /// Do not write before_after.rrd
+    #[arg(long)]
+    pub no_rerun: bool,
+    /// Folder of the recorded runs [default: OUT/tune/.cache]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// Run a study. Nothing is written before the whole input has been found good.
+pub fn tune(task: &TuneArgs) -> Result<CommandOutcome, CliError> {
+    let study = prepare::tuning(&task.file)?;
+    prepare_out(&task.out)?;
+    interrupt::listen();
+    let folder = task.out.join("tune");
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let tuning = TuningRun {
+        folder: folder.join(&study.name),
+        cache: task.cache.clone().unwrap_or_else(|| folder.join(".cache")),
+        jobs: task.jobs.map_or(cores, NonZeroUsize::get),
+        resume: task.resume,
+    };
+    let progress = TuningProgress {
+        name: study.name.clone(),
+        progress: Mutex::new(ProgressDisplay::new(&study.name)),
+    };
+    let result = run::run(&study, &tuning, &progress)?;
+    let Some(result) = result else {
+        return Err(CliError::TuningInterrupted);
+    };
+    if !task.no_rerun
+        && let Some(best) = result.best()
+        && let Some(rig) = side_by_side::rig(&study, &best.parameters)?
+    {
+        recording::write(rig, &tuning.folder, &mut |share| {
+            progress.show("recording", share)
+        })?;
+    }
+    drop(progress);
+    note(&format!("results in {}", tuning.folder.display()));
+    output::print(&table::text(&study, &result))?;
+    Ok(if result.validation.is_some() {
+        CommandOutcome::Held
+    } else {
+        CommandOutcome::Failed
+    })
+}
+
+/// Progress of a tuning run on the terminal.
+struct TuningProgress {
+    name: String,
+    progress: Mutex<ProgressDisplay>,
+}
+
+impl TuningProgress {
+    fn show(&self, what: &str, share: f64) -> bool {
+        let mut progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        progress.rename(&format!("{}: {what}", self.name));
+        progress.at(share);
+        interrupt::go_on()
+    }
+}
+
+impl Progress for TuningProgress {
+    fn stage(&self, name: &str, share: f64) -> bool {
+        self.show(name, share)
+    }
+
+    fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
+        let n = trial.trial + 1;
+        let best = match best {
+            Some(best) => format!("best loss {:.4} (trial {})", best.loss(), best.trial),
+            None => "none good yet".to_owned(),
+        };
+        self.show(
+            &format!("trial {n} of {budget}, {best}"),
+            n as f64 / budget as f64,
+        )
+    }
+}

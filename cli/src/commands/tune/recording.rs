@@ -1,0 +1,41 @@
+//! A validation run with the defaults, the published constants and the winner side by side, for the Rerun viewer.
+
+use crate::simulate::record;
+use crate::ui::errors::CliError;
+use monorig_lab::metrics::series::ErrorSeries;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::error::Error;
+use monorig_viz::RerunSink;
+use std::path::Path;
+
+/// Run it into `before_after.rrd`: under a temporary name first, so that no half of it is ever there.
+pub fn write(
+    mut rig: Simulation,
+    folder: &Path,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<(), CliError> {
+    let path = folder.join("before_after.rrd");
+    let partial = folder.join(format!("before_after.rrd.partial-{}", std::process::id()));
+    let mut sink = RerunSink::file(&partial);
+    let recorded = record(
+        &mut rig,
+        vec![&mut sink],
+        false,
+        &mut ErrorSeries::default(),
+        go_on,
+    );
+    drop(sink);
+    let kept = recorded.map_err(CliError::from).and_then(|outcome| {
+        if outcome.interrupted {
+            return Err(CliError::TuningInterrupted);
+        }
+        std::fs::rename(&partial, &path).map_err(|source| {
+            let path = path.clone();
+            Error::Io { path, source }.into()
+        })
+    });
+    if kept.is_err() {
+        let _ = std::fs::remove_file(&partial);
+    }
+    kept
+}

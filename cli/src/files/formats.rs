@@ -1,0 +1,248 @@
+//! The kinds of files there are. A new one is a variant and a row of the table.
+
+use crate::files::prepare;
+use clap::ValueEnum;
+use monorig_lab::batch::{Plan, StudyFile};
+use monorig_lab::tuning::{TuningFile, name_check};
+use monorig_sim::config::car_file::CarFile;
+use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
+use monorig_sim::config::sensor_sheet::Sheet;
+use monorig_sim::config::sensor_sheet_file::SheetFile;
+use monorig_sim::config::track::TrackFile;
+use monorig_sim::config::train_file::TrainFile;
+use monorig_sim::config::unit_file::UnitFile;
+use monorig_sim::error::Error;
+use monorig_sim::plant::road::Car;
+use monorig_sim::rail::Rail;
+use monorig_sim::rail::profile::{Profile, ProfileFile};
+use monorig_sim::train::Train;
+use monorig_sim::train::unit::Unit;
+use schemars::{Schema, schema_for};
+use std::path::Path;
+
+/// A kind of file of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FileKind {
+    /// What to run
+    Scenario,
+    /// A rail
+    Track,
+    /// A train
+    Train,
+    /// A unit of a train
+    Unit,
+    /// A car
+    Car,
+    /// A sensor data sheet
+    Sensors,
+    /// The section of a rail
+    RailProfile,
+    /// Parameters of an estimator
+    Parameters,
+    /// What to tune
+    Tuning,
+    /// A scenario run many times with drawn values
+    Study,
+}
+
+/// What is known of a kind.
+pub struct FileFormat {
+    /// The kind.
+    pub kind: FileKind,
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it is for.
+    pub about: &'static str,
+    /// Keys by which a file of the kind is recognised: the kind with most of them in the file.
+    pub telling: &'static [&'static str],
+    /// Its JSON Schema.
+    pub schema: fn() -> Schema,
+    /// Reads and checks a file and every file it names.
+    pub check: fn(&Path) -> Result<(), Error>,
+}
+
+/// Every kind.
+pub const KINDS: &[FileFormat] = &[
+    FileFormat {
+        kind: FileKind::Scenario,
+        name: "scenario",
+        about: "what to run: track, train, drive cycle, sensors, estimators, events, expectations",
+        telling: &[
+            "why",
+            "track",
+            "train",
+            "car",
+            "sensors",
+            "start",
+            "stop",
+            "physics",
+            "estimators",
+            "in_loop",
+            "events",
+            "expect",
+        ],
+        schema: || schema_for!(ScenarioFile),
+        check: |path| prepare::rig(path, &[]).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Track,
+        name: "track",
+        about: "a rail or a road: horizontal alignment, vertical profile or survey, joints",
+        telling: &[
+            "profile",
+            "road_width_m",
+            "horizontal",
+            "vertical",
+            "survey",
+            "joints",
+        ],
+        schema: || schema_for!(TrackFile),
+        check: |path| Rail::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Train,
+        name: "train",
+        about: "a train: units front to rear, load, limits, running resistance",
+        telling: &["consist", "drawbar", "limits", "resistance"],
+        schema: || schema_for!(TrainFile),
+        check: |path| Train::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Unit,
+        name: "unit",
+        about: "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)",
+        telling: &[
+            "urdf",
+            "length_m",
+            "running_gear",
+            "carried_by",
+            "connections",
+        ],
+        schema: || schema_for!(UnitFile),
+        check: |path| Unit::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Car,
+        name: "car",
+        about: "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver",
+        telling: &[
+            "body",
+            "wheels",
+            "tyres",
+            "motors",
+            "brakes",
+            "air",
+            "suspension",
+        ],
+        schema: || schema_for!(CarFile),
+        check: |path| Car::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Sensors,
+        name: "sensors",
+        about: "a sensor data sheet: rates, errors, mounts",
+        telling: &[
+            "source",
+            "accelerometer",
+            "gyro",
+            "motor_torque",
+            "wheel_speed",
+            "clamp_pressure",
+            "steering_angle",
+        ],
+        schema: || schema_for!(SheetFile),
+        check: |path| Sheet::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::RailProfile,
+        name: "rail-profile",
+        about: "the section of an I-beam rail",
+        telling: &[
+            "height_m",
+            "flange_width_m",
+            "web_m",
+            "flange_tip_m",
+            "flange_root_m",
+        ],
+        schema: || schema_for!(ProfileFile),
+        check: |path| Profile::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Study,
+        name: "study",
+        about: "a scenario run many times with drawn values",
+        telling: &["scenario", "runs", "first_seed", "set", "vary"],
+        schema: || schema_for!(StudyFile),
+        check: |path| Plan::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Tuning,
+        name: "tuning",
+        about: "a tuning study: what varies, over which runs, what is good, how to search",
+        telling: &[
+            "estimator",
+            "parameters",
+            "tuning",
+            "validation",
+            "objective",
+            "budget",
+            "optimiser",
+        ],
+        schema: || schema_for!(TuningFile),
+        check: |path| prepare::tuning(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Parameters,
+        name: "parameters",
+        about: "parameters of an estimator, for scenarios to include",
+        telling: &["estimator", "parameters", "provenance"],
+        schema: || schema_for!(ParameterFile),
+        check: |path| name_check::parameter_file(path).map(drop),
+    },
+];
+
+/// What is known of one kind.
+pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
+    KINDS.iter().find(|row| row.kind == kind)
+}
+
+/// The kind of a file with these keys at its top, if they decide it.
+pub fn recognise(keys: &[String]) -> Option<&'static FileFormat> {
+    let hits = |row: &FileFormat| {
+        let telling = row.telling.iter();
+        telling.filter(|t| keys.iter().any(|k| k == *t)).count()
+    };
+    KINDS
+        .iter()
+        .filter(|row| hits(row) > 0)
+        .max_by_key(|row| hits(row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_a_row_and_is_recognised_by_its_own_keys() {
+        for kind in FileKind::value_variants() {
+            let row = row(*kind).unwrap();
+            let name = kind.to_possible_value().unwrap();
+            assert_eq!(name.get_name(), row.name);
+            let keys: Vec<String> = row.telling.iter().map(|t| (*t).to_owned()).collect();
+            assert_eq!(recognise(&keys).unwrap().name, row.name);
+        }
+        assert!(recognise(&["nothing".to_owned()]).is_none());
+    }
+
+    /// A key by which a kind is recognised must be one that its files can have.
+    #[test]
+    fn telling_keys_stand_in_the_schema() {
+        for row in KINDS {
+            let schema = (row.schema)();
+            let properties = schema.get("properties").unwrap();
+            for key in row.telling {
+                assert!(properties.get(key).is_some(), "{}: {key}", row.name);
+            }
+        }
+    }
+}

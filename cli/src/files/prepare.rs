@@ -1,0 +1,27 @@
+//! Everything about a scenario or a tuning study that can be found wrong without running it.
+
+use monorig_lab::tuning::TuningStudy;
+use monorig_lab::verdicts::expected;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::error::Error;
+use std::path::Path;
+
+/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the rig for
+/// the first of its seeds.
+pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Simulation, Error> {
+    let scenario = Scenario::load(path, overrides)?;
+    expected::check(&scenario)?;
+    let seed = scenario.seeds().first().copied().unwrap_or(1);
+    Simulation::build(scenario, seed)
+}
+
+/// Read a tuning study and every file it names; check them by building the rig of each of its scenarios.
+pub fn tuning(path: &Path) -> Result<TuningStudy, Error> {
+    let study = TuningStudy::load(path)?;
+    for group in study.tuning.iter().chain(&study.validation) {
+        let seed = group.seeds.first().copied().unwrap_or(1);
+        Simulation::build(group.scenario.clone(), seed)?;
+    }
+    Ok(study)
+}

@@ -1,0 +1,9 @@
+//! The terminal: progress, tables, errors, Ctrl-C.
+
+pub mod errors;
+pub mod interrupt;
+pub mod note;
+pub mod output;
+pub mod progress;
+pub mod summary;
+pub mod tables;

@@ -1,0 +1,66 @@
+//! How far a run has come: a bar on a terminal, plain lines otherwise. All of it goes to standard error.
+
+use crate::ui::note::note;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+/// Between two plain lines at least this long.
+const NOTE_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Positions of the bar.
+const STEPS: u64 = 1000;
+
+/// ProgressDisplay of one run.
+pub struct ProgressDisplay {
+    name: String,
+    bar: Option<ProgressBar>,
+    last_note: Instant,
+}
+
+impl ProgressDisplay {
+    /// A run called `name`.
+    pub fn new(name: &str) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar =
+                ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
+            if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}")
+            {
+                bar.set_style(style);
+            }
+            bar.with_prefix(name.to_owned())
+        });
+        Self {
+            name: name.to_owned(),
+            bar,
+            last_note: Instant::now(),
+        }
+    }
+
+    /// What goes on is called otherwise from now on.
+    pub fn rename(&mut self, name: &str) {
+        self.name = name.to_owned();
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(name.to_owned());
+        }
+    }
+
+    /// The run has come to this share of its way, 0…1.
+    pub fn at(&mut self, share: f64) {
+        if let Some(bar) = &self.bar {
+            bar.set_position((share * STEPS as f64) as u64);
+        } else if self.last_note.elapsed() >= NOTE_INTERVAL {
+            note(&format!("{}: {:.0} %", self.name, share * 100.0));
+            self.last_note = Instant::now();
+        }
+    }
+}
+
+impl Drop for ProgressDisplay {
+    /// The run is over, or has broken down: no half bar stays on the terminal.
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

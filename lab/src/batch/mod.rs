@@ -1,0 +1,20 @@
+//! Studies: ordered lists of independent runs.
+//!
+//! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a [`RunResult`], one line of JSON.
+//! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
+//! written do not depend on the number of threads. [`ResultStore`] keeps them in a file that survives a kill.
+
+mod merge;
+mod one_run;
+mod plan;
+mod pool;
+mod store;
+mod study_file;
+mod vary;
+
+pub use merge::merge;
+pub use one_run::{Interrupted, RunResult, RunSpec, run_one};
+pub use plan::{Plan, StudyHeader};
+pub use pool::{in_order, map_in_order};
+pub use store::{ResultStore, Shard};
+pub use study_file::StudyFile;

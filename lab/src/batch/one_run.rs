@@ -1,0 +1,106 @@
+//! One run of a study: headless, nothing written, whatever goes wrong is its result.
+
+use crate::metrics::series::ErrorSeries;
+use crate::verdicts::expected;
+use crate::verdicts::summary::Summary;
+use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::run;
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::error::Error;
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+
+/// What to run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunSpec {
+    /// Place in the study, from 0.
+    pub index: u64,
+    /// Scenario file.
+    pub scenario: PathBuf,
+    /// Changes to it, as by `--set path=value`.
+    pub overrides: Vec<(String, String)>,
+    /// Seed.
+    pub seed: u64,
+    /// What was drawn for this run, by name.
+    pub draws: BTreeMap<String, serde_json::Value>,
+}
+
+/// What came of a run: one line of JSON in a study's results.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunResult {
+    /// Place in the study, from 0.
+    pub index: u64,
+    /// Scenario name.
+    pub scenario: String,
+    /// Seed.
+    pub seed: u64,
+    /// What was drawn for this run, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub draws: BTreeMap<String, serde_json::Value>,
+    /// Metrics and verdicts; none if the run broke down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub summary: Option<Summary>,
+    /// Why the run broke down, if it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+impl RunResult {
+    /// As a line of JSON, without the line's end.
+    pub fn to_line(&self) -> String {
+        // Strings and finite numbers: nothing in here can fail to serialise.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Whether the run came to its end.
+    pub fn finished(&self) -> bool {
+        self.summary.as_ref().is_some_and(|s| s.finished)
+    }
+}
+
+/// The run was stopped from outside: it has no result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupted;
+
+/// Run it. A scenario that cannot be used, a simulation that breaks down and a panic are results too: they belong to this run,
+/// and the study goes on. `go_on` is asked now and then whether to go on.
+pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, Interrupted> {
+    let outcome = match catch_unwind(AssertUnwindSafe(|| simulate(spec, go_on))) {
+        Ok(Ok(None)) => return Err(Interrupted),
+        Ok(Ok(Some(summary))) => Ok(summary),
+        Ok(Err(e)) => Err(e.to_string()),
+        Err(panic) => Err(format!("the run panicked: {}", panic_message(&*panic))),
+    };
+    let (summary, error) = match outcome {
+        Ok(summary) => (Some(summary), None),
+        Err(error) => (None, Some(error)),
+    };
+    let stem = spec.scenario.file_stem().unwrap_or_default();
+    Ok(RunResult {
+        index: spec.index,
+        scenario: stem.to_string_lossy().into_owned(),
+        seed: spec.seed,
+        draws: spec.draws.clone(),
+        summary,
+        error,
+    })
+}
+
+/// None if it was stopped.
+fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>, Error> {
+    let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
+    expected::check(&scenario)?;
+    let mut rig = Simulation::build(scenario, spec.seed)?;
+    let mut series = ErrorSeries::default();
+    let outcome = run::run(&mut rig, &mut [&mut series], &mut |_| go_on())?;
+    Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "without a word".to_owned())
+}

@@ -1,0 +1,70 @@
+//! Text that goes into HTML.
+
+/// Text as it may stand between tags and in attributes.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            // XML knows no other control characters, not even escaped ones
+            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A number for people: three significant digits or more, a dash for what could not be measured.
+pub fn number(x: f64) -> String {
+    match x.abs() {
+        a if !a.is_finite() => "–".into(),
+        0.0 => "0".into(),
+        a if !(1e-4..1e7).contains(&a) => format!("{x:.2e}"),
+        a if a < 1e-2 => format!("{x:.5}"),
+        a if a < 0.1 => format!("{x:.4}"),
+        a if a < 10.0 => format!("{x:.3}"),
+        a if a < 100.0 => format!("{x:.2}"),
+        a if a < 1000.0 => format!("{x:.1}"),
+        _ => format!("{x:.0}"),
+    }
+}
+
+/// A name with its unit, if it has one.
+pub fn with_unit(name: &str, unit: &str) -> String {
+    match unit {
+        "1" => name.to_owned(),
+        unit => format!("{name}, {unit}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markup_and_control_characters_are_harmless() {
+        assert_eq!(
+            escape("<a href=\"x\">'&'\u{1}"),
+            "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;\u{fffd}"
+        );
+    }
+
+    #[test]
+    fn numbers_keep_three_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (f64::NAN, "–"),
+            (0.001234, "0.00123"),
+            (-0.5, "-0.500"),
+            (92.68, "92.68"),
+            (12345.6, "12346"),
+            (1e-9, "1.00e-9"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+    }
+}

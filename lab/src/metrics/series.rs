@@ -1,0 +1,149 @@
+//! Errors of every estimator, sample by sample, gathered while a run goes on.
+
+use monorig_sim::closed_loop::estimators::RunningEstimator;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::error::Error;
+use monorig_sim::plant::Truth;
+
+/// The part of the truth that an estimate is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Target {
+    /// s.
+    pub t_s: f64,
+    /// Total mass, kg.
+    pub total_mass_kg: f64,
+    /// Grade at the IMU, rad.
+    pub grade_at_imu_rad: f64,
+    /// Effective grade of the train, rad.
+    pub grade_effective_rad: f64,
+    /// Running-resistance coefficient.
+    pub running_resistance: f64,
+}
+
+impl Target {
+    /// Of this truth.
+    pub fn of(truth: &Truth) -> Self {
+        Self {
+            t_s: truth.t_s,
+            total_mass_kg: truth.total_mass_kg,
+            grade_at_imu_rad: truth.grade_at_imu_rad,
+            grade_effective_rad: truth.grade_effective_rad,
+            running_resistance: truth.running_resistance,
+        }
+    }
+}
+
+/// One estimator step against the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorSample {
+    /// s.
+    pub t_s: f64,
+    /// Estimate minus truth over truth, total mass.
+    pub mass_rel: f64,
+    /// Estimate minus truth, total mass, kg.
+    pub mass_kg: f64,
+    /// Its normalised square: (error / standard deviation)².
+    pub mass_nees: f64,
+    /// Whether the estimator marked the mass valid.
+    pub mass_valid: bool,
+    /// Estimate minus grade at the IMU, rad.
+    pub slope: f64,
+    /// The same as roads state slopes, 100 tan θ, %.
+    pub slope_percent: f64,
+    /// Estimate minus effective grade of the train, rad.
+    pub slope_effective: f64,
+    /// Its normalised square, against the grade at the IMU.
+    pub slope_nees: f64,
+    /// Whether the estimator marked the slope valid.
+    pub slope_valid: bool,
+    /// Normalised innovation squared.
+    pub nis: f64,
+    /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
+    pub running_resistance: f64,
+}
+
+impl ErrorSample {
+    /// What an estimator last said against the truth.
+    pub fn new(member: &RunningEstimator, t: &Target) -> Self {
+        let e = &member.estimate;
+        let mass = e.total_mass_kg.value - t.total_mass_kg;
+        let slope = e.grade_rad.value - t.grade_at_imu_rad;
+        Self {
+            t_s: t.t_s,
+            mass_rel: mass / t.total_mass_kg,
+            mass_kg: mass,
+            mass_nees: square(mass / e.total_mass_kg.sd),
+            mass_valid: e.total_mass_kg.valid,
+            slope,
+            slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
+            slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
+            slope_nees: square(slope / e.grade_rad.sd),
+            slope_valid: e.grade_rad.valid,
+            nis: e.nis,
+            running_resistance: member
+                .internal(RESISTANCE)
+                .map_or(f64::NAN, |mu| mu - t.running_resistance),
+        }
+    }
+}
+/// The internal that counts as an estimate of the running-resistance coefficient.
+const RESISTANCE: &str = "running_resistance";
+
+/// One step of the closed loop.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tracking {
+    /// s.
+    pub t_s: f64,
+    /// Speed minus reference, m/s.
+    pub speed: f64,
+    /// Speed along the rail, m/s.
+    pub way_speed: f64,
+    /// Power of the driven wheels on the train, W.
+    pub traction_w: f64,
+    /// Acceleration along the rail, m/s².
+    pub accel: f64,
+    /// Off the rail's line, m.
+    pub off_rail: f64,
+}
+
+/// Gathers the samples of a run.
+#[derive(Clone, Debug, Default)]
+pub struct ErrorSeries {
+    /// Per estimator, in the order of the bank: name and samples.
+    pub estimators: Vec<(String, Vec<ErrorSample>)>,
+    /// The closed loop.
+    pub tracking: Vec<Tracking>,
+}
+
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+impl Observer for ErrorSeries {
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        if !f.sampled {
+            return Ok(());
+        }
+        let t = f.truth;
+        if self.estimators.is_empty() {
+            self.estimators = f
+                .estimators
+                .iter()
+                .map(|m| (m.name.clone(), Vec::new()))
+                .collect();
+        }
+        let target = Target::of(t);
+        for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
+            samples.push(ErrorSample::new(m, &target));
+        }
+        self.tracking.push(Tracking {
+            t_s: t.t_s,
+            speed: t.speed_mps - f.reference.speed_mps,
+            way_speed: t.speed_mps,
+            traction_w: t.traction_n * t.speed_mps,
+            accel: t.accel_mps2,
+            off_rail: t.off_rail_m,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,246 @@
+//! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
+
+use crate::metrics::series::Target;
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
+
+/// Everything an estimator is given in a run, step by step, and the truth beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayData {
+    /// The vehicle as the estimators are given it.
+    pub vehicle: Vehicle,
+    /// Per step: the samples it has, one bit per stream; see [`slot`].
+    pub(super) masks: Vec<u64>,
+    /// The values of all steps one after another, in the order of the bits.
+    pub(super) values: Vec<f64>,
+    /// Per step: the truth.
+    pub(super) truth: Vec<Target>,
+}
+
+/// Bits of a mask.
+mod slot {
+    pub const FORCE: u32 = 0;
+    pub const RATE: u32 = 1;
+    pub const STEERING: u32 = 2;
+    pub const COMMAND: u32 = 3;
+    pub const TORQUE: u32 = 4;
+    pub const SPEED: u32 = 20;
+    pub const PRESSURE: u32 = 36;
+}
+
+impl ReplayData {
+    /// Nothing recorded yet.
+    pub fn new(vehicle: Vehicle) -> Self {
+        Self {
+            vehicle,
+            masks: Vec::new(),
+            values: Vec::new(),
+            truth: Vec::new(),
+        }
+    }
+
+    /// Steps recorded.
+    pub fn len(&self) -> usize {
+        self.masks.len()
+    }
+
+    /// Whether nothing is recorded.
+    pub fn is_empty(&self) -> bool {
+        self.masks.is_empty()
+    }
+
+    /// Add a step; `command` if it is another than in the step before (before the first: all zero).
+    pub fn push(&mut self, z: &Measurements, command: Option<&Command>, truth: Target) {
+        let mut mask = 0;
+        let values = &mut self.values;
+        for (bit, vector) in [
+            (slot::FORCE, &z.specific_force_mps2),
+            (slot::RATE, &z.angular_rate_radps),
+        ] {
+            if let Some(s) = vector {
+                mask |= 1 << bit;
+                values.push(s.t_s);
+                values.extend(s.value);
+            }
+        }
+        if let Some(s) = z.steering_angle_rad {
+            mask |= 1 << slot::STEERING;
+            values.extend([s.t_s, s.value]);
+        }
+        if let Some(command) = command {
+            mask |= 1 << slot::COMMAND;
+            values.extend(command.motor_torque_nm);
+            values.extend([command.clamp_pressure_mpa, command.brake]);
+        }
+        for (first, drives) in [
+            (slot::TORQUE, &z.motor_torque_nm),
+            (slot::SPEED, &z.wheel_speed_mps),
+            (slot::PRESSURE, &z.clamp_pressure_mpa),
+        ] {
+            for (bit, sample) in (first..).zip(drives) {
+                if let Some(s) = sample {
+                    mask |= 1 << bit;
+                    values.extend([s.t_s, s.value]);
+                }
+            }
+        }
+        self.masks.push(mask);
+        self.truth.push(truth);
+    }
+
+    /// The steps from the first on.
+    pub fn steps(&self) -> Steps<'_> {
+        Steps {
+            columns: self,
+            step: 0,
+            values: self.values.iter(),
+            z: Measurements::default(),
+            command: Command::default(),
+        }
+    }
+}
+
+/// Goes through recorded steps, unpacking one at a time.
+pub struct Steps<'a> {
+    columns: &'a ReplayData,
+    step: usize,
+    values: std::slice::Iter<'a, f64>,
+    z: Measurements,
+    command: Command,
+}
+
+impl Steps<'_> {
+    /// The next step: samples, command, truth. Not an `Iterator`, because the samples are lent from one place.
+    pub fn advance(&mut self) -> Option<(&Measurements, &Command, &Target)> {
+        let mask = *self.columns.masks.get(self.step)?;
+        let truth = self.columns.truth.get(self.step)?;
+        self.step += 1;
+        let has = |bit: u32| mask & (1 << bit) != 0;
+        let values = &mut self.values;
+        let mut next = || values.next().copied();
+        let z = &mut self.z;
+        z.t_s = truth.t_s;
+        for (bit, vector) in [
+            (slot::FORCE, &mut z.specific_force_mps2),
+            (slot::RATE, &mut z.angular_rate_radps),
+        ] {
+            *vector = None;
+            if has(bit) {
+                *vector = Some(Sample {
+                    t_s: next()?,
+                    value: [next()?, next()?, next()?],
+                });
+            }
+        }
+        z.steering_angle_rad = None;
+        if has(slot::STEERING) {
+            z.steering_angle_rad = Some(Sample {
+                t_s: next()?,
+                value: next()?,
+            });
+        }
+        if has(slot::COMMAND) {
+            for torque in &mut self.command.motor_torque_nm {
+                *torque = next()?;
+            }
+            self.command.clamp_pressure_mpa = next()?;
+            self.command.brake = next()?;
+        }
+        for (first, drives) in [
+            (slot::TORQUE, &mut z.motor_torque_nm),
+            (slot::SPEED, &mut z.wheel_speed_mps),
+            (slot::PRESSURE, &mut z.clamp_pressure_mpa),
+        ] {
+            for (bit, sample) in (first..).zip(drives.iter_mut()) {
+                *sample = None;
+                if has(bit) {
+                    *sample = Some(Sample {
+                        t_s: next()?,
+                        value: next()?,
+                    });
+                }
+            }
+        }
+        Some((&self.z, &self.command, truth))
+    }
+}
+
+const _: () = assert!(
+    slot::SPEED - slot::TORQUE == MAX_DRIVES as u32
+        && slot::PRESSURE - slot::SPEED == MAX_DRIVES as u32
+        && slot::PRESSURE + MAX_DRIVES as u32 <= 64,
+    "every drive has its bit"
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub fn vehicle() -> Vehicle {
+        Vehicle {
+            tare_kg: 5000.0,
+            drives: 2,
+            wheel_radius_m: 0.17,
+            gear_ratio: 20.0,
+            efficiency: 0.9,
+            rotating_mass_kg: 300.0,
+            running_resistance: 0.02,
+            mass_range_kg: [2500.0, 20000.0],
+            tare_span_m: [0.0; 2],
+            load_span_m: [0.0; 2],
+            imu_arm_m: 0.0,
+            road: None,
+        }
+    }
+
+    /// Every stream there and not there, commands that change and that stay.
+    #[test]
+    fn unpacks_what_was_packed() {
+        let mut columns = ReplayData::new(vehicle());
+        let mut kept = Vec::new();
+        let mut command = Command::default();
+        for k in 0..200_u32 {
+            let x = |i: u32| f64::from(k) + f64::from(i) / 64.0;
+            let some = |i: u32| !(k * 7 + i * 3).is_multiple_of(i + 2);
+            let scalar = |i: u32| {
+                some(i).then(|| Sample {
+                    t_s: x(i),
+                    value: -x(i + 1),
+                })
+            };
+            let vector = |i: u32| {
+                some(i).then(|| Sample {
+                    t_s: x(i),
+                    value: [x(i), x(i + 1), x(i + 2)],
+                })
+            };
+            let z = Measurements {
+                t_s: f64::from(k) * 0.005,
+                specific_force_mps2: vector(0),
+                angular_rate_radps: vector(1),
+                motor_torque_nm: std::array::from_fn(|i| scalar(i as u32 + 3)),
+                wheel_speed_mps: std::array::from_fn(|i| scalar(i as u32 + 20)),
+                clamp_pressure_mpa: std::array::from_fn(|i| scalar(i as u32 + 40)),
+                steering_angle_rad: scalar(2),
+            };
+            let change = k % 3 == 0;
+            if change {
+                command.motor_torque_nm[k as usize % MAX_DRIVES] += 1.5;
+                command.brake = f64::from(k % 2);
+            }
+            let truth = Target {
+                t_s: z.t_s,
+                total_mass_kg: x(9),
+                grade_at_imu_rad: x(10),
+                grade_effective_rad: x(11),
+                running_resistance: x(12),
+            };
+            columns.push(&z, change.then_some(&command), truth);
+            kept.push((z, command, truth));
+        }
+        let mut steps = columns.steps();
+        for (z, command, truth) in &kept {
+            assert_eq!(steps.advance(), Some((z, command, truth)));
+        }
+        assert_eq!(steps.advance(), None);
+    }
+}

@@ -1,0 +1,54 @@
+//! What the defaults show in the runs of a study: every trial is measured by them.
+
+use crate::tuning::evaluate::{Evaluator, RunMetrics};
+use crate::tuning::loss::{Judge, metric_windows};
+use crate::tuning::study::{RunGroup, TuningStudy};
+use monorig_sim::error::Error;
+
+/// The defaults over some runs.
+#[derive(Clone, Debug)]
+pub struct Baseline {
+    /// Judges trials by them.
+    pub judge: Judge,
+    /// What they have measured, run by run.
+    pub defaults: Vec<RunMetrics>,
+}
+
+impl Baseline {
+    /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of theirs is not a
+    /// number (say, as no sample is valid): there is nothing to measure trials by.
+    pub fn new(
+        study: &TuningStudy,
+        key: &str,
+        groups: &[RunGroup],
+        evaluator: &Evaluator,
+    ) -> Result<Self, Error> {
+        let defaults = evaluator.evaluate(&study.defaults(), &metric_windows(&study.file));
+        for measured in &defaults {
+            let wrong = |what: String| {
+                let message = format!(
+                    "the defaults give nothing to measure trials by: seed {}: {what}",
+                    measured.seed
+                );
+                let help =
+                    "another window of time for the metric, another metric, or another scenario";
+                study.error(
+                    format!("{key}[{}].scenario", measured.group),
+                    (message, help.into()),
+                )
+            };
+            let values = measured.values.as_ref().map_err(|why| wrong(why.clone()))?;
+            for (term, value) in study.file.objective.metrics.iter().zip(values) {
+                if !value.is_finite() {
+                    let what = format!(
+                        "{} is not a number (nothing is vouched for then)",
+                        term.metric
+                    );
+                    return Err(wrong(what));
+                }
+            }
+        }
+        let judge = Judge::new(&study.file, groups, &defaults);
+        Ok(Self { judge, defaults })
+    }
+}

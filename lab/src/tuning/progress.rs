@@ -1,0 +1,22 @@
+//! How far a tuning run has come, for whoever shows it, and whether it is to go on.
+
+use crate::tuning::trial_store::Trial;
+
+/// Follows a tuning run and may stop it. Called from several threads.
+pub trait Progress: Sync {
+    /// A stage has come to this share of its way, 0…1. Returns whether to go on.
+    fn stage(&self, name: &str, share: f64) -> bool;
+    /// A trial is scored; `best` is the best so far. Returns whether to go on.
+    fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
+}
+
+/// Without progress: the run goes on to its end.
+impl Progress for () {
+    fn stage(&self, _: &str, _: f64) -> bool {
+        true
+    }
+
+    fn trial(&self, _: &Trial, _: Option<&Trial>, _: usize) -> bool {
+        true
+    }
+}

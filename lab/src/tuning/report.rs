@@ -1,0 +1,365 @@
+//! A study as one HTML page.
+
+use crate::html::number;
+use crate::metrics::series::ErrorSample;
+use crate::plot::Figure;
+use crate::plot::axis::Axis;
+use crate::plot::heat::HeatMap;
+use crate::plot::history::History;
+use crate::plot::line::{Line, LineChart};
+use crate::plot::parallel::Parallel;
+use crate::plot::pareto::Pareto;
+use crate::plot::sensitivity::SensitivityChart;
+use crate::plot::theme::Ink;
+use crate::report::page::{Page, Section};
+use crate::report::table::{Cell, Table};
+use crate::tuning::result::{Trace, TuningResult};
+use crate::tuning::sensitivity::{Curve, Map};
+use crate::tuning::study::{Combine, Scale, TuningStudy};
+use crate::tuning::trial_store::Trial;
+use crate::tuning::validate::{ComparisonVerdict, PairedComparison};
+use crate::verdicts::interval::Interval;
+
+const LOSS: &str = "loss (defaults = 1)";
+
+/// The page.
+pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
+    let mut page = Page::new(format!("Tuning {}", study.name));
+    page.subtitle = study.file.why.trim().to_owned();
+    page.banner = Some(match &result.validation {
+        None => (
+            "No trial could be measured and kept all constraints".into(),
+            false,
+        ),
+        Some(v) if v.generalises() => (
+            "The winner generalises: better than the defaults where nothing was tuned".into(),
+            true,
+        ),
+        Some(_) => (
+            "The winner does not generalise: no better than the defaults where nothing was tuned"
+                .into(),
+            false,
+        ),
+    });
+    page.sections.push(found(study, result));
+    if let Some(v) = &result.validation {
+        let mut section = Section::new("Validation").text(
+            "The winner on runs the search has not seen, pair by pair: the same scenario and seed. Differences with 95 % confidence intervals.",
+        );
+        for c in &v.comparisons {
+            section = section.table(comparison(c));
+        }
+        page.sections.push(section);
+    }
+    page.sections.push(search(study, &result.search.trials));
+    let space = ParameterAxes(study);
+    let marks = |name: &str| space.marks(result, name);
+    let curves = result
+        .sensitivity
+        .curves
+        .iter()
+        .map(|c| curve(&space, c, marks(&c.parameter)));
+    let maps = result
+        .sensitivity
+        .maps
+        .iter()
+        .map(|m| map(&space, m, result));
+    page.sections.push(
+        Section::new("Sensitivity")
+            .text("The loss over the tuning runs around the winner: one parameter at a time, then two. Gaps: the trial fails or breaks a constraint.")
+            .figures(curves)
+            .figures(maps),
+    );
+    let traces = result.traces.iter().flat_map(trace);
+    page.sections.push(
+        Section::new("Before and after")
+            .text("Errors in a validation run of each scenario, while the estimator vouches for its estimate.")
+            .figures(traces),
+    );
+    page.to_html()
+}
+
+fn found(study: &TuningStudy, result: &TuningResult) -> Section {
+    let mut table = Table::new(&["parameter"], &["default", "published", "winner"]);
+    let defaults = study.defaults();
+    let winner = result.best();
+    for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
+        let published = study.file.published.get(name).map(|x| x.get());
+        table.row([
+            name.as_str().into(),
+            defaults
+                .get(name)
+                .map_or("–".to_owned(), f64::to_string)
+                .into(),
+            published.map_or("–".to_owned(), |x| x.to_string()).into(),
+            format!("{x}{}", edge(study, name, *x)).into(),
+        ]);
+    }
+    let mut losses = Table::new(&["loss (defaults = 1)"], &["winner"]);
+    if let Some(v) = &result.validation {
+        for (name, x) in [
+            ("tuning runs", v.tuning_loss),
+            ("validation runs", v.validation_loss),
+        ] {
+            losses.row([name.into(), Cell::number(x.unwrap_or(f64::NAN))]);
+        }
+    }
+    Section::new("Found").table(table).table(losses)
+}
+
+/// A winner at an end of its range may want to go on beyond it.
+fn edge(study: &TuningStudy, name: &str, x: f64) -> &'static str {
+    let range = study.file.parameters.get(name);
+    let ends = range.map_or([None; 2], |r| [r.from, r.to]);
+    let near = |end: f64| (x - end).abs() <= 1e-6 * end.abs();
+    match ends.iter().flatten().any(|end| near(end.get())) {
+        true => ", an end of its range",
+        false => "",
+    }
+}
+
+fn comparison(c: &PairedComparison) -> Table {
+    let mut table = Table::new(
+        &["metric", "scenario"],
+        &["winner", &c.against, "difference", "95 % from", "to"],
+    );
+    table.caption = format!("Against {}: {}", c.against, c.verdict.words());
+    let ends = |i: &Interval| [i.mean, i.low, i.high].map(Cell::number);
+    let row = |metric: &str, scenario: &str, values: [f64; 2], i: &Interval| {
+        let [mean, low, high] = ends(i);
+        let mean = match ComparisonVerdict::of(Some(i)) {
+            ComparisonVerdict::NoDifference => mean,
+            verdict => mean.judged(verdict == ComparisonVerdict::Better),
+        };
+        let [a, b] = values.map(Cell::number);
+        [metric.into(), scenario.into(), a, b, mean, low, high]
+    };
+    for r in &c.rows {
+        table.row(row(
+            &r.metric,
+            &r.scenario,
+            [r.winner, r.other],
+            &r.difference,
+        ));
+    }
+    if let Some(i) = &c.loss {
+        table.row(row("loss", "all", [f64::NAN; 2], i));
+    }
+    table
+}
+
+fn search(study: &TuningStudy, trials: &[Trial]) -> Section {
+    let named = |origin: &str| trials.iter().find(|t| t.origin == origin);
+    let references = ["default", "published"]
+        .into_iter()
+        .filter_map(|o| Some((o.to_owned(), named(o)?.loss())));
+    let history = History {
+        title: "Trials in order".into(),
+        y: Axis::linear(LOSS),
+        scores: trials.iter().map(Trial::loss).collect(),
+        references: references.collect(),
+    };
+    let space = ParameterAxes(study);
+    let names: Vec<&String> = study.file.parameters.keys().collect();
+    let values = |t: &Trial| -> Vec<f64> {
+        let of = |name: &&String| {
+            t.parameters
+                .get(*name)
+                .map_or(f64::NAN, |x| space.shown(name, *x))
+        };
+        names.iter().map(of).collect()
+    };
+    let candidates: Vec<(Vec<f64>, f64)> = trials.iter().map(|t| (values(t), t.loss())).collect();
+    let ends = |i: usize, name: &str| {
+        let all = || {
+            candidates
+                .iter()
+                .filter_map(|c| c.0.get(i).copied())
+                .filter(|x| x.is_finite())
+        };
+        let low = all().fold(f64::INFINITY, f64::min);
+        let high = all().fold(f64::NEG_INFINITY, f64::max);
+        (space.title(name), low, high, space.is_log(name))
+    };
+    let parallel = Parallel {
+        title: "Parameters and loss".into(),
+        score: LOSS.into(),
+        parameters: names.iter().enumerate().map(|(i, n)| ends(i, n)).collect(),
+        candidates: candidates.clone(),
+        most: 100,
+    };
+    let mut section = Section::new("Search")
+        .figure(history.figure())
+        .figure(parallel.figure());
+    if study.file.objective.combine == Combine::Pareto {
+        section = section.figure(front(study, trials));
+    }
+    section
+}
+
+/// The first two metrics of a front.
+fn front(study: &TuningStudy, trials: &[Trial]) -> Figure {
+    let title = |i: usize| {
+        let metric = study
+            .file
+            .objective
+            .metrics
+            .get(i)
+            .map_or("", |t| t.metric.as_str());
+        Axis::linear(format!("{metric}, {LOSS}"))
+    };
+    let place = |t: &Trial| match t.losses[..] {
+        [a, b, ..] if t.loss().is_finite() => (a, b),
+        _ => (f64::NAN, f64::NAN),
+    };
+    let named = trials.iter().filter(|t| t.origin != "search");
+    Pareto {
+        title: "Front".into(),
+        x: title(0),
+        y: title(1),
+        candidates: trials.iter().map(place).collect(),
+        named: named.map(|t| (t.origin.clone(), place(t))).collect(),
+    }
+    .figure()
+}
+
+fn curve(space: &ParameterAxes<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
+    let points = c.values.iter().zip(&c.losses);
+    let points = points.map(|(x, y)| (space.shown(&c.parameter, *x), y.unwrap_or(f64::NAN)));
+    SensitivityChart {
+        title: c.parameter.clone(),
+        x: space.axis(&c.parameter),
+        y: Axis::linear(LOSS),
+        curves: vec![("tuning".into(), points.collect())],
+        marks,
+    }
+    .figure()
+}
+
+fn map(space: &ParameterAxes<'_>, m: &Map, result: &TuningResult) -> Figure {
+    let at = |i: usize, j: usize| {
+        m.losses
+            .get(j)
+            .and_then(|row| row.get(i).copied().flatten())
+    };
+    let shown = |name: &str, list: &[f64]| {
+        list.iter()
+            .map(|x| space.shown(name, *x))
+            .collect::<Vec<_>>()
+    };
+    let place = |t: &Trial| {
+        let of = |name: &String| Some(space.shown(name, *t.parameters.get(name)?));
+        Some((of(&m.x)?, of(&m.y)?))
+    };
+    let mark = |name: &str, t: Option<&Trial>| Some((name.to_owned(), place(t?)?));
+    HeatMap {
+        title: format!("{} and {}", m.x, m.y),
+        score: LOSS.into(),
+        x: space.axis(&m.x),
+        y: space.axis(&m.y),
+        xs: shown(&m.x, &m.xs),
+        ys: shown(&m.y, &m.ys),
+        scores: (0..m.xs.len())
+            .map(|i| {
+                (0..m.ys.len())
+                    .map(|j| at(i, j).unwrap_or(f64::NAN))
+                    .collect()
+            })
+            .collect(),
+        marks: [
+            mark("winner", result.best()),
+            mark("default", result.search.trials.first()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+    }
+    .figure()
+}
+
+fn trace(t: &Trace) -> [Figure; 2] {
+    let chart = |what: &str, y: &str, of: fn(&ErrorSample) -> (bool, f64)| {
+        let points = |samples: &[ErrorSample]| {
+            let place = |s: &ErrorSample| {
+                let (valid, x) = of(s);
+                (s.t_s, if valid { x } else { f64::NAN })
+            };
+            samples.iter().map(place).collect::<Vec<_>>()
+        };
+        let title = format!("{what}, {}", t.scenario);
+        let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(y));
+        chart
+            .lines
+            .push(Line::new("default", Ink::Series(0), points(&t.before)));
+        chart
+            .lines
+            .push(Line::new("winner", Ink::Series(1), points(&t.after)));
+        chart.figure()
+    };
+    [
+        chart("Slope", "error, °", |s| {
+            (s.slope_valid, s.slope.to_degrees())
+        }),
+        chart("Mass", "error, %", |s| (s.mass_valid, 100.0 * s.mass_rel)),
+    ]
+}
+
+/// How parameters are drawn: forgetting factors as their memory, on a logarithmic axis.
+struct ParameterAxes<'a>(&'a TuningStudy);
+
+impl ParameterAxes<'_> {
+    fn scale(&self, name: &str) -> Scale {
+        let range = self.0.file.parameters.get(name);
+        range.map_or(Scale::Linear, |r| r.scale)
+    }
+
+    fn is_log(&self, name: &str) -> bool {
+        self.scale(name) != Scale::Linear
+    }
+
+    fn shown(&self, name: &str, x: f64) -> f64 {
+        match self.scale(name) {
+            Scale::Memory => 1.0 / (1.0 - x),
+            _ => x,
+        }
+    }
+
+    fn title(&self, name: &str) -> String {
+        match self.scale(name) {
+            Scale::Memory => format!("{name}: 1/(1 − x), samples"),
+            _ => {
+                let unit = crate::tuning::name_check::parameter(&self.0.file.estimator, name)
+                    .ok()
+                    .and_then(|k| k.number())
+                    .map_or("", |(_, unit)| unit);
+                if unit == "-" {
+                    name.to_owned()
+                } else {
+                    format!("{name}, {unit}")
+                }
+            }
+        }
+    }
+
+    fn axis(&self, name: &str) -> Axis {
+        if self.is_log(name) {
+            Axis::log(self.title(name))
+        } else {
+            Axis::linear(self.title(name))
+        }
+    }
+
+    fn marks(&self, result: &TuningResult, name: &str) -> Vec<(String, f64)> {
+        let of = |what: &str, t: Option<&Trial>| {
+            let x = self.shown(name, *t?.parameters.get(name)?);
+            Some((format!("{what} {}", number(x)), x))
+        };
+        let named = |origin: &str| result.search.trials.iter().find(|t| t.origin == origin);
+        let marks = [
+            of("winner", result.best()),
+            of("default", named("default")),
+            of("published", named("published")),
+        ];
+        marks.into_iter().flatten().collect()
+    }
+}

@@ -1,0 +1,114 @@
+//! A tuning study from end to end: recordings, search, validation, sensitivity, files.
+
+use crate::replay::cache::Cache;
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::progress::Progress;
+use crate::tuning::report;
+use crate::tuning::result::{Trace, TuningResult};
+use crate::tuning::search::search;
+use crate::tuning::sensitivity::{Sensitivity, sensitivity};
+use crate::tuning::study::{RunGroup, TuningStudy};
+use crate::tuning::trial_store::Trial;
+use crate::tuning::validate;
+use crate::tuning::write;
+use monorig_sim::error::Error;
+use std::path::{Path, PathBuf};
+
+/// What to do, and where.
+#[derive(Clone, Debug)]
+pub struct TuningRun {
+    /// Folder of the results.
+    pub folder: PathBuf,
+    /// Folder of the recordings.
+    pub cache: PathBuf,
+    /// Threads.
+    pub jobs: usize,
+    /// Go on with the trials that are there.
+    pub resume: bool,
+}
+
+/// Run a study. None if `progress` stopped it: what is in the store stays, and the study can be resumed.
+pub fn run(
+    study: &TuningStudy,
+    run: &TuningRun,
+    progress: &dyn Progress,
+) -> Result<Option<TuningResult>, Error> {
+    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
+        path: run.folder.clone(),
+        source,
+    })?;
+    let cache = Cache::new(&run.cache);
+    let evaluator = |groups: &[RunGroup], stage: &str| {
+        Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)
+    };
+    let baseline =
+        |key, groups, evaluator: &Evaluator| Baseline::new(study, key, groups, evaluator);
+    // before the search, so that runs that measure nothing are refused at once; kept on disk only, not in memory
+    let held_out = match evaluator(&study.validation, "validation runs")? {
+        Some(evaluator) => baseline("validation", &study.validation, &evaluator)?,
+        None => return Ok(None),
+    };
+    let Some(tuning) = evaluator(&study.tuning, "tuning runs")? else {
+        return Ok(None);
+    };
+    let tuned_on = baseline("tuning", &study.tuning, &tuning)?;
+    let store = store_of(&run.folder);
+    let search = search(study, &tuning, &tuned_on, &store, run.resume, progress)?;
+    if !search.finished {
+        return Ok(None);
+    }
+    let Some(winner) = search.winner.and_then(|i| search.trials.get(i)).cloned() else {
+        return Ok(Some(TuningResult {
+            search,
+            validation: None,
+            sensitivity: Sensitivity::default(),
+            traces: Vec::new(),
+            winner: None,
+        }));
+    };
+    let Some(unseen) = evaluator(&study.validation, "validation runs")? else {
+        return Ok(None);
+    };
+    let validation =
+        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss());
+    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)
+    else {
+        return Ok(None);
+    };
+    write::findings(&run.folder, &validation, &sensitivity)?;
+    let file = write::winner(study, &search, &validation)?;
+    let place = file
+        .map(|file| write::whole(&run.folder.join("winner.yaml"), &file.to_yaml()))
+        .transpose()?;
+    let result = TuningResult {
+        search,
+        validation: Some(validation),
+        sensitivity,
+        traces: traces(study, &unseen, &winner),
+        winner: place,
+    };
+    write::whole(
+        &run.folder.join("report.html"),
+        &report::page(study, &result),
+    )?;
+    Ok(Some(result))
+}
+
+/// A run of each validation scenario, for plots. One that fails is left out.
+fn traces(study: &TuningStudy, evaluator: &Evaluator, winner: &Trial) -> Vec<Trace> {
+    let defaults = study.defaults();
+    let of = |(i, group): (usize, &RunGroup)| {
+        Some(Trace {
+            scenario: group.scenario.name.clone(),
+            before: evaluator.trace(i, &defaults).ok()?,
+            after: evaluator.trace(i, &winner.parameters).ok()?,
+        })
+    };
+    study.validation.iter().enumerate().filter_map(of).collect()
+}
+
+/// The file of trials in a study's folder.
+pub fn store_of(folder: &Path) -> PathBuf {
+    folder.join("trials.jsonl")
+}

@@ -1,0 +1,210 @@
+//! The search: the optimiser proposes trials; those in the store are taken from it, new ones are run and added to it.
+//!
+//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it was in no time
+//! and goes on as if nothing had happened.
+
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::loss::metric_windows;
+use crate::tuning::optimise::{self, Search, WORST};
+use crate::tuning::progress::Progress;
+use crate::tuning::space::{Space, Values};
+use crate::tuning::study::{Combine, TuningStudy};
+use crate::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
+use monorig_sim::error::Error;
+use std::collections::HashMap;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
+const BROKEN: f64 = 2.0;
+
+/// How a search ended.
+#[derive(Clone, Debug)]
+pub struct SearchResult {
+    /// All trials.
+    pub trials: Vec<Trial>,
+    /// Index of the winner: least loss, the first of equals; none if every trial failed or broke a constraint.
+    pub winner: Option<usize>,
+    /// Whether the budget was spent (not interrupted).
+    pub finished: bool,
+    /// Time spent on running trials.
+    pub running: Duration,
+    /// Time spent on all else: the optimiser, the store.
+    pub beside: Duration,
+}
+
+/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and with `resume`
+/// taken from it.
+pub fn search(
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    baseline: &Baseline,
+    store: &Path,
+    resume: bool,
+    progress: &dyn Progress,
+) -> Result<SearchResult, Error> {
+    let started = Instant::now();
+    let header = TrialsHeader {
+        study: study.name.clone(),
+        hash: study.hash()?,
+        monorig: env!("CARGO_PKG_VERSION").to_owned(),
+    };
+    let (store, stored) = if resume && store.exists() {
+        TrialStore::resume(store, &header)?
+    } else {
+        (TrialStore::create(store, &header)?, Vec::new())
+    };
+    let space = Space::new(&study.file.parameters);
+    let mut runner = TrialRunner {
+        study,
+        evaluator,
+        store,
+        stored,
+        baseline,
+        trials: Vec::new(),
+        seen: HashMap::new(),
+        best: None,
+        running: Duration::ZERO,
+        stopped: false,
+        error: None,
+        progress,
+    };
+    let defaults = study.defaults();
+    runner.score("default", defaults.clone());
+    if let Some(published) = study.published() {
+        runner.score("published", published);
+    }
+    let start = space.point(&defaults);
+    let counts = space.counts();
+    let budget = study.file.budget as usize;
+    let plan = Search {
+        optimiser: study.file.optimiser,
+        start: &start,
+        counts: &counts,
+        objectives: match study.file.objective.combine {
+            Combine::Pareto => study.file.objective.metrics.len(),
+            _ => 1,
+        },
+        budget: budget - runner.trials.len(),
+        seed: study.file.seed,
+    };
+    optimise::minimise(&plan, &mut |point| {
+        runner
+            .score("search", space.values(point))
+            .unwrap_or_else(|| vec![WORST; plan.objectives])
+    });
+    if let Some(e) = runner.error {
+        return Err(e);
+    }
+    Ok(SearchResult {
+        winner: runner.best,
+        finished: !runner.stopped,
+        running: runner.running,
+        beside: started.elapsed() - runner.running,
+        trials: runner.trials,
+    })
+}
+
+/// Scores what the optimiser proposes: from the store, from an equal trial before, or by running it.
+struct TrialRunner<'a> {
+    study: &'a TuningStudy,
+    evaluator: &'a Evaluator,
+    store: TrialStore,
+    /// Trials of an earlier, interrupted search.
+    stored: Vec<Trial>,
+    baseline: &'a Baseline,
+    trials: Vec<Trial>,
+    /// Trials by the bits of their parameters: proposed twice, run once.
+    seen: HashMap<Vec<u64>, usize>,
+    best: Option<usize>,
+    running: Duration,
+    stopped: bool,
+    error: Option<Error>,
+    progress: &'a dyn Progress,
+}
+
+impl TrialRunner<'_> {
+    /// The losses of a proposed trial; none once the search is over.
+    fn score(&mut self, origin: &str, parameters: Values) -> Option<Vec<f64>> {
+        let index = self.trials.len();
+        if self.stopped || self.error.is_some() || index >= self.study.file.budget as usize {
+            return None;
+        }
+        let bits: Vec<u64> = parameters.values().map(|x| x.to_bits()).collect();
+        let again = self
+            .seen
+            .get(&bits)
+            .and_then(|i| self.trials.get(*i))
+            .cloned();
+        let trial = match (self.stored.get(index), again) {
+            (Some(stored), _) => stored.clone(),
+            (None, Some(before)) => Trial {
+                trial: index,
+                origin: origin.to_owned(),
+                ..before
+            },
+            (None, None) => self.run(index, origin, parameters),
+        };
+        if index >= self.stored.len()
+            && let Err(e) = self.store.add(&trial)
+        {
+            self.error = Some(e);
+            return None;
+        }
+        let losses = self.losses_for_optimiser(&trial);
+        self.seen.entry(bits).or_insert(index);
+        let best = self.best.and_then(|i| self.trials.get(i));
+        if trial.loss() < best.map_or(f64::INFINITY, Trial::loss) {
+            self.best = Some(index);
+        }
+        self.trials.push(trial);
+        let best = self.best.and_then(|i| self.trials.get(i));
+        let budget = self.study.file.budget as usize;
+        if let Some(trial) = self.trials.last() {
+            self.stopped = !self.progress.trial(trial, best, budget) && index + 1 < budget;
+        }
+        Some(losses)
+    }
+
+    fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
+        let started = Instant::now();
+        // the first trial is the defaults, which have been run already
+        let measured = match index {
+            0 => self.baseline.defaults.clone(),
+            _ => self
+                .evaluator
+                .evaluate(&parameters, &metric_windows(&self.study.file)),
+        };
+        let verdict = self.baseline.judge.judge(&measured);
+        self.running += started.elapsed();
+        Trial {
+            trial: index,
+            origin: origin.to_owned(),
+            parameters,
+            losses: verdict.losses,
+            violation: verdict.violation,
+            failed: verdict.failed,
+        }
+    }
+
+    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are broken; between −1 and
+    /// [`WORST`], whatever the metric.
+    fn losses_for_optimiser(&self, trial: &Trial) -> Vec<f64> {
+        match trial {
+            t if t.losses.is_empty() => vec![WORST; self.objectives()],
+            t if t.violation > 0.0 => {
+                let bad = BROKEN + t.violation.min(1.0) * (WORST - BROKEN) * 0.99;
+                vec![bad; t.losses.len()]
+            }
+            t => t.losses.iter().map(|x| (x - 1.0).min(BROKEN)).collect(),
+        }
+    }
+
+    fn objectives(&self) -> usize {
+        match self.study.file.objective.combine {
+            Combine::Pareto => self.study.file.objective.metrics.len(),
+            _ => 1,
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! How much the parameters matter around the winner: curves of one at a time, maps of two.
+
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::Evaluator;
+use crate::tuning::loss::metric_windows;
+use crate::tuning::progress::Progress;
+use crate::tuning::space::{Space, Values};
+use crate::tuning::study::TuningStudy;
+use serde::Serialize;
+
+/// Curves and maps.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Sensitivity {
+    /// One per parameter.
+    pub curves: Vec<Curve>,
+    /// One per pair of those that matter most.
+    pub maps: Vec<Map>,
+}
+
+/// The loss over one parameter, the others the winner's.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    /// Parameter.
+    pub parameter: String,
+    /// Its values.
+    pub values: Vec<f64>,
+    /// Loss at each; none where the trial fails or breaks a constraint.
+    pub losses: Vec<Option<f64>>,
+}
+
+/// The loss over two parameters, the others the winner's.
+#[derive(Clone, Debug, Serialize)]
+pub struct Map {
+    /// Parameter to the right.
+    pub x: String,
+    /// Parameter upwards.
+    pub y: String,
+    /// Values to the right.
+    pub xs: Vec<f64>,
+    /// Values upwards.
+    pub ys: Vec<f64>,
+    /// Loss, row by row from the lowest `y`; none where the trial fails or breaks a constraint.
+    pub losses: Vec<Vec<Option<f64>>>,
+}
+
+/// Map the neighbourhood of the winner over the tuning runs. None if `progress` stopped it.
+pub fn sensitivity(
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    baseline: &Baseline,
+    winner: &Values,
+    progress: &dyn Progress,
+) -> Option<Sensitivity> {
+    let windows = metric_windows(&study.file);
+    let space = Space::new(&study.file.parameters);
+    let names: Vec<String> = space.names().map(str::to_owned).collect();
+    let points = study.file.sensitivity;
+    let pairs = {
+        let n = names.len().min(points.map_parameters as usize);
+        n * n.saturating_sub(1) / 2
+    };
+    let all = names.len() * points.curve as usize + pairs * (points.map as usize).pow(2);
+    let mut done = 0;
+    let mut loss = |values: &Values| {
+        done += 1;
+        if !progress.stage("sensitivity", done as f64 / all as f64) {
+            return None;
+        }
+        let v = baseline.judge.judge(&evaluator.evaluate(values, &windows));
+        let held = v.failed.is_none() && v.violation == 0.0;
+        Some(held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64))
+    };
+
+    let mut found = Sensitivity::default();
+    for name in &names {
+        let values = axis(&space, winner, name, points.curve);
+        let mut losses = Vec::new();
+        for x in &values {
+            losses.push(loss(&with(winner, &[(name, *x)]))?);
+        }
+        found.curves.push(Curve {
+            parameter: name.clone(),
+            values,
+            losses,
+        });
+    }
+    let mut ranked: Vec<&Curve> = found.curves.iter().collect();
+    ranked.sort_by(|a, b| b.swing().total_cmp(&a.swing()));
+    ranked.truncate(points.map_parameters as usize);
+    let mut maps = Vec::new();
+    for (i, a) in ranked.iter().enumerate() {
+        for b in ranked.iter().skip(i + 1) {
+            let (x, y) = (&a.parameter, &b.parameter);
+            let (xs, ys) = (
+                axis(&space, winner, x, points.map),
+                axis(&space, winner, y, points.map),
+            );
+            let mut rows = Vec::new();
+            for vy in &ys {
+                let mut row = Vec::new();
+                for vx in &xs {
+                    row.push(loss(&with(winner, &[(x, *vx), (y, *vy)]))?);
+                }
+                rows.push(row);
+            }
+            maps.push(Map {
+                x: x.clone(),
+                y: y.clone(),
+                xs,
+                ys,
+                losses: rows,
+            });
+        }
+    }
+    found.maps = maps;
+    Some(found)
+}
+
+impl Curve {
+    /// How far the loss moves along the curve; a failure counts as a swing of one.
+    pub fn swing(&self) -> f64 {
+        let known = || self.losses.iter().flatten().copied();
+        let (low, high) = (
+            known().fold(f64::INFINITY, f64::min),
+            known().fold(f64::NEG_INFINITY, f64::max),
+        );
+        let failures = if known().count() < self.losses.len() {
+            1.0
+        } else {
+            0.0
+        };
+        (high - low).max(0.0) + failures
+    }
+}
+
+/// Values of a parameter from end to end of its range, each once.
+fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<f64> {
+    let Some(i) = space.names().position(|n| n == name) else {
+        return Vec::new();
+    };
+    let start = space.point(winner);
+    let last = f64::from(points.saturating_sub(1).max(1));
+    let at = |k: u32| {
+        let mut point = start.clone();
+        if let Some(u) = point.get_mut(i) {
+            *u = f64::from(k) / last;
+        }
+        space.values(&point).get(name).copied()
+    };
+    let mut values: Vec<f64> = (0..points).filter_map(at).collect();
+    values.dedup();
+    values
+}
+
+fn with(winner: &Values, changes: &[(&String, f64)]) -> Values {
+    let mut values = winner.clone();
+    for (name, x) in changes {
+        values.insert((*name).clone(), *x);
+    }
+    values
+}

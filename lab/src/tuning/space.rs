@@ -1,0 +1,248 @@
+//! The parameters that vary, as a unit cube: what optimisers see.
+
+use crate::tuning::study::{Range, Scale};
+use std::collections::BTreeMap;
+
+/// Parameter values by name.
+pub type Values = BTreeMap<String, f64>;
+
+/// The parameters that vary, in the order of their names.
+#[derive(Clone, Debug)]
+pub struct Space {
+    axes: Vec<(String, Dimension)>,
+}
+
+#[derive(Clone, Debug)]
+enum Dimension {
+    Choices(Vec<f64>),
+    Span {
+        from: f64,
+        to: f64,
+        scale: Scale,
+        integer: bool,
+    },
+}
+
+impl Space {
+    /// Of checked ranges.
+    pub fn new(ranges: &BTreeMap<String, Range>) -> Self {
+        let axis = |r: &Range| match &r.choices {
+            Some(choices) => Dimension::Choices(choices.iter().map(|x| x.get()).collect()),
+            None => Dimension::Span {
+                from: r.from.map_or(0.0, f64::from),
+                to: r.to.map_or(1.0, f64::from),
+                scale: r.scale,
+                integer: r.integer,
+            },
+        };
+        Self {
+            axes: ranges.iter().map(|(k, r)| (k.clone(), axis(r))).collect(),
+        }
+    }
+
+    /// How many parameters vary.
+    pub fn len(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Whether none does.
+    pub fn is_empty(&self) -> bool {
+        self.axes.is_empty()
+    }
+
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// How many different values each has; none = any number.
+    pub fn counts(&self) -> Vec<Option<usize>> {
+        self.axes.iter().map(|(_, axis)| axis.count()).collect()
+    }
+
+    /// The values at a point of the unit cube; points outside count as on its surface.
+    pub fn values(&self, point: &[f64]) -> Values {
+        let all = self.axes.iter().zip(point);
+        all.map(|((name, axis), u)| (name.clone(), axis.value(*u)))
+            .collect()
+    }
+
+    /// The point of the unit cube with these values, or the nearest to them; unnamed parameters in the middle.
+    pub fn point(&self, values: &Values) -> Vec<f64> {
+        let of =
+            |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(*x));
+        self.axes.iter().map(of).collect()
+    }
+}
+
+impl Dimension {
+    fn count(&self) -> Option<usize> {
+        match self {
+            Dimension::Choices(list) => Some(list.len()),
+            Dimension::Span {
+                from,
+                to,
+                integer: true,
+                ..
+            } => Some((to - from) as usize + 1),
+            Dimension::Span { .. } => None,
+        }
+    }
+
+    fn value(&self, u: f64) -> f64 {
+        let u = if u.is_finite() {
+            u.clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
+        match self {
+            Dimension::Choices(list) => {
+                let i = (u * list.len() as f64) as usize;
+                list.get(i.min(list.len().saturating_sub(1)))
+                    .copied()
+                    .unwrap_or(f64::NAN)
+            }
+            Dimension::Span {
+                from,
+                to,
+                scale,
+                integer,
+            } => {
+                let x = unbend(
+                    *scale,
+                    bend(*scale, *from) * (1.0 - u) + bend(*scale, *to) * u,
+                );
+                if *integer {
+                    x.round().clamp(*from, *to)
+                } else {
+                    digits(x, 8).clamp(*from, *to)
+                }
+            }
+        }
+    }
+
+    fn share(&self, x: f64) -> f64 {
+        match self {
+            Dimension::Choices(list) => {
+                let near = |a: &(usize, &f64), b: &(usize, &f64)| {
+                    (a.1 - x).abs().total_cmp(&(b.1 - x).abs())
+                };
+                let i = list.iter().enumerate().min_by(near).map_or(0, |(i, _)| i);
+                (i as f64 + 0.5) / list.len() as f64
+            }
+            Dimension::Span {
+                from, to, scale, ..
+            } => {
+                let [a, b] = [*from, *to].map(|x| bend(*scale, x));
+                ((bend(*scale, x.clamp(*from, *to)) - a) / (b - a)).clamp(0.0, 1.0)
+            }
+        }
+    }
+}
+
+fn bend(scale: Scale, x: f64) -> f64 {
+    match scale {
+        Scale::Linear => x,
+        Scale::Log => x.ln(),
+        Scale::Memory => -(1.0 - x).ln(),
+    }
+}
+
+fn unbend(scale: Scale, y: f64) -> f64 {
+    match scale {
+        Scale::Linear => y,
+        Scale::Log => y.exp(),
+        Scale::Memory => 1.0 - (-y).exp(),
+    }
+}
+
+/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is read back.
+pub fn digits(x: f64, n: usize) -> f64 {
+    if !x.is_finite() {
+        return x;
+    }
+    format!("{x:.*e}", n.saturating_sub(1)).parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_sim::config::checked::Finite;
+
+    fn finite(x: f64) -> Finite {
+        Finite::new(x)
+    }
+
+    fn range(from: f64, to: f64, scale: Scale, integer: bool) -> Range {
+        Range {
+            from: Some(finite(from)),
+            to: Some(finite(to)),
+            scale,
+            integer,
+            choices: None,
+        }
+    }
+
+    fn space() -> Space {
+        Space::new(&BTreeMap::from([
+            ("a".to_owned(), range(-2.0, 6.0, Scale::Linear, false)),
+            ("b".to_owned(), range(1e-4, 1.0, Scale::Log, false)),
+            ("c".to_owned(), range(0.9, 0.999, Scale::Memory, false)),
+            ("d".to_owned(), range(1.0, 4.0, Scale::Linear, true)),
+            (
+                "e".to_owned(),
+                Range {
+                    choices: Some(vec![finite(0.0), finite(7.0), finite(9.0)]),
+                    ..Range::default()
+                },
+            ),
+        ]))
+    }
+
+    #[test]
+    fn the_middle_of_a_range_is_that_of_its_scale() {
+        let middle = space().values(&[0.5; 5]);
+        assert_eq!(middle["a"], 2.0);
+        assert!((middle["b"] - 1e-2).abs() < 1e-9); // geometric mean
+        assert!((middle["c"] - 0.99).abs() < 1e-9); // memories 10 and 1000: 100 between
+        assert_eq!(middle["e"], 7.0);
+    }
+
+    #[test]
+    fn ends_are_reached_and_never_passed() {
+        for (u, ends) in [
+            (0.0, [-2.0, 1e-4, 0.9, 1.0, 0.0]),
+            (1.0, [6.0, 1.0, 0.999, 4.0, 9.0]),
+            (-3.0, [-2.0, 1e-4, 0.9, 1.0, 0.0]),
+            (f64::INFINITY, [2.0, 1e-2, 0.99, 3.0, 7.0]),
+        ] {
+            for ((name, x), end) in space().values(&[u; 5]).into_iter().zip(ends) {
+                assert!((x - end).abs() < 1e-7, "{name} at {u}: {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn point_and_values_are_inverse() {
+        let space = space();
+        for k in 0..50 {
+            let point: Vec<f64> = (0..5)
+                .map(|i| f64::from((k * 7 + i * 13) % 50) / 49.0)
+                .collect();
+            let values = space.values(&point);
+            assert_eq!(space.values(&space.point(&values)), values);
+        }
+    }
+
+    #[test]
+    fn fifteen_digits_survive_json() {
+        let mut x = 0.1234567890123456_f64;
+        for k in 0..2000 {
+            x = (x * 3.7 + 0.1).fract() * 10f64.powi(k % 13 - 6);
+            let y = digits(x, 12);
+            let text = serde_json::to_string(&y).unwrap();
+            assert_eq!(serde_json::from_str::<f64>(&text).unwrap(), y, "{text}");
+            assert!((y - x).abs() <= 1e-11 * x.abs());
+        }
+    }
+}

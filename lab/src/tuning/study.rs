@@ -1,0 +1,341 @@
+//! The study file, and the study read from it.
+
+use crate::tuning::name_check;
+use monorig_estimators::api::params::{Key, Setting};
+use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use monorig_sim::config::file::{Document, named};
+use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds};
+use monorig_sim::error::Error;
+use monorig_sim::record::inputs::inputs;
+use monorig_sim::record::manifest::Manifest;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A tuning study.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TuningFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// Why the study exists.
+    pub why: String,
+    /// The estimator to tune.
+    pub estimator: String,
+    /// Which of its parameters vary, and how far.
+    pub parameters: BTreeMap<String, Range>,
+    /// Parameters that have another value than their default in every trial.
+    #[serde(default)]
+    pub fixed: BTreeMap<String, ParameterValue>,
+    /// Published constants to compare with (those of `parameters` not named here keep their default).
+    #[serde(default)]
+    pub published: BTreeMap<String, Finite>,
+    /// Runs the optimiser sees.
+    pub tuning: Vec<Runs>,
+    /// Runs it never sees: there the winner is held against the defaults and the published constants.
+    pub validation: Vec<Runs>,
+    /// What is made small.
+    pub objective: Objective,
+    /// Bounds that each tuning scenario must hold, in the mean over its seeds.
+    #[serde(default)]
+    pub constraints: Vec<Constraint>,
+    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without this a
+    /// trial could win by keeping silent when it is hard.
+    #[serde(default = "keep_valid")]
+    pub keep_valid: Fraction,
+    /// How trials are chosen.
+    #[serde(default)]
+    pub optimiser: Optimiser,
+    /// Trials to make, the defaults and the published constants among them.
+    pub budget: u32,
+    /// Seed of the optimiser.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// How a trial is run.
+    #[serde(default)]
+    pub evaluation: Evaluation,
+    /// How finely the neighbourhood of the winner is mapped.
+    #[serde(default)]
+    pub sensitivity: SensitivityPoints,
+}
+
+/// The values a parameter may have: `from` … `to`, or one of `choices`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Range {
+    /// Smallest value.
+    pub from: Option<Finite>,
+    /// Largest value.
+    pub to: Option<Finite>,
+    /// How the values between are spread.
+    pub scale: Scale,
+    /// Whole numbers only.
+    pub integer: bool,
+    /// The values there are.
+    pub choices: Option<Vec<Finite>>,
+}
+
+/// How values are spread over a range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// Evenly in the logarithm.
+    Log,
+    /// Evenly in the logarithm of the memory 1/(1 − x): for forgetting factors.
+    Memory,
+}
+
+/// Seeds of a scenario.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Runs {
+    /// Scenario file, relative to this file.
+    pub scenario: String,
+    /// Changes to it, as `--set` makes them: path and value.
+    #[serde(default)]
+    pub set: BTreeMap<String, serde_json::Value>,
+    /// Seeds.
+    pub seeds: Seeds,
+    /// Its share in the loss.
+    #[serde(default = "weight")]
+    pub weight: Positive,
+}
+
+/// What is made small.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Objective {
+    /// The metrics.
+    pub metrics: Vec<Term>,
+    /// How metrics and scenarios become one number, or several.
+    #[serde(default)]
+    pub combine: Combine,
+}
+
+/// A metric of the objective.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Term {
+    /// Its name.
+    pub metric: String,
+    /// Measured from here, s.
+    #[serde(default = "after_s")]
+    pub after_s: NonNegative,
+    /// Measured to here, s; none = to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<Positive>,
+    /// Its share in the loss.
+    #[serde(default = "weight")]
+    pub weight: Positive,
+}
+
+/// How metrics and scenarios become one number, or several.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Combine {
+    /// Weighted mean over scenarios and metrics.
+    #[default]
+    Weighted,
+    /// The scenario in which the weighted mean over the metrics is worst.
+    Worst,
+    /// One number per metric, none traded for another: the result is a front.
+    Pareto,
+}
+
+/// A bound on a metric.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Constraint {
+    /// The metric.
+    pub metric: String,
+    /// Measured from here, s.
+    #[serde(default = "after_s")]
+    pub after_s: NonNegative,
+    /// Measured to here, s; none = to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<Positive>,
+    /// Upper bound.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<Finite>,
+    /// Lower bound.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_least: Option<Finite>,
+}
+
+/// How trials are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Optimiser {
+    /// Covariance matrix adaptation evolution strategy (Hansen and Ostermeier 2001): the one to take.
+    #[default]
+    CmaEs,
+    /// Simplex (Nelder and Mead 1965): local, from the defaults; few parameters.
+    NelderMead,
+    /// Differential evolution (Storn and Price 1997): global, slow.
+    DifferentialEvolution,
+    /// Tree-structured Parzen estimator (Bergstra et al. 2011): choices and integers among the parameters.
+    Tpe,
+    /// Gaussian process with expected improvement (Jones et al. 1998): costly trials, small budgets.
+    Bayesian,
+    /// A grid over all parameters.
+    Grid,
+    /// Evenly at random: what others must beat.
+    Random,
+    /// Non-dominated sorting genetic algorithm (Deb et al. 2002): for `combine: pareto`.
+    Nsga2,
+}
+
+/// How a trial is run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Evaluation {
+    /// Over recorded measurements: for estimators beside the loop.
+    #[default]
+    Replay,
+    /// The whole world again for every trial: for the estimator in the loop.
+    ClosedLoop,
+}
+
+/// How finely the neighbourhood of the winner is mapped.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensitivityPoints {
+    /// Points of each curve; 0 = no curves.
+    pub curve: u32,
+    /// Points along each edge of a map; 0 = no maps.
+    pub map: u32,
+    /// Parameters that the maps are drawn of, in pairs: those that matter most.
+    pub map_parameters: u32,
+}
+
+impl Default for SensitivityPoints {
+    fn default() -> Self {
+        Self {
+            curve: 9,
+            map: 7,
+            map_parameters: 3,
+        }
+    }
+}
+
+fn keep_valid() -> Fraction {
+    Fraction::new(0.95)
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn weight() -> Positive {
+    Positive::new(1.0)
+}
+
+fn after_s() -> NonNegative {
+    NonNegative::new(crate::verdicts::summary::AFTER_S)
+}
+
+/// Seeds of a scenario, loaded.
+#[derive(Clone, Debug)]
+pub struct RunGroup {
+    /// The scenario with its changes.
+    pub scenario: Scenario,
+    /// Its seeds.
+    pub seeds: Vec<u64>,
+    /// Its share in the loss.
+    pub weight: f64,
+}
+
+/// A study, read and checked.
+#[derive(Clone, Debug)]
+pub struct TuningStudy {
+    /// File name without its ending.
+    pub name: String,
+    /// What the file says.
+    pub file: TuningFile,
+    /// Runs the optimiser sees.
+    pub tuning: Vec<RunGroup>,
+    /// Runs it never sees.
+    pub validation: Vec<RunGroup>,
+    document: Document,
+}
+
+impl TuningStudy {
+    /// Read a study and every scenario it names.
+    pub(super) fn read(path: &Path) -> Result<Self, Error> {
+        let document = Document::read(path)?;
+        let file: TuningFile = document.parse()?;
+        let groups = |list: &[Runs], key: &str| -> Result<Vec<RunGroup>, Error> {
+            let load = |(i, runs): (usize, &Runs)| {
+                let at = named(path, &format!("{key}[{i}].scenario"), &runs.scenario)?;
+                let set: Vec<(String, String)> = runs
+                    .set
+                    .iter()
+                    .map(|(path, value)| (path.clone(), value.to_string()))
+                    .collect();
+                Ok(RunGroup {
+                    scenario: Scenario::load(&at, &set)?,
+                    seeds: runs.seeds.as_slice().to_vec(),
+                    weight: runs.weight.get(),
+                })
+            };
+            list.iter().enumerate().map(load).collect()
+        };
+        Ok(Self {
+            name: path
+                .file_stem()
+                .map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            tuning: groups(&file.tuning, "tuning")?,
+            validation: groups(&file.validation, "validation")?,
+            file,
+            document,
+        })
+    }
+
+    /// SHA-256 over the study, every file it leads to, and the version of monorig: what decides its result.
+    pub fn hash(&self) -> Result<String, Error> {
+        let resolved = serde_json::json!({
+            "study": self.file,
+            "tuning": self.tuning.iter().map(|g| &g.scenario).collect::<Vec<_>>(),
+            "validation": self.validation.iter().map(|g| &g.scenario).collect::<Vec<_>>(),
+        });
+        let files = inputs(self.document.path())?;
+        Ok(Manifest::new(&self.name, self.file.seed, &files, resolved).hash)
+    }
+
+    /// An error at a key of the study.
+    pub fn error(&self, key: impl Into<String>, (message, help): name_check::Wrong) -> Error {
+        self.document.error(key, message, help)
+    }
+
+    /// The defaults of the parameters that vary.
+    pub fn defaults(&self) -> BTreeMap<String, f64> {
+        let default = |key: &String| {
+            name_check::parameter(&self.file.estimator, key)
+                .ok()
+                .and_then(Key::default)
+                .map_or(f64::NAN, |default| match default {
+                    Setting::Number(number) => number,
+                    _ => f64::NAN,
+                })
+        };
+        let keys = self.file.parameters.keys();
+        keys.map(|key| (key.clone(), default(key))).collect()
+    }
+
+    /// The published constants, the rest at their defaults; none if the study names none.
+    pub fn published(&self) -> Option<BTreeMap<String, f64>> {
+        if self.file.published.is_empty() {
+            return None;
+        }
+        let mut all = self.defaults();
+        for (key, value) in &self.file.published {
+            all.insert(key.clone(), value.get());
+        }
+        Some(all)
+    }
+}

@@ -1,0 +1,284 @@
+//! What a study must keep to beyond the type of each value.
+
+use crate::tuning::name_check;
+use crate::tuning::name_check::Wrong;
+use crate::tuning::study::{Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningStudy};
+use monorig_sim::config::scenario::FeedForward;
+use monorig_sim::error::Error;
+use std::path::Path;
+
+/// More trials than this are taken for a typing error.
+const MOST_TRIALS: u32 = 1_000_000;
+
+impl TuningStudy {
+    /// Read and check a study and every scenario it names.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let study = Self::read(path)?;
+        check(&study)?;
+        Ok(study)
+    }
+}
+
+fn check(study: &TuningStudy) -> Result<(), Error> {
+    let file = &study.file;
+    if file.why.trim().is_empty() {
+        return Err(study.error(
+            "why",
+            wrong("a study says why it exists", "write a sentence"),
+        ));
+    }
+    name_check::estimator(&file.estimator).map_err(|w| study.error("estimator", w))?;
+    parameters(study)?;
+    metrics(study)?;
+    runs(study)?;
+    let least = 2 + u32::from(!file.published.is_empty());
+    if !(least..=MOST_TRIALS).contains(&file.budget) {
+        return Err(study.error(
+            "budget",
+            wrong(
+                format!("{} trials make no search", file.budget),
+                format!("a number from {least} to {MOST_TRIALS}"),
+            ),
+        ));
+    }
+    let pareto = file.objective.combine == Combine::Pareto;
+    let many = matches!(
+        file.optimiser,
+        Optimiser::Nsga2 | Optimiser::Grid | Optimiser::Random
+    );
+    if pareto && !many {
+        return Err(study.error(
+            "optimiser",
+            wrong(
+                "this optimiser cannot look for a front",
+                "`nsga2`, `grid` or `random` for `combine: pareto`",
+            ),
+        ));
+    }
+    if file.optimiser == Optimiser::Nsga2 && !pareto {
+        return Err(study.error(
+            "optimiser",
+            wrong(
+                "nsga2 looks for a front, and this objective is one number",
+                "another optimiser, or `combine: pareto`",
+            ),
+        ));
+    }
+    Ok(())
+}
+
+fn wrong(message: impl Into<String>, help: impl Into<String>) -> Wrong {
+    (message.into(), help.into())
+}
+
+fn parameters(study: &TuningStudy) -> Result<(), Error> {
+    let file = &study.file;
+    if file.parameters.is_empty() {
+        return Err(study.error(
+            "parameters",
+            wrong("nothing varies", "name a parameter and its range"),
+        ));
+    }
+    for (key, r) in &file.parameters {
+        let at = format!("parameters.{key}");
+        name_check::number(&file.estimator, key).map_err(|w| study.error(&at, w))?;
+        range(r).map_err(|(part, w)| study.error(format!("{at}{part}"), w))?;
+        let ends = [r.from, r.to].into_iter().flatten();
+        for x in ends.chain(r.choices.iter().flatten().copied()) {
+            name_check::value(&file.estimator, key, x.get().into())
+                .map_err(|w| study.error(&at, w))?;
+        }
+    }
+    for (key, x) in &file.published {
+        name_check::value(&file.estimator, key, x.get().into())
+            .map_err(|w| study.error(format!("published.{key}"), w))?;
+    }
+    for (key, x) in &file.fixed {
+        let at = format!("fixed.{key}");
+        name_check::value(&file.estimator, key, x.setting()).map_err(|w| study.error(&at, w))?;
+        if file.parameters.contains_key(key) {
+            return Err(study.error(
+                at,
+                wrong(
+                    format!("`{key}` is among the parameters that vary"),
+                    "remove one of the two",
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A range by itself; the error says at which key below it.
+fn range(r: &Range) -> Result<(), (&'static str, Wrong)> {
+    if let Some(choices) = &r.choices {
+        if r.from.is_some() || r.to.is_some() || r.integer || r.scale != Scale::Linear {
+            return Err((
+                "",
+                wrong(
+                    "`choices` leave no room for `from`, `to`, `scale` or `integer`",
+                    "keep one of the two",
+                ),
+            ));
+        }
+        if choices.len() < 2 {
+            return Err((".choices", wrong("this is no choice", "two values or more")));
+        }
+        return Ok(());
+    }
+    let (Some(from), Some(to)) = (r.from, r.to) else {
+        return Err((
+            "",
+            wrong("this range has no ends", "`from` and `to`, or `choices`"),
+        ));
+    };
+    let (from, to) = (from.get(), to.get());
+    if from >= to {
+        return Err((
+            ".to",
+            wrong(
+                format!("the range ends at {to}, but starts at {from}"),
+                "a value above `from`",
+            ),
+        ));
+    }
+    match r.scale {
+        Scale::Log if from <= 0.0 => Err((
+            ".from",
+            wrong(
+                format!("{from} has no logarithm"),
+                "a value above 0, or `scale: linear`",
+            ),
+        )),
+        Scale::Memory if from < 0.0 || to >= 1.0 => Err((
+            ".scale",
+            wrong(
+                "the memory 1/(1 − x) needs 0 ≤ x < 1",
+                "ends such as 0.9 and 0.9999, or `scale: linear`",
+            ),
+        )),
+        _ if r.integer && (from.fract() != 0.0 || to.fract() != 0.0) => Err((
+            ".integer",
+            wrong(
+                "the ends of this range are not whole",
+                "whole numbers for `from` and `to`",
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn metrics(study: &TuningStudy) -> Result<(), Error> {
+    let file = &study.file;
+    if file.objective.metrics.is_empty() {
+        return Err(study.error(
+            "objective.metrics",
+            wrong(
+                "nothing is made small",
+                "for example [{metric: slope_rmse_deg}]",
+            ),
+        ));
+    }
+    if file.objective.combine == Combine::Pareto && file.objective.metrics.len() < 2 {
+        return Err(study.error(
+            "objective.combine",
+            wrong("a front needs two metrics", "`weighted`, or another metric"),
+        ));
+    }
+    let window = |key: &str, after: f64, until: Option<f64>| match until {
+        Some(until) if until <= after => Err(study.error(
+            format!("{key}.until_s"),
+            wrong(
+                format!("nothing is left to measure between {after} s and {until} s"),
+                "a later time",
+            ),
+        )),
+        _ => Ok(()),
+    };
+    let moves = file.evaluation == Evaluation::ClosedLoop;
+    for (i, term) in file.objective.metrics.iter().enumerate() {
+        let at = format!("objective.metrics[{i}]");
+        name_check::metric(&term.metric, moves)
+            .map_err(|w| study.error(format!("{at}.metric"), w))?;
+        window(&at, term.after_s.get(), term.until_s.map(f64::from))?;
+    }
+    for (i, c) in file.constraints.iter().enumerate() {
+        let at = format!("constraints[{i}]");
+        name_check::metric(&c.metric, moves).map_err(|w| study.error(format!("{at}.metric"), w))?;
+        window(&at, c.after_s.get(), c.until_s.map(f64::from))?;
+        match (c.at_least, c.at_most) {
+            (None, None) => {
+                return Err(study.error(
+                    at,
+                    wrong("this bounds nothing", "`at_most`, `at_least`, or both"),
+                ));
+            }
+            (Some(least), Some(most)) if least > most => {
+                return Err(
+                    study.error(at, wrong("nothing is between these bounds", "swap the two"))
+                );
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn runs(study: &TuningStudy) -> Result<(), Error> {
+    let file = &study.file;
+    for (key, groups) in [("tuning", &study.tuning), ("validation", &study.validation)] {
+        if groups.is_empty() {
+            return Err(study.error(
+                key,
+                wrong(
+                    "there are no runs",
+                    "for example [{scenario: winding.yaml, seeds: 1..4}]",
+                ),
+            ));
+        }
+        for (i, group) in groups.iter().enumerate() {
+            loop_fits(study, group).map_err(|w| study.error(format!("{key}[{i}].scenario"), w))?;
+        }
+    }
+    for (i, v) in study.validation.iter().enumerate() {
+        for t in &study.tuning {
+            let same = v.scenario.path() == t.scenario.path()
+                && file.validation.get(i).map(|r| &r.set)
+                    == file
+                        .tuning
+                        .iter()
+                        .zip(&study.tuning)
+                        .find(|(_, g)| std::ptr::eq(*g, t))
+                        .map(|(r, _)| &r.set);
+            if let Some(seed) = v.seeds.iter().find(|s| same && t.seeds.contains(s)) {
+                return Err(study.error(
+                    format!("validation[{i}].seeds"),
+                    wrong(
+                        format!(
+                            "seed {seed} of this scenario is tuned on, so it validates nothing"
+                        ),
+                        "other seeds, or another scenario",
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Replay fits estimators beside the loop, the closed loop those in it.
+fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Wrong> {
+    let s = &group.scenario.file;
+    let drives = s.in_loop.as_ref() == Some(&study.file.estimator)
+        && s.drive.controller.feedforward == FeedForward::Estimate;
+    if drives && study.file.evaluation == Evaluation::Replay {
+        return Err(wrong(
+            format!(
+                "here {} is in the loop: with other parameters the train would move otherwise than recorded",
+                study.file.estimator
+            ),
+            "`evaluation: closed_loop`, or `set: {drive.controller.feedforward: truth}` for these runs",
+        ));
+    }
+    Ok(())
+}

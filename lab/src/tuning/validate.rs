@@ -1,0 +1,174 @@
+//! The winner on runs the optimiser has never seen, against the defaults and the published constants, run by run.
+
+use crate::tuning::baseline::Baseline;
+use crate::tuning::evaluate::{Evaluator, RunMetrics};
+use crate::tuning::loss::{Judge, metric_windows, own_loss};
+use crate::tuning::space::Values;
+use crate::tuning::study::{RunGroup, TuningStudy};
+use crate::verdicts::interval::Interval;
+use serde::Serialize;
+
+/// What validation has measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Validation {
+    /// Loss of the winner over the tuning runs, the defaults' being 1; none for a failure.
+    pub tuning_loss: Option<f64>,
+    /// The same over the validation runs.
+    pub validation_loss: Option<f64>,
+    /// The winner against the defaults, then against the published constants.
+    pub comparisons: Vec<PairedComparison>,
+}
+
+/// The winner against another parameter set, over pairs of runs with the same scenario and seed.
+#[derive(Clone, Debug, Serialize)]
+pub struct PairedComparison {
+    /// `default` or `published`.
+    pub against: String,
+    /// Loss of the winner minus that of the other, per run, over all runs; the defaults' loss being 1.
+    pub loss: Option<Interval>,
+    /// What that says.
+    pub verdict: ComparisonVerdict,
+    /// Per metric and scenario.
+    pub rows: Vec<MetricComparison>,
+}
+
+/// A metric in a scenario.
+#[derive(Clone, Debug, Serialize)]
+pub struct MetricComparison {
+    /// Metric.
+    pub metric: String,
+    /// Scenario.
+    pub scenario: String,
+    /// Mean over the seeds, of the winner.
+    pub winner: f64,
+    /// The same of the other.
+    pub other: f64,
+    /// Winner minus other, seed by seed.
+    pub difference: Interval,
+}
+
+/// What an interval of differences says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ComparisonVerdict {
+    /// The whole interval is below zero.
+    Better,
+    /// Zero is inside, or there is no interval.
+    NoDifference,
+    /// The whole interval is above zero.
+    Worse,
+}
+
+impl ComparisonVerdict {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            ComparisonVerdict::Better => "better",
+            ComparisonVerdict::NoDifference => "no difference",
+            ComparisonVerdict::Worse => "worse",
+        }
+    }
+
+    /// Of an interval of differences of something that is better when less.
+    pub fn of(interval: Option<&Interval>) -> Self {
+        match interval {
+            Some(i) if i.high < 0.0 => ComparisonVerdict::Better,
+            Some(i) if i.low > 0.0 => ComparisonVerdict::Worse,
+            _ => ComparisonVerdict::NoDifference,
+        }
+    }
+}
+
+impl Validation {
+    /// Against the defaults: does what was found on the tuning runs hold where nothing was tuned?
+    pub fn generalises(&self) -> bool {
+        let first = self.comparisons.first();
+        first.is_some_and(|c| c.verdict == ComparisonVerdict::Better)
+    }
+}
+
+/// Run the winner and what it is compared with over the validation runs.
+pub fn validate(
+    study: &TuningStudy,
+    evaluator: &Evaluator,
+    Baseline { judge, defaults }: &Baseline,
+    winner: &Values,
+    tuning_loss: f64,
+) -> Validation {
+    let windows = metric_windows(&study.file);
+    let run = |values: &Values| evaluator.evaluate(values, &windows);
+    let winners = run(winner);
+    let mut comparisons = vec![compare(study, judge, "default", &winners, defaults)];
+    if let Some(published) = study.published() {
+        comparisons.push(compare(
+            study,
+            judge,
+            "published",
+            &winners,
+            &run(&published),
+        ));
+    }
+    let verdict = judge.judge(&winners);
+    let loss = verdict.losses.iter().sum::<f64>() / verdict.losses.len() as f64;
+    Validation {
+        tuning_loss: Some(tuning_loss).filter(|x| x.is_finite()),
+        validation_loss: Some(loss).filter(|x| x.is_finite()),
+        comparisons,
+    }
+}
+
+fn compare(
+    study: &TuningStudy,
+    judge: &Judge,
+    against: &str,
+    winner: &[RunMetrics],
+    other: &[RunMetrics],
+) -> PairedComparison {
+    let pairs = || winner.iter().zip(other);
+    let differences: Option<Vec<f64>> = pairs()
+        .map(|(w, o)| Some(judge.run_loss(w)? - judge.run_loss(o)?))
+        .collect();
+    let loss = differences.map(|d| Interval::student(&d));
+    let mut rows = Vec::new();
+    for (i, term) in study.file.objective.metrics.iter().enumerate() {
+        for (g, group) in study.validation.iter().enumerate() {
+            let of = |s: &RunMetrics| s.values.as_ref().ok().and_then(|v| v.get(i).copied());
+            let values: Vec<(f64, f64)> = pairs()
+                .filter(|(w, _)| w.group == g)
+                .filter_map(|(w, o)| Some((of(w)?, of(o)?)))
+                .collect();
+            let column = |f: fn(&(f64, f64)) -> f64| values.iter().map(f).collect::<Vec<_>>();
+            rows.push(MetricComparison {
+                metric: term.metric.clone(),
+                scenario: name(group),
+                winner: Interval::student(&column(|p| p.0)).mean,
+                other: Interval::student(&column(|p| p.1)).mean,
+                difference: Interval::student(&column(|p| p.0 - p.1)),
+            });
+        }
+    }
+    PairedComparison {
+        against: against.to_owned(),
+        verdict: ComparisonVerdict::of(loss.as_ref()),
+        loss,
+        rows,
+    }
+}
+
+fn name(group: &RunGroup) -> String {
+    group.scenario.name.clone()
+}
+
+impl Judge {
+    /// Loss of a single run; none if it failed.
+    fn run_loss(&self, measured: &RunMetrics) -> Option<f64> {
+        let values = measured.values.as_ref().ok()?;
+        let reference_losses = self.reference_losses(measured.group)?;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for ((metric, weight, reference_loss), x) in reference_losses.zip(values) {
+            sum += weight * own_loss(metric, *x) / reference_loss;
+            weights += weight;
+        }
+        Some(sum / weights).filter(|x| x.is_finite())
+    }
+}

@@ -1,0 +1,90 @@
+//! What a study leaves behind, each file whole or not at all: `winner.yaml`, `validation.json`, `sensitivity.json`.
+
+use crate::tuning::search::SearchResult;
+use crate::tuning::sensitivity::Sensitivity;
+use crate::tuning::study::TuningStudy;
+use crate::tuning::validate::Validation;
+use monorig_sim::config::checked::{Finite, Version1};
+use monorig_sim::config::scenario::{ParameterFile, ParameterValue, Provenance};
+use monorig_sim::error::Error;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The winner as a parameter file; none if there is no winner.
+pub fn winner(
+    study: &TuningStudy,
+    search: &SearchResult,
+    validation: &Validation,
+) -> Result<Option<ParameterFile>, Error> {
+    let Some(trial) = search.winner.and_then(|i| search.trials.get(i)) else {
+        return Ok(None);
+    };
+    let file = &study.file;
+    let tuned = trial.parameters.iter().filter_map(|(k, x)| {
+        Some((
+            k.clone(),
+            ParameterValue::Number(Finite::try_from(*x).ok()?),
+        ))
+    });
+    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), x.clone()));
+    Ok(Some(ParameterFile {
+        version: Version1,
+        why: format!("Winner of the study {}: {}", study.name, file.why.trim()),
+        estimator: file.estimator.clone(),
+        parameters: fixed.chain(tuned).collect(),
+        provenance: Some(Provenance {
+            study: study.name.clone(),
+            study_hash: study.hash()?,
+            monorig: env!("CARGO_PKG_VERSION").to_owned(),
+            optimiser: serde_json::to_value(file.optimiser)
+                .ok()
+                .and_then(|v| v.as_str().map(str::to_owned))
+                .unwrap_or_default(),
+            seed: file.seed,
+            trials: search.trials.len(),
+            trial: trial.trial,
+            tuning_loss: trial.loss(),
+            validation_loss: validation.validation_loss,
+            verdict: validation
+                .comparisons
+                .first()
+                .map(|c| c.verdict.words().to_owned())
+                .unwrap_or_default(),
+        }),
+    }))
+}
+
+/// Write a value as JSON.
+pub fn json(folder: &Path, name: &str, value: &impl Serialize) -> Result<PathBuf, Error> {
+    // Strings and numbers: nothing in here can fail to serialise; what is not finite becomes null.
+    let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
+    whole(&folder.join(name), &text)
+}
+
+/// Write validation and sensitivity.
+pub fn findings(
+    folder: &Path,
+    validation: &Validation,
+    sensitivity: &Sensitivity,
+) -> Result<(), Error> {
+    json(folder, "validation.json", validation)?;
+    json(folder, "sensitivity.json", sensitivity)?;
+    Ok(())
+}
+
+/// Write a file under a temporary name, then move it into place.
+pub fn whole(path: &Path, text: &str) -> Result<PathBuf, Error> {
+    let at = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Error::Io { path, source }
+    };
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(format!(".partial-{}", std::process::id()));
+    let partial = PathBuf::from(partial);
+    let written = std::fs::write(&partial, text).map_err(at(&partial));
+    let moved = written.and_then(|()| std::fs::rename(&partial, path).map_err(at(path)));
+    if moved.is_err() {
+        let _ = std::fs::remove_file(&partial);
+    }
+    moved.map(|()| path.to_owned())
+}

@@ -1,0 +1,11 @@
+//! What a run has come to, and whether that is good.
+//!
+//! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that these can
+//! be measured at all); [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other
+//! over the same runs, with the confidence [`interval`]s of their differences.
+
+pub mod compare;
+pub mod expected;
+pub mod interval;
+pub mod summary;
+pub mod verdict;

@@ -1,0 +1,74 @@
+//! Estimators side by side on the same measurements.
+
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::registry::AnyEstimator;
+
+/// Upper bound on the number of internals of an estimator.
+const MAX_INTERNALS: usize = 32;
+
+/// An estimator in a run, with its last estimate and the steps it refused.
+pub struct RunningEstimator {
+    /// Name in the scenario.
+    pub name: String,
+    /// The last estimate.
+    pub estimate: Estimate,
+    estimator: AnyEstimator,
+    refused: u64,
+    reason: String,
+}
+
+impl RunningEstimator {
+    /// An estimator under its name.
+    pub fn new(name: String, estimator: AnyEstimator) -> Self {
+        Self {
+            name,
+            estimator,
+            estimate: Estimate::default(),
+            refused: 0,
+            reason: String::new(),
+        }
+    }
+
+    /// Give it new samples. A refused step keeps the last estimate, marked invalid.
+    pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
+        match self.estimator.step(z, command, dt_s) {
+            Ok(e) => self.estimate = e,
+            Err(e) => {
+                if self.refused == 0 {
+                    self.reason = e.to_string();
+                }
+                self.refused += 1;
+                self.estimate.total_mass_kg.valid = false;
+                self.estimate.grade_rad.valid = false;
+                self.estimate.effective_grade_rad.valid = false;
+                self.estimate.speed_mps.valid = false;
+            }
+        }
+    }
+
+    /// Steps it refused, with the first reason, if any.
+    pub fn refusals(&self) -> Option<(String, u64, String)> {
+        (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
+    }
+
+    /// Names of its internals.
+    pub fn internal_names(&self) -> &'static [&'static str] {
+        self.estimator.internals()
+    }
+
+    /// One of its internals now; none if it has none of that name.
+    pub fn internal(&self, name: &str) -> Option<f64> {
+        let place = self.internal_names().iter().position(|n| *n == name)?;
+        let mut values = [f64::NAN; MAX_INTERNALS];
+        self.estimator.internal_values(&mut values);
+        values.get(place).copied()
+    }
+
+    /// Its internals now, appended to `row` in the order of their names.
+    pub fn internals(&self, row: &mut Vec<f64>) {
+        let from = row.len();
+        row.resize(from + self.internal_names().len(), f64::NAN);
+        self.estimator.internal_values(&mut row[from..]);
+    }
+}

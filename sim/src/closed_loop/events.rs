@@ -1,0 +1,102 @@
+//! Event schedule: applies the events of a scenario when they are due.
+
+use crate::config::scenario::Event;
+use crate::control::SpeedController;
+use crate::plant::Plant;
+use std::collections::VecDeque;
+
+/// An event and when it is due.
+#[derive(Clone, Debug)]
+struct Entry {
+    at_s: f64,
+    every_s: Option<f64>,
+    event: Event,
+}
+
+/// Schedule of the events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor faults in the
+/// sensors, so they are handed over when the simulation is built; here they are only logged.
+pub struct EventSchedule {
+    /// Still to come, in order of time.
+    events: VecDeque<Entry>,
+    brake: f64,
+    happened: Vec<String>,
+}
+
+impl EventSchedule {
+    /// Schedule from the events of a scenario.
+    pub fn new(events: &[Event]) -> Self {
+        let mut list: Vec<Entry> = events
+            .iter()
+            .filter_map(|e| {
+                let (at_s, every_s) = match e {
+                    Event::LoadMass { at_s, every_s, .. }
+                    | Event::ClampPressure { at_s, every_s, .. }
+                    | Event::Brake { at_s, every_s, .. } => (at_s, *every_s),
+                    Event::SensorFault { from_s, .. } => (from_s, None),
+                    Event::Adhesion { .. } => return None,
+                };
+                Some(Entry {
+                    at_s: at_s.get(),
+                    every_s: every_s.map(f64::from),
+                    event: e.clone(),
+                })
+            })
+            .collect();
+        list.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        Self {
+            events: list.into(),
+            brake: 0.0,
+            happened: Vec::new(),
+        }
+    }
+
+    /// Apply the events that are due at `t`, s.
+    pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) {
+        self.happened.clear();
+        while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
+            match &now.event {
+                Event::LoadMass { load_mass_kg, .. } => {
+                    plant.set_load_mass(load_mass_kg.get());
+                    self.happened
+                        .push(format!("load is now {} kg", load_mass_kg.get()));
+                }
+                Event::ClampPressure { clamp_mpa, .. } => {
+                    plant.set_clamp_limit(clamp_mpa.get());
+                    controller.set_clamp(clamp_mpa.get());
+                    self.happened
+                        .push(format!("clamp pressure {} MPa", clamp_mpa.get()));
+                }
+                Event::Brake { brake, .. } => {
+                    self.brake = brake.get();
+                    self.happened.push(match brake.get() {
+                        0.0 => "emergency brake released".to_string(),
+                        b => format!("emergency brake at {:.0} %", b * 100.0),
+                    });
+                }
+                Event::SensorFault { sensor, fault, .. } => {
+                    self.happened
+                        .push(format!("fault on {sensor}: {fault:?}").to_lowercase());
+                }
+                Event::Adhesion { .. } => {}
+            }
+            if let Some(every_s) = now.every_s {
+                let again = Entry {
+                    at_s: now.at_s + every_s,
+                    ..now
+                };
+                let place = self.events.partition_point(|e| e.at_s <= again.at_s);
+                self.events.insert(place, again);
+            }
+        }
+    }
+
+    /// Share of the brake asked for by hand.
+    pub fn emergency_brake(&self) -> f64 {
+        self.brake
+    }
+
+    /// What happened in the last call of [`EventSchedule::apply`].
+    pub fn happened(&self) -> &[String] {
+        &self.happened
+    }
+}

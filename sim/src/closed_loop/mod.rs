@@ -1,0 +1,17 @@
+//! The closed loop: command → plant → truth → sensors → estimators → controller → observers.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `run` | the loop, and the observers of it |
+//! | `builder` | a scenario put together |
+//! | `estimators` | the estimators that run side by side |
+//! | `events` | the events of a scenario, applied when they are due |
+//! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
+//! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
+
+pub mod builder;
+pub mod estimators;
+pub mod events;
+mod nominal_vehicle;
+pub mod obstacles;
+pub mod run;

@@ -1,0 +1,61 @@
+//! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
+
+use crate::config::scenario::{PlantKind, Scenario};
+use crate::train::Train;
+use monorig_estimators::api::signals::Vehicle;
+
+/// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
+pub fn nominal_mass_kg(train: &Train) -> f64 {
+    train.tare_kg() + 0.5 * train.limits.max_load_kg
+}
+
+/// Vehicle parameters for the estimators: the train's data sheet, with the changes of the scenario.
+pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
+    let nominal = &scenario.file.vehicle;
+    let first = train.drives.first();
+    let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
+    // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
+    let unit = train
+        .mounts
+        .get(imu)
+        .and_then(|m| train.bodies.get(m.body).map(|b| (m.pose.translation.x, b)));
+    let (mount_x, middle_x, start_s) = unit.map_or((0.0, 0.0, 0.0), |(x, b)| {
+        let n = b.stations.len();
+        let middle = if n == 0 {
+            x
+        } else {
+            b.stations.iter().map(|st| st.x_m).sum::<f64>() / n as f64
+        };
+        (x, middle, b.start_s)
+    });
+    let point = scenario.file.plant() == PlantKind::PointMass;
+    let (tare_span_m, load_span_m, imu_arm_m) = match point {
+        true => Default::default(),
+        false => {
+            let (tare, load) = train.spans_behind(start_s + middle_x);
+            (tare, load, mount_x - middle_x)
+        }
+    };
+    Vehicle {
+        tare_kg: tare,
+        drives: train.drives.len(),
+        wheel_radius_m: nominal
+            .wheel_radius_m
+            .map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
+        gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
+        efficiency: first.map_or(1.0, |d| d.efficiency_drive),
+        rotating_mass_kg: train.rotating_mass_kg(),
+        running_resistance: nominal.running_resistance.map_or(
+            train.nominal_running_resistance(
+                nominal_mass_kg(train),
+                scenario.file.physics.gravity_mps2.get(),
+            ),
+            f64::from,
+        ),
+        mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
+        tare_span_m,
+        load_span_m,
+        imu_arm_m,
+        road: None,
+    }
+}

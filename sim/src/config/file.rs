@@ -1,0 +1,366 @@
+//! Reading our YAML files: one place that turns whatever is wrong into file, line, column, key, plain words and help.
+//!
+//! A file is read in two steps: text → tree (syntax, keys given twice), then tree → checked type (unknown and missing
+//! keys, wrong types, numbers out of range). `--set` changes the tree in between. What is found wrong later, when several
+//! files meet, is reported with [`input_error`], which looks up the line of a key path.
+
+mod error_messages;
+mod locate;
+mod set;
+mod sets;
+mod suggest;
+
+pub use sets::Sets;
+pub use suggest::nearest;
+
+use crate::error::{Error, InputError};
+use locate::Target;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// No file of ours comes near this size; more is a mix-up, and is not read into memory.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// Read a text file; errors say what is there instead.
+pub fn read_text(path: &Path) -> Result<String, Error> {
+    let whole = |message: &str, help: String| -> Error {
+        InputError {
+            file: path.into(),
+            line: None,
+            column: None,
+            key: String::new(),
+            message: message.into(),
+            help,
+        }
+        .into()
+    };
+    let refused = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
+    let metadata = match std::fs::metadata(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            return Err(whole("there is no such file", suggest::beside(path)));
+        }
+        other => other.map_err(refused)?,
+    };
+    if metadata.is_dir() {
+        return Err(whole(
+            "this is a folder, not a file",
+            "name a file in it".into(),
+        ));
+    }
+    if !metadata.is_file() {
+        return Err(whole(
+            "this is not a regular file",
+            "copy its contents into a file".into(),
+        ));
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return Err(whole(
+            &format!(
+                "this file is {} MB long, far more than any file of ours",
+                metadata.len() >> 20
+            ),
+            format!("at most {} MB are read", MAX_FILE_BYTES >> 20),
+        ));
+    }
+    let bytes = std::fs::read(path).map_err(refused)?;
+    String::from_utf8(bytes).map_err(|e| {
+        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let start = good.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+        InputError {
+            file: path.into(),
+            line: Some(1 + good.iter().filter(|b| **b == b'\n').count()),
+            column: Some(1 + String::from_utf8_lossy(&good[start..]).chars().count()),
+            key: String::new(),
+            message: "this is not text in UTF-8".into(),
+            help: "save the file as UTF-8; if it is not a text file, another one was meant".into(),
+        }
+        .into()
+    })
+}
+
+/// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
+pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
+    let name = path.display();
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => Err((
+            format!("{name} is a folder, not a file"),
+            "name a file in it".into(),
+        )),
+        Ok(_) => Ok(()),
+        Err(e) if not_found(&e) && std::fs::read_link(path).is_ok() => Err((
+            format!("{name} is a link to a file that is not there"),
+            "mend the link, or name another file".into(),
+        )),
+        Err(e) if not_found(&e) => Err((
+            format!("there is no file {name}"),
+            format!(
+                "{} (names in a file start at its folder)",
+                suggest::beside(path)
+            ),
+        )),
+        Err(e) => Err((
+            format!("{name} cannot be read: {e}"),
+            "make it readable, or name another file".into(),
+        )),
+    }
+}
+
+fn not_found(e: &std::io::Error) -> bool {
+    e.kind() == std::io::ErrorKind::NotFound
+}
+
+/// The file that `key` of `file` names, relative to the folder of `file`. It must be there.
+pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
+    let found = file.parent().unwrap_or(Path::new("")).join(name);
+    match exists(&found) {
+        Ok(()) => Ok(found),
+        Err((message, help)) => Err(input_error(file, key, message, help)),
+    }
+}
+
+/// Read a YAML file into a checked type.
+pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+    Document::read(path)?.parse()
+}
+
+/// The same with changes made to it.
+pub(crate) fn read_yaml_with<T: DeserializeOwned>(path: &Path, sets: &Sets) -> Result<T, Error> {
+    let mut document = Document::read(path)?;
+    document.apply(sets)?;
+    document.parse()
+}
+
+/// Add to an error found later in a file what was changed in it: the line shown may not say it.
+pub(crate) fn with_sets(e: Error, sets: &Sets) -> Error {
+    match (e, sets.all_written()) {
+        (Error::Input(mut e), Some(all)) if !e.message.contains("--set") => {
+            e.message += &format!(" (read with {all})");
+            Error::Input(e)
+        }
+        (e, _) => e,
+    }
+}
+
+/// An error found after parsing, at a key of a file such as `vertical[2].radius_m`; line and column are looked up.
+pub fn input_error(
+    file: &Path,
+    key: impl Into<String>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Error {
+    let key = key.into();
+    let place = read_text(file)
+        .ok()
+        .and_then(|text| locate::locate(&text, &key, Target::Value));
+    InputError {
+        file: file.into(),
+        line: place.map(|p| p.0),
+        column: place.map(|p| p.1),
+        key,
+        message: message.into(),
+        help: help.into(),
+    }
+    .into()
+}
+
+/// A YAML file as a tree, with its text for looking up places, and what `--set` changed.
+#[derive(Clone, Debug, Default)]
+pub struct Document {
+    path: PathBuf,
+    text: String,
+    tree: serde_yaml::Value,
+    sets: Sets,
+}
+
+impl Document {
+    /// Read a file: it must be one YAML document, a mapping, without a key given twice.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = read_text(path)?;
+        let mut document = Self {
+            path: path.into(),
+            text,
+            ..Self::default()
+        };
+        let de = serde_yaml::Deserializer::from_str(&document.text);
+        match serde_path_to_error::deserialize::<_, serde_yaml::Value>(de) {
+            Ok(serde_yaml::Value::Null) => Err(document.error(
+                "",
+                "this file is empty",
+                "the first line is `version: 1`; see `monorig schema`",
+            )),
+            Ok(tree @ serde_yaml::Value::Mapping(_)) => {
+                if let Some((key, tag)) = tagged(&tree, "") {
+                    let message = format!("the tag `{tag}` means nothing in our files");
+                    return Err(document.error(
+                        key,
+                        message,
+                        "remove it, or put the text in quotes",
+                    ));
+                }
+                document.tree = tree;
+                Ok(document)
+            }
+            Ok(_) => Err(document.error(
+                "",
+                "expected a mapping (lines of `key: value`)",
+                "the first line is `version: 1`",
+            )),
+            Err(e) => Err(document.syntax_error(&e)),
+        }
+    }
+
+    /// Change values, as `--set path=value` does; a value is YAML. Missing mappings on the way are made.
+    pub fn apply(&mut self, sets: &Sets) -> Result<(), Error> {
+        for (path, value) in sets.iter() {
+            set::set(&mut self.tree, path, value).map_err(|(message, help)| {
+                Error::from(InputError {
+                    file: self.path.clone(),
+                    line: None,
+                    column: None,
+                    key: path.into(),
+                    message: format!("{}: {message}", sets.written(path, value)),
+                    help,
+                })
+            })?;
+        }
+        self.sets = sets.clone();
+        Ok(())
+    }
+
+    /// The tree as a checked type.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, Error> {
+        serde_path_to_error::deserialize(&self.tree).map_err(|e| {
+            let path = match e.path().to_string() {
+                p if p == "." => String::new(),
+                p => p,
+            };
+            let told = error_messages::plain(&e.inner().to_string());
+            let (key, target) = match &told.unknown_key {
+                Some(unknown) => (with_key(&path, unknown), Target::Key),
+                None => (path, Target::Value),
+            };
+            self.error_at(key, target, told.message, told.help)
+        })
+    }
+
+    /// An error at a key of this file.
+    pub fn error(
+        &self,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        self.error_at(key.into(), Target::Value, message.into(), help.into())
+    }
+
+    /// The keys at the top of the file.
+    pub fn keys(&self) -> Vec<String> {
+        let top = self.tree.as_mapping().into_iter().flatten();
+        top.filter_map(|(key, _)| key.as_str().map(str::to_owned))
+            .collect()
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn error_at(&self, key: String, target: Target, message: String, help: String) -> Error {
+        let by_set = self.sets.iter().filter(|(path, _)| {
+            key.strip_prefix(path.as_str())
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        });
+        let by_set = by_set.last();
+        let place = match by_set {
+            Some(_) => None,
+            None => locate::locate(&self.text, &key, target),
+        };
+        InputError {
+            file: self.path.clone(),
+            line: place.map(|p| p.0),
+            column: place.map(|p| p.1),
+            key,
+            message: match by_set {
+                Some((path, value)) => {
+                    format!("{message} (given as {})", self.sets.written(path, value))
+                }
+                None => message,
+            },
+            help,
+        }
+        .into()
+    }
+
+    fn syntax_error(&self, e: &serde_path_to_error::Error<serde_yaml::Error>) -> Error {
+        let text = e.inner().to_string();
+        if let Some(twice) = error_messages::key_given_twice(&text) {
+            let parent = e.path().to_string();
+            let key = with_key(if parent == "." { "" } else { &parent }, &twice);
+            let message = format!("the key `{twice}` is given twice");
+            return self.error_at(
+                key,
+                Target::SecondKey,
+                message,
+                "keep one of the two".into(),
+            );
+        }
+        let place = e.inner().location().map(|l| (l.line(), l.column()));
+        let line = place
+            .and_then(|(line, _)| self.text.lines().nth(line.saturating_sub(1)))
+            .unwrap_or_default();
+        let told = error_messages::syntax(&text, line);
+        InputError {
+            file: self.path.clone(),
+            line: place.map(|p| p.0),
+            column: place.map(|p| p.1),
+            key: String::new(),
+            message: told.message,
+            help: told.help,
+        }
+        .into()
+    }
+}
+
+/// Key path and tag of the first value with a YAML tag (`!word`): the reader would drop tags in silence.
+fn tagged(tree: &serde_yaml::Value, path: &str) -> Option<(String, String)> {
+    use serde_yaml::Value;
+    match tree {
+        Value::Tagged(value) => Some((path.to_owned(), value.tag.to_string())),
+        Value::Sequence(list) => (0..)
+            .zip(list)
+            .find_map(|(i, item)| tagged(item, &format!("{path}[{i}]"))),
+        Value::Mapping(map) => map.iter().find_map(|(key, value)| {
+            tagged(key, path).or_else(|| tagged(value, &join(path, key.as_str().unwrap_or("?"))))
+        }),
+        _ => None,
+    }
+}
+
+/// `parent.key`.
+fn join(parent: &str, key: &str) -> String {
+    match parent {
+        "" => key.to_owned(),
+        _ => format!("{parent}.{key}"),
+    }
+}
+
+/// `parent.key`, unless the path ends with the key already.
+fn with_key(parent: &str, key: &str) -> String {
+    if parent == key || parent.ends_with(&format!(".{key}")) {
+        parent.to_owned()
+    } else {
+        join(parent, key)
+    }
+}
+
+impl From<InputError> for Error {
+    fn from(e: InputError) -> Self {
+        Error::Input(Box::new(e))
+    }
+}
+
+#[cfg(test)]
+mod tests;

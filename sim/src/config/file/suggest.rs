@@ -1,0 +1,42 @@
+//! "Did you mean …": the nearest of the words that would have been right.
+
+use std::path::Path;
+
+/// The candidate most like `word`, if any is like it at all (at most a third of its letters differ).
+///
+/// ```
+/// assert_eq!(monorig_sim::config::file::nearest("mas_kg", ["speed_mps", "mass_kg"]), Some("mass_kg"));
+/// assert_eq!(monorig_sim::config::file::nearest("colour", ["speed_mps", "mass_kg"]), None);
+/// ```
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|c| {
+            let differs = strsim::osa_distance(&word.to_lowercase(), &c.to_lowercase());
+            (differs, c)
+        })
+        .filter(|(differs, c)| differs * 3 <= c.chars().count().max(3))
+        .min_by_key(|(differs, _)| *differs)
+        .map(|(_, c)| c)
+}
+
+/// Help for a file that is not there: a near name in its folder, or the folder that is missing.
+pub(super) fn beside(path: &Path) -> String {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return format!("there is no folder {} either", folder.display());
+    };
+    let mut names: Vec<String> = entries
+        .flatten()
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+    match nearest(&wanted, names.iter().map(String::as_str)) {
+        Some(name) => format!("did you mean {}?", path.with_file_name(name).display()),
+        None => "check the name; relative names start at the folder you are in".to_owned(),
+    }
+}

@@ -1,0 +1,28 @@
+//! Input files: everything that knows YAML, URDF, CSV or STL.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `file` | reading a YAML file: errors with file, line, column, key and help; `--set path=value` |
+//! | `checked` | numbers whose range is checked while a file is read |
+//! | `scenario` | the scenario file, and the files it names |
+//! | `track` | the track file: elements or survey points, and how they become an alignment |
+//! | `train_file` `unit_file` | the YAML files of a train and of its units |
+//! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
+//! | `car_file` | the YAML file of a car |
+//! | `sensor_sheet_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
+
+pub mod car_file;
+pub mod checked;
+pub mod file;
+pub mod scenario;
+pub mod sensor_sheet;
+pub mod sensor_sheet_file;
+pub mod stl;
+pub mod track;
+pub mod train_file;
+pub mod unit_file;
+pub mod urdf;
+mod urdf_diagnostics;
+mod urdf_file;
+pub(crate) mod urdf_geometry;
+mod urdf_tree;

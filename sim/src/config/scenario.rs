@@ -1,0 +1,315 @@
+//! YAML in, checked scenario out.
+
+mod check;
+mod event;
+mod expect;
+mod load;
+mod parameters;
+mod published;
+mod seeds;
+
+pub use event::{Event, Fault};
+pub use expect::Expectation;
+pub use load::Scenario;
+pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
+pub use published::Published;
+pub use seeds::Seeds;
+
+use crate::config::checked::{Finite, NonNegative, Positive, Version1};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A scenario file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// Why the scenario exists and what it shows.
+    pub why: String,
+    /// Track file, relative to this file.
+    pub track: String,
+    /// Train file, relative to this file; or `car`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<String>,
+    /// Car file, relative to this file, instead of `train`; the track is then a road.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub car: Option<String>,
+    /// Load on the hook.
+    #[serde(default)]
+    pub load: Load,
+    /// Where and how the train starts.
+    #[serde(default)]
+    pub start: Start,
+    /// When the run ends.
+    pub stop: Stop,
+    /// Physics step and plant.
+    #[serde(default)]
+    pub physics: Physics,
+    /// Drive cycle and controller.
+    pub drive: DriveCycle,
+    /// Sensor data sheet, relative to this file.
+    pub sensors: String,
+    /// What the estimators are told where it differs from the train's nominal values.
+    #[serde(default)]
+    pub vehicle: NominalVehicle,
+    /// Estimators by name, with their parameters; `from` names a parameter file to take them from.
+    #[serde(default)]
+    pub estimators: BTreeMap<String, Settings>,
+    /// The estimator whose output the controller sees.
+    #[serde(default)]
+    pub in_loop: Option<String>,
+    /// Things that happen.
+    #[serde(default)]
+    pub events: Vec<Event>,
+    /// Obstacles and walls.
+    #[serde(default)]
+    pub surroundings: Vec<Obstacle>,
+    /// The roadway around the rail; none = open space.
+    #[serde(default)]
+    pub roadway: Option<Roadway>,
+    /// Seeds to run: a number, `1..10`, or a list; 1 if not given.
+    #[serde(default)]
+    pub seeds: Seeds,
+    /// Recording rates.
+    #[serde(default)]
+    pub record: Record,
+    /// Bounds to hold (checked by `monorig test`).
+    #[serde(default)]
+    pub expect: Vec<Expectation>,
+    /// Figures that others have published for this set-up (shown by `monorig compare`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub published: Vec<Published>,
+}
+
+/// Load on the hook.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// kg; none = what the load's URDF says.
+    pub mass_kg: Option<NonNegative>,
+}
+
+/// Where and how the train starts.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Chainage of the train's front, m; none = so that the whole train is on the track with 1 m to spare.
+    #[serde(default)]
+    pub chainage_m: Option<NonNegative>,
+    /// Speed, m/s.
+    #[serde(default = "zero")]
+    pub speed_mps: Finite,
+}
+
+/// When the run ends, whichever comes first; at least one is needed.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    /// s.
+    pub after_s: Option<Positive>,
+    /// Chainage of the train's front, m. A train that has not come there after `after_s`, or after
+    /// [`Stop::PATIENCE_S`] if that is not given, has not finished.
+    pub at_m: Option<Positive>,
+}
+
+impl ScenarioFile {
+    /// What moves: the plant asked for, else that of a car, or rapier.
+    pub fn plant(&self) -> PlantKind {
+        self.physics.plant.unwrap_or(match self.car {
+            Some(_) => PlantKind::Road,
+            None => PlantKind::Rapier,
+        })
+    }
+}
+
+impl Stop {
+    /// How long a run without `after_s` may take, s of simulated time.
+    pub const PATIENCE_S: f64 = 3600.0;
+
+    /// The run does not go on beyond this time, s.
+    pub fn time_limit_s(&self) -> f64 {
+        self.after_s.map_or(Self::PATIENCE_S, Positive::get)
+    }
+}
+
+fn zero() -> Finite {
+    Finite::ZERO
+}
+
+/// Physics step and plant.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Physics {
+    /// Step, ms.
+    pub dt_ms: Positive,
+    /// Which plant moves the train; a car has its own. Filled in when the scenario is loaded.
+    pub plant: Option<PlantKind>,
+    /// m/s².
+    pub gravity_mps2: Positive,
+}
+
+/// Which plant moves train or car.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlantKind {
+    /// Rigid bodies in rapier.
+    Rapier,
+    /// A point on the rail.
+    PointMass,
+    /// A car on a road.
+    Road,
+}
+
+/// Drive cycle and controller.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveCycle {
+    /// Speed reference: points by time (`at_s`) or by chainage of the front (`at_m`), linear in between (time) or held
+    /// (chainage, approached within `accel_mps2`).
+    pub speed: Vec<SpeedPoint>,
+    /// The speed reference, by time, starts over every so many seconds; none = once.
+    #[serde(default)]
+    pub every_s: Option<Positive>,
+    /// Limit on the change of the reference, m/s².
+    #[serde(default)]
+    pub accel_mps2: Option<Positive>,
+    /// The controller.
+    #[serde(default)]
+    pub controller: Pi,
+}
+
+/// A point of the speed reference; exactly one of `at_s` and `at_m`.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedPoint {
+    /// s.
+    pub at_s: Option<NonNegative>,
+    /// m.
+    pub at_m: Option<NonNegative>,
+    /// m/s.
+    pub mps: Finite,
+}
+
+/// PI speed control.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Pi {
+    /// 1/s: acceleration asked per m/s of speed error.
+    pub kp: NonNegative,
+    /// 1/s².
+    pub ki: NonNegative,
+    /// Where slope and mass of the feed-forward come from.
+    pub feedforward: FeedForward,
+    /// Factor on the slope's part of the feed-forward: 1 is right, -1 is a wrong sign. A fault to inject.
+    pub feedforward_grade_gain: Finite,
+    /// Hold the train with the brake when the reference is zero and the train stands.
+    pub hold: bool,
+}
+
+/// Where slope and mass of the feed-forward come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedForward {
+    /// None.
+    None,
+    /// The truth (an upper limit, not a real controller).
+    Truth,
+    /// The estimator in the loop.
+    Estimate,
+}
+
+/// What the estimators are told, where it differs from the train's nominal values.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "VehicleBelief")] // the name in the JSON schema
+pub struct NominalVehicle {
+    /// kg.
+    pub tare_kg: Option<Positive>,
+    /// First guess of the total mass, kg.
+    pub total_mass_guess_kg: Option<Positive>,
+    /// Running-resistance coefficient.
+    pub running_resistance: Option<NonNegative>,
+    /// m.
+    pub wheel_radius_m: Option<Positive>,
+}
+
+/// A box beside the rail.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Chainage of its middle, m.
+    pub at_m: NonNegative,
+    /// Offset of its middle to the left, m.
+    pub left_m: Finite,
+    /// Offset of its middle upwards, m.
+    pub up_m: Finite,
+    /// Edge lengths along the rail, across, up, m.
+    pub size_m: [Positive; 3],
+}
+
+/// A rectangular roadway that follows the rail.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Roadway {
+    /// Clear width, the rail in the middle, m.
+    pub width_m: Positive,
+    /// Height of the walls above the rail's line, m.
+    pub above_m: NonNegative,
+    /// Depth of the floor below the rail's line, m.
+    pub below_m: Positive,
+}
+
+/// Recording rates.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Record {
+    /// Channels, Hz.
+    pub rate_hz: Positive,
+    /// Poses, Hz.
+    pub pose_rate_hz: Positive,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            chainage_m: None,
+            speed_mps: Finite::ZERO,
+        }
+    }
+}
+
+impl Default for Physics {
+    fn default() -> Self {
+        Self {
+            dt_ms: Positive::new(2.0),
+            plant: None,
+            gravity_mps2: Positive::new(9.81),
+        }
+    }
+}
+
+impl Default for Pi {
+    fn default() -> Self {
+        Self {
+            kp: NonNegative::new(1.5),
+            ki: NonNegative::new(0.5),
+            feedforward: FeedForward::None,
+            feedforward_grade_gain: Finite::new(1.0),
+            hold: true,
+        }
+    }
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self {
+            rate_hz: Positive::new(50.0),
+            pose_rate_hz: Positive::new(25.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,426 @@
+//! What a scenario must keep to beyond the type of each value.
+
+use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
+use crate::config::checked::{NonNegative, Positive};
+
+/// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
+const MAX_STEPS: f64 = 1e9;
+
+/// Where a scenario is wrong, and what would be right.
+#[derive(Debug)]
+pub(super) struct Wrong {
+    pub key: String,
+    pub message: String,
+    pub help: String,
+}
+
+fn wrong<T>(
+    key: impl Into<String>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Result<T, Wrong> {
+    Err(Wrong {
+        key: key.into(),
+        message: message.into(),
+        help: help.into(),
+    })
+}
+
+/// Check a scenario file by itself.
+pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
+    if file.why.trim().is_empty() {
+        return wrong(
+            "why",
+            "a scenario says why it exists",
+            "write a sentence: what it shows, and whose experiment it is",
+        );
+    }
+    vehicle(file)?;
+    stop(file)?;
+    rates(file)?;
+    speed(&file.drive.speed)?;
+    again(&file.drive)?;
+    in_loop(file)?;
+    for (i, event) in file.events.iter().enumerate() {
+        happens(event, file).map_err(|mut w| {
+            w.key = format!("events[{i}].{}", w.key);
+            w
+        })?;
+    }
+    expectations(file)
+}
+
+/// A train or a car, and nothing asked of a car that only a train has.
+fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
+    let car = match (&file.train, &file.car) {
+        (Some(_), Some(_)) => {
+            return wrong(
+                "car",
+                "this scenario has a train and a car",
+                "keep one of them",
+            );
+        }
+        (None, None) => {
+            return wrong(
+                "train",
+                "nothing runs in this scenario",
+                "`train: ../assets/trains/….yaml`, or `car: ../assets/road/….yaml` on a road",
+            );
+        }
+        (_, car) => car.is_some(),
+    };
+    match (car, file.plant()) {
+        (true, PlantKind::Road) => {}
+        (false, PlantKind::Road) => {
+            return wrong(
+                "physics.plant",
+                "this plant moves cars, not trains",
+                "`rapier` or `point-mass`",
+            );
+        }
+        (true, _) => {
+            return wrong(
+                "physics.plant",
+                "this plant moves trains, not cars",
+                "leave it out: a car has its own",
+            );
+        }
+        (false, _) => {}
+    }
+    if !car {
+        return Ok(());
+    }
+    let backwards = |v: f64| v < 0.0;
+    if backwards(file.start.speed_mps.get()) {
+        return wrong(
+            "start.speed_mps",
+            "the driver of a car does not steer backwards",
+            "0 or above",
+        );
+    }
+    if let Some(i) = file.drive.speed.iter().position(|p| backwards(p.mps.get())) {
+        return wrong(
+            format!("drive.speed[{i}].mps"),
+            "the driver of a car does not steer backwards",
+            "0 or above",
+        );
+    }
+    for (key, given) in [
+        ("load.mass_kg", file.load.mass_kg.is_some()),
+        ("surroundings", !file.surroundings.is_empty()),
+        ("roadway", file.roadway.is_some()),
+    ] {
+        if given {
+            return wrong(
+                key,
+                "this is for trains; a car has no such thing",
+                "leave it out",
+            );
+        }
+    }
+    for (i, event) in file.events.iter().enumerate() {
+        let key = match event {
+            Event::LoadMass { .. } => "load_mass_kg",
+            Event::ClampPressure { .. } => "clamp_mpa",
+            _ => continue,
+        };
+        return wrong(
+            format!("events[{i}].{key}"),
+            "this happens to trains; a car has no such thing",
+            "leave the event out",
+        );
+    }
+    Ok(())
+}
+
+fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
+    let stop = &file.stop;
+    if stop.after_s.is_none() && stop.at_m.is_none() {
+        return wrong(
+            "stop",
+            "nothing ends this run",
+            "write `after_s` (seconds), `at_m` (chainage of the train's front), or both",
+        );
+    }
+    let steps = stop.time_limit_s() / (file.physics.dt_ms.get() * 1e-3);
+    if steps > MAX_STEPS {
+        return wrong(
+            "stop.after_s",
+            format!("{steps:e} physics steps are more than anyone waits for"),
+            format!(
+                "at steps of {} ms, write at most {} s",
+                file.physics.dt_ms.get(),
+                MAX_STEPS * file.physics.dt_ms.get() * 1e-3
+            ),
+        );
+    }
+    if let (Some(start), Some(end)) = (file.start.chainage_m, stop.at_m)
+        && file.start.speed_mps.get() >= 0.0
+        && file.drive.speed.iter().all(|p| p.mps.get() >= 0.0)
+        && end.get() <= start.get()
+    {
+        return wrong(
+            "stop.at_m",
+            format!("the train starts at {} m, beyond this already", start.get()),
+            "write a chainage ahead of `start.chainage_m`",
+        );
+    }
+    Ok(())
+}
+
+/// Nothing is recorded more often than it is computed.
+fn rates(file: &ScenarioFile) -> Result<(), Wrong> {
+    let most = 1e3 / file.physics.dt_ms.get();
+    for (key, rate) in [
+        ("record.rate_hz", file.record.rate_hz),
+        ("record.pose_rate_hz", file.record.pose_rate_hz),
+    ] {
+        if rate.get() > most * (1.0 + 1e-9) {
+            return wrong(
+                key,
+                format!(
+                    "{} Hz is more often than physics steps ({} ms)",
+                    rate.get(),
+                    file.physics.dt_ms.get()
+                ),
+                format!("write at most {most}"),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// The speed reference: all points by time or all by chainage, in order.
+fn speed(points: &[SpeedPoint]) -> Result<(), Wrong> {
+    let Some(first) = points.first() else {
+        return wrong(
+            "drive.speed",
+            "the speed reference has no point",
+            "write for example [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}]",
+        );
+    };
+    let mut before = None;
+    for (i, point) in points.iter().enumerate() {
+        let key = format!("drive.speed[{i}]");
+        let at = match (point.at_s, point.at_m) {
+            (Some(at), None) | (None, Some(at)) => at.get(),
+            (Some(_), Some(_)) => {
+                return wrong(
+                    key,
+                    "this point has both `at_s` and `at_m`",
+                    "keep one of them",
+                );
+            }
+            (None, None) => {
+                return wrong(
+                    key,
+                    "this point does not say where it is",
+                    "write `at_s` (time) or `at_m` (chainage of the train's front)",
+                );
+            }
+        };
+        if point.at_s.is_some() != first.at_s.is_some() {
+            return wrong(
+                key,
+                "the points mix `at_s` and `at_m`",
+                "give all points by time or all by chainage",
+            );
+        }
+        if let Some(before) = before
+            && at <= before
+        {
+            return wrong(
+                key,
+                format!("{at} comes after {before} in the list"),
+                "sort the points; no two at the same place",
+            );
+        }
+        before = Some(at);
+    }
+    Ok(())
+}
+
+/// A cycle that starts over ends as it began, within its period.
+fn again(drive: &DriveCycle) -> Result<(), Wrong> {
+    let (Some(every_s), Some(first), Some(last)) =
+        (drive.every_s, drive.speed.first(), drive.speed.last())
+    else {
+        return Ok(());
+    };
+    let Some(end_s) = last.at_s else {
+        return wrong(
+            "drive.every_s",
+            "a speed reference by chainage cannot start over",
+            "give the points by time (`at_s`), or remove `every_s`",
+        );
+    };
+    if end_s.get() > every_s.get() {
+        return wrong(
+            "drive.every_s",
+            format!(
+                "the last point of the speed reference is at {} s, later",
+                end_s.get()
+            ),
+            "write a period that holds all points",
+        );
+    }
+    if first.mps.get() != last.mps.get() {
+        return wrong(
+            "drive.every_s",
+            format!(
+                "the cycle ends with {} m/s and starts over with {} m/s",
+                last.mps.get(),
+                first.mps.get()
+            ),
+            "let the last point have the speed of the first",
+        );
+    }
+    Ok(())
+}
+
+fn in_loop(file: &ScenarioFile) -> Result<(), Wrong> {
+    match &file.in_loop {
+        Some(name) if !file.estimators.contains_key(name) => {
+            let listed: Vec<&str> = file.estimators.keys().map(String::as_str).collect();
+            wrong(
+                "in_loop",
+                format!("`{name}` is not among this scenario's estimators"),
+                match listed[..] {
+                    [] => format!("add it: `estimators: {{{name}: {{}}}}`"),
+                    _ => format!("one of: {}", listed.join(", ")),
+                },
+            )
+        }
+        None if file.drive.controller.feedforward == FeedForward::Estimate => wrong(
+            "drive.controller.feedforward",
+            "there is no estimator in the loop to take the estimate from",
+            "add `in_loop:` with the name of an estimator, or write `none` or `truth`",
+        ),
+        _ => Ok(()),
+    }
+}
+
+fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
+    let end_s = file.stop.time_limit_s();
+    let step_s = file.physics.dt_ms.get() * 1e-3;
+    let in_time = |key: &str, at: NonNegative| {
+        if at.get() >= end_s {
+            wrong(
+                key,
+                format!("the run ends at {end_s} s, so this never happens"),
+                "write an earlier time, or let the run last longer",
+            )
+        } else {
+            Ok(())
+        }
+    };
+    let in_order = |key: &str, from: f64, to: f64| {
+        if to <= from {
+            wrong(
+                key,
+                format!("this ends at {to}, before it starts at {from}"),
+                "write the end after the start",
+            )
+        } else {
+            Ok(())
+        }
+    };
+    match event {
+        Event::LoadMass { at_s, every_s, .. }
+        | Event::ClampPressure { at_s, every_s, .. }
+        | Event::Brake { at_s, every_s, .. } => {
+            in_time("at_s", *at_s)?;
+            match every_s {
+                Some(every_s) if every_s.get() < step_s => wrong(
+                    "every_s",
+                    format!("{} s is shorter than a physics step", every_s.get()),
+                    "write the time from one such event to the next, in seconds",
+                ),
+                _ => Ok(()),
+            }
+        }
+        Event::Adhesion { from_m, to_m, .. } => in_order("to_m", from_m.get(), to_m.get()),
+        Event::SensorFault {
+            from_s,
+            to_s,
+            fault,
+            size,
+            ..
+        } => {
+            in_time("from_s", *from_s)?;
+            if let Some(to_s) = to_s {
+                in_order("to_s", from_s.get(), to_s.get())?;
+            }
+            match (fault.needs_size(), size) {
+                (true, None) => wrong(
+                    "fault",
+                    "this fault needs a `size`",
+                    "drift: units per second; scale: factor; spikes: units",
+                ),
+                (false, Some(_)) => wrong("size", "this fault has no size", "remove `size`"),
+                _ => Ok(()),
+            }
+        }
+    }
+}
+
+fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
+    let end_s = file.stop.time_limit_s();
+    for (i, e) in file.expect.iter().enumerate() {
+        let key = format!("expect[{i}]");
+        if let Some(name) = &e.estimator
+            && !file.estimators.contains_key(name)
+        {
+            let listed: Vec<&str> = file.estimators.keys().map(String::as_str).collect();
+            return wrong(
+                format!("{key}.estimator"),
+                format!("`{name}` is not among this scenario's estimators"),
+                match listed[..] {
+                    [] => "add it under `estimators:`".to_owned(),
+                    _ => format!("one of: {}", listed.join(", ")),
+                },
+            );
+        }
+        match (e.at_least, e.at_most) {
+            (None, None) => {
+                return wrong(
+                    key,
+                    "this expectation bounds nothing, so it cannot fail",
+                    "add `at_most`, `at_least`, or both",
+                );
+            }
+            (Some(least), Some(most)) if least > most => {
+                return wrong(
+                    key,
+                    format!(
+                        "nothing is at least {} and at most {}",
+                        least.get(),
+                        most.get()
+                    ),
+                    "swap the two bounds",
+                );
+            }
+            _ => {}
+        }
+        let after_s = e.after_s.map_or(0.0, NonNegative::get);
+        let until_s = e.until_s.map_or(end_s, Positive::get);
+        if after_s >= until_s.min(end_s) {
+            return wrong(
+                format!("{key}.after_s"),
+                format!(
+                    "nothing is left to measure between {after_s} s and {} s",
+                    until_s.min(end_s)
+                ),
+                "write an earlier time",
+            );
+        }
+        if e.quantile.is_some_and(|q| q.get() == 0.0) {
+            return wrong(
+                format!("{key}.quantile"),
+                "a bound that no run has to hold cannot fail",
+                "write a share above 0, such as 0.5",
+            );
+        }
+    }
+    Ok(())
+}

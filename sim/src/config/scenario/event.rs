@@ -1,0 +1,304 @@
+//! Things that happen during a run. Which keys an event has says what it is.
+
+use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+
+/// Something that happens; which keys are given says what.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged, deny_unknown_fields)]
+pub enum Event {
+    /// The load changes.
+    LoadMass {
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// kg.
+        load_mass_kg: NonNegative,
+    },
+    /// The rail is slippery.
+    Adhesion {
+        /// m.
+        from_m: NonNegative,
+        /// m.
+        to_m: Positive,
+        /// Coefficient.
+        adhesion: NonNegative,
+    },
+    /// A sensor fails.
+    SensorFault {
+        /// s.
+        from_s: NonNegative,
+        /// s; none = to the end.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        to_s: Option<Positive>,
+        /// Sensor name.
+        sensor: String,
+        /// What fails.
+        fault: Fault,
+        /// Size of the fault, in the unit it needs.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        size: Option<Finite>,
+    },
+    /// The clamp pressure is commanded or lost.
+    ClampPressure {
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// MPa.
+        clamp_mpa: NonNegative,
+    },
+    /// Emergency brake.
+    Brake {
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// Share of the brake force, 0 releases.
+        brake: Fraction,
+    },
+}
+
+/// What can fail on a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// No samples.
+    Off,
+    /// The last value again and again.
+    Stuck,
+    /// Bias that grows, `size` units per second.
+    Drift,
+    /// Values multiplied by `size`.
+    Scale,
+    /// Rare outliers of `size` units.
+    Spikes,
+}
+
+impl Fault {
+    /// Whether the fault means something only with a `size`.
+    pub fn needs_size(self) -> bool {
+        matches!(self, Fault::Drift | Fault::Scale | Fault::Spikes)
+    }
+}
+
+/// Every key an event can have.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EventKeys {
+    at_s: Option<NonNegative>,
+    every_s: Option<Positive>,
+    from_s: Option<NonNegative>,
+    to_s: Option<Positive>,
+    from_m: Option<NonNegative>,
+    to_m: Option<Positive>,
+    load_mass_kg: Option<NonNegative>,
+    adhesion: Option<NonNegative>,
+    sensor: Option<String>,
+    fault: Option<Fault>,
+    size: Option<Finite>,
+    clamp_mpa: Option<NonNegative>,
+    brake: Option<Fraction>,
+}
+
+impl EventKeys {
+    fn given(&self) -> Vec<&'static str> {
+        [
+            ("at_s", self.at_s.is_some()),
+            ("every_s", self.every_s.is_some()),
+            ("from_s", self.from_s.is_some()),
+            ("to_s", self.to_s.is_some()),
+            ("from_m", self.from_m.is_some()),
+            ("to_m", self.to_m.is_some()),
+            ("load_mass_kg", self.load_mass_kg.is_some()),
+            ("adhesion", self.adhesion.is_some()),
+            ("sensor", self.sensor.is_some()),
+            ("fault", self.fault.is_some()),
+            ("size", self.size.is_some()),
+            ("clamp_mpa", self.clamp_mpa.is_some()),
+            ("brake", self.brake.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(key, given)| given.then_some(key))
+        .collect()
+    }
+}
+
+/// A kind of event: the key that tells it, the keys it needs, those it may have, and an example.
+struct Kind(
+    &'static str,
+    &'static [&'static str],
+    &'static [&'static str],
+    &'static str,
+);
+
+const KINDS: [Kind; 5] = [
+    Kind(
+        "load_mass_kg",
+        &["at_s", "load_mass_kg"],
+        &["every_s"],
+        "{at_s: 30, load_mass_kg: 10000}",
+    ),
+    Kind(
+        "adhesion",
+        &["from_m", "to_m", "adhesion"],
+        &[],
+        "{from_m: 80, to_m: 95, adhesion: 0.12}",
+    ),
+    Kind(
+        "fault",
+        &["from_s", "sensor", "fault"],
+        &["to_s", "size"],
+        "{from_s: 40, to_s: 43, sensor: imu, fault: stuck}",
+    ),
+    Kind(
+        "clamp_mpa",
+        &["at_s", "clamp_mpa"],
+        &["every_s"],
+        "{at_s: 20, clamp_mpa: 6}",
+    ),
+    Kind(
+        "brake",
+        &["at_s", "brake"],
+        &["every_s"],
+        "{at_s: 50, brake: 1}",
+    ),
+];
+
+/// The kind the given keys tell, or what is wrong with them.
+fn kind(given: &[&str]) -> Result<&'static Kind, String> {
+    let told: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
+    let kind = match told[..] {
+        [one] => one,
+        [] => {
+            let examples: Vec<_> = KINDS.iter().map(|k| k.3).collect();
+            return Err(format!(
+                "this event does not say what happens; write one of {}",
+                examples.join(", ")
+            ));
+        }
+        [a, b, ..] => {
+            return Err(format!(
+                "`{}` and `{}` are two events; write them as two list items",
+                a.0, b.0
+            ));
+        }
+    };
+    if let Some(missing) = kind.1.iter().find(|key| !given.contains(key)) {
+        return Err(format!(
+            "this `{}` event lacks the key `{missing}`; write it like {}",
+            kind.0, kind.3
+        ));
+    }
+    if let Some(extra) = given
+        .iter()
+        .find(|key| !kind.1.contains(key) && !kind.2.contains(key))
+    {
+        return Err(format!(
+            "`{extra}` means nothing in a `{}` event; write it like {}",
+            kind.0, kind.3
+        ));
+    }
+    Ok(kind)
+}
+
+impl<'de> Deserialize<'de> for Event {
+    fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
+        let keys = EventKeys::deserialize(de)?;
+        kind(&keys.given()).map_err(D::Error::custom)?;
+        match keys {
+            EventKeys {
+                at_s: Some(at_s),
+                every_s,
+                load_mass_kg: Some(load_mass_kg),
+                ..
+            } => Ok(Event::LoadMass {
+                at_s,
+                every_s,
+                load_mass_kg,
+            }),
+            EventKeys {
+                from_m: Some(from_m),
+                to_m: Some(to_m),
+                adhesion: Some(adhesion),
+                ..
+            } => Ok(Event::Adhesion {
+                from_m,
+                to_m,
+                adhesion,
+            }),
+            EventKeys {
+                from_s: Some(from_s),
+                to_s,
+                sensor: Some(sensor),
+                fault: Some(fault),
+                size,
+                ..
+            } => Ok(Event::SensorFault {
+                from_s,
+                to_s,
+                sensor,
+                fault,
+                size,
+            }),
+            EventKeys {
+                at_s: Some(at_s),
+                every_s,
+                clamp_mpa: Some(clamp_mpa),
+                ..
+            } => Ok(Event::ClampPressure {
+                at_s,
+                every_s,
+                clamp_mpa,
+            }),
+            EventKeys {
+                at_s: Some(at_s),
+                every_s,
+                brake: Some(brake),
+                ..
+            } => Ok(Event::Brake {
+                at_s,
+                every_s,
+                brake,
+            }),
+            _ => Err(D::Error::custom("this event does not say what happens")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_example_is_an_event_and_comes_back_from_its_json() {
+        for Kind(name, .., example) in &KINDS {
+            let event: Event =
+                serde_yaml::from_str(example).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let json = serde_json::to_string(&event).unwrap();
+            assert_eq!(serde_json::from_str::<Event>(&json).unwrap(), event);
+            assert!(json.contains(name), "{json}");
+        }
+    }
+
+    #[test]
+    fn an_event_short_of_any_key_it_needs_is_refused_by_that_key() {
+        for Kind(name, needs, may, _) in &KINDS {
+            for absent in *needs {
+                let given: Vec<&str> = needs
+                    .iter()
+                    .chain(*may)
+                    .filter(|k| k != &absent)
+                    .copied()
+                    .collect();
+                let wrong = kind(&given).err().unwrap();
+                assert!(wrong.contains(absent) || absent == name, "{wrong}");
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! From a file name to a scenario ready to run.
+
+use super::{ParameterFile, ScenarioFile, check};
+use crate::config::file::{Document, Sets, input_error, nearest};
+use crate::error::Error;
+use monorig_estimators::api::params::Setting;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A checked scenario and where its files are. As JSON (for the manifest) it holds what decides the result, and no
+/// paths of this machine.
+#[derive(Clone, Debug, Serialize)]
+pub struct Scenario {
+    /// File name without its ending.
+    pub name: String,
+    /// What the file says, with `--set` applied and defaults filled in.
+    #[serde(flatten)]
+    pub file: ScenarioFile,
+    /// The track file, found from the scenario's folder.
+    #[serde(skip)]
+    pub track: PathBuf,
+    /// The train or car file, found from the scenario's folder.
+    #[serde(skip)]
+    pub vehicle: PathBuf,
+    /// The sensor data sheet, found from the scenario's folder.
+    #[serde(skip)]
+    pub sensors: PathBuf,
+    /// Parameter files that estimators take their parameters from.
+    #[serde(skip)]
+    included: BTreeMap<String, PathBuf>,
+    /// Changes to the files it names: what `--set` changed there is in no file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    changed: Vec<(String, String)>,
+    #[serde(skip)]
+    sets: Sets,
+    #[serde(skip)]
+    document: Document,
+}
+
+/// The keys under which a scenario names files that `--set` reaches into.
+const FILES: &[&str] = &["track", "train", "car", "sensors"];
+
+impl Scenario {
+    /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
+    /// into the file that the scenario names under `track`. The files it names must be there; what is in them is checked by those who read them.
+    pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        let mut document = Document::read(path)?;
+        let sets = Sets::new(overrides);
+        document.apply(&sets.own(FILES))?;
+        let mut file: ScenarioFile = document.parse()?;
+        if let Err(wrong) = check::check(&file) {
+            return Err(document.error(wrong.key, wrong.message, wrong.help));
+        }
+        file.physics.plant = Some(file.plant());
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let find = |key: &str, name: &str| -> Result<PathBuf, Error> {
+            let found = folder.join(name);
+            match crate::config::file::exists(&found) {
+                Ok(()) => Ok(found),
+                Err((message, help)) => Err(document.error(key, message, help)),
+            }
+        };
+        let mut included = BTreeMap::new();
+        for (name, settings) in &mut file.estimators {
+            let Some(from) = &settings.from else { continue };
+            let key = format!("estimators.{name}.from");
+            let found = find(&key, from)?;
+            let parameters = ParameterFile::read(&found)?;
+            if parameters.estimator != *name {
+                return Err(document.error(
+                    key,
+                    format!("this file has parameters of `{}`", parameters.estimator),
+                    format!("name a parameter file of `{name}`"),
+                ));
+            }
+            settings.include(&parameters);
+            included.insert(name.clone(), found);
+        }
+        let track = find("track", &file.track)?;
+        // one of the two is there, as checked
+        let vehicle = match &file.car {
+            Some(car) => find("car", car)?,
+            None => find("train", file.train.as_deref().unwrap_or_default())?,
+        };
+        Ok(Self {
+            name: path
+                .file_stem()
+                .map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            track,
+            vehicle,
+            sensors: find("sensors", &file.sensors)?,
+            file,
+            included,
+            changed: FILES
+                .iter()
+                .flat_map(|key| {
+                    let of = sets.of(key);
+                    let full = of.iter().map(|(p, v)| (format!("{key}.{p}"), v.clone()));
+                    full.collect::<Vec<_>>()
+                })
+                .collect(),
+            sets,
+            document,
+        })
+    }
+
+    /// The changes to the file that the scenario names under `key`.
+    pub fn sets(&self, key: &str) -> Sets {
+        self.sets.of(key)
+    }
+
+    /// The seeds to run.
+    pub fn seeds(&self) -> &[u64] {
+        self.file.seeds.as_slice()
+    }
+
+    /// The scenario file.
+    pub fn path(&self) -> &Path {
+        self.document.path()
+    }
+
+    /// An error at a key of the scenario found later, when its train, track and sensors meet.
+    pub fn error(
+        &self,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        self.document.error(key, message, help)
+    }
+
+    /// Check the names and parameters of the estimators against those there are: `names` of all estimators, `keys` of
+    /// one of them, and whether it would `accept` a value for a key (the error says what it would).
+    pub fn check_estimators(
+        &self,
+        names: &[&str],
+        keys: &dyn Fn(&str) -> Vec<&'static str>,
+        accept: &dyn Fn(&str, &str, Setting) -> Result<(), String>,
+    ) -> Result<(), Error> {
+        for (name, parameters) in &self.file.estimators {
+            let at = format!("estimators.{name}");
+            if !names.contains(&name.as_str()) {
+                return Err(self.error(
+                    at,
+                    format!("there is no estimator `{name}`"),
+                    suggestion(name, names, "known estimators"),
+                ));
+            }
+            let known = keys(name);
+            for (key, value) in &parameters.values {
+                let wrong = |message: String, help: String| match self.included.get(name) {
+                    Some(file) if parameters.inherits(key) => {
+                        input_error(file, format!("parameters.{key}"), message, help)
+                    }
+                    _ => self.error(format!("{at}.{key}"), message, help),
+                };
+                if !known.contains(&key.as_str()) {
+                    return Err(wrong(
+                        format!("{name} has no parameter `{key}`"),
+                        suggestion(key, &known, "its parameters"),
+                    ));
+                }
+                accept(name, key, value.setting()).map_err(|message| {
+                    wrong(
+                        message,
+                        format!("see the parameters of {name} in the scenario reference"),
+                    )
+                })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn suggestion(word: &str, known: &[&str], title: &str) -> String {
+    let list = format!("{title}: {}", known.join(", "));
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list,
+    }
+}

@@ -1,0 +1,230 @@
+//! Parameters of an estimator: in a scenario, and in a file of their own that scenarios include.
+
+use crate::config::checked::{Finite, Version1};
+use crate::config::file::{input_error, read_yaml};
+use crate::error::Error;
+use monorig_estimators::api::params::Setting;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+
+/// The value of a parameter: a number, `true` or `false`, or a word.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ParameterValue {
+    /// A number.
+    Number(Finite),
+    /// Yes or no.
+    Flag(bool),
+    /// One word of several.
+    Choice(String),
+}
+
+impl ParameterValue {
+    /// As the estimators take it.
+    pub fn setting(&self) -> Setting<'_> {
+        match self {
+            Self::Number(number) => Setting::Number(number.get()),
+            Self::Flag(flag) => Setting::Flag(*flag),
+            Self::Choice(word) => Setting::Choice(word),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for ParameterValue {
+    fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
+        struct Value;
+        impl Visitor<'_> for Value {
+            type Value = ParameterValue;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, true or false, or a word")
+            }
+            fn visit_bool<E: serde::de::Error>(self, flag: bool) -> Result<Self::Value, E> {
+                Ok(ParameterValue::Flag(flag))
+            }
+            fn visit_f64<E: serde::de::Error>(self, x: f64) -> Result<Self::Value, E> {
+                let number = Finite::try_from(x).map_err(E::custom)?;
+                Ok(ParameterValue::Number(number))
+            }
+            fn visit_i64<E: serde::de::Error>(self, x: i64) -> Result<Self::Value, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_u64<E: serde::de::Error>(self, x: u64) -> Result<Self::Value, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+                Ok(ParameterValue::Choice(word.to_owned()))
+            }
+        }
+        de.deserialize_any(Value)
+    }
+}
+
+impl JsonSchema for ParameterValue {
+    fn schema_name() -> Cow<'static, str> {
+        "ParameterValue".into()
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "number", "minimum": -1e12, "maximum": 1e12 }, { "type": "boolean" }, { "type": "string" }] })
+    }
+}
+
+/// Parameters of one estimator of a scenario: those of the file named `from`, if any, with the others in their place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Parameter file, relative to the scenario.
+    pub from: Option<String>,
+    /// Parameters by name; once the scenario is loaded, those of the file too.
+    pub values: BTreeMap<String, ParameterValue>,
+    /// Which of them are the file's.
+    inherited: BTreeSet<String>,
+}
+
+impl Settings {
+    /// These values, and no file.
+    pub fn new(values: BTreeMap<String, ParameterValue>) -> Self {
+        Self {
+            values,
+            ..Self::default()
+        }
+    }
+
+    /// Whether a parameter comes from the file.
+    pub(super) fn inherits(&self, key: &str) -> bool {
+        self.inherited.contains(key)
+    }
+
+    /// Take what the scenario itself does not say from a parameter file.
+    pub(super) fn include(&mut self, file: &ParameterFile) {
+        for (key, value) in &file.parameters {
+            if !self.values.contains_key(key) {
+                self.values.insert(key.clone(), value.clone());
+                self.inherited.insert(key.clone());
+            }
+        }
+    }
+}
+
+/// A parameter file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// What these values are good for.
+    pub why: String,
+    /// The estimator they are for.
+    pub estimator: String,
+    /// Parameters by name.
+    pub parameters: BTreeMap<String, ParameterValue>,
+    /// Where they come from, when `monorig tune` has found them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+}
+
+/// How parameters were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Name of the study.
+    pub study: String,
+    /// SHA-256 over the study, all its input files and the version of monorig.
+    pub study_hash: String,
+    /// Version of monorig.
+    pub monorig: String,
+    /// Optimiser.
+    pub optimiser: String,
+    /// Its seed.
+    pub seed: u64,
+    /// Trials made.
+    pub trials: usize,
+    /// Index of the winning trial.
+    pub trial: usize,
+    /// Loss over the tuning runs, the defaults' being 1.
+    pub tuning_loss: f64,
+    /// Loss over the validation runs, the defaults' being 1; none if it cannot be told.
+    pub validation_loss: Option<f64>,
+    /// What validation says against the defaults: `better`, `no difference` or `worse`.
+    pub verdict: String,
+}
+
+impl ParameterFile {
+    /// Read a parameter file. Whether the estimator has such parameters is checked by those who build it.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let file: Self = read_yaml(path)?;
+        if file.why.trim().is_empty() {
+            return Err(input_error(
+                path,
+                "why",
+                "a parameter file says what its values are good for",
+                "write a sentence",
+            ));
+        }
+        Ok(file)
+    }
+
+    /// As it stands in the file.
+    pub fn to_yaml(&self) -> String {
+        // Strings and finite numbers: nothing in here can fail to serialise.
+        serde_yaml::to_string(self).unwrap_or_default()
+    }
+}
+
+impl<'de> Deserialize<'de> for Settings {
+    fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
+        struct Entries;
+        impl<'de> Visitor<'de> for Entries {
+            type Value = Settings;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a mapping of parameters, such as {} or {lambda0: 0.98}")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Settings, A::Error> {
+                let mut settings = Settings::default();
+                while let Some(key) = map.next_key::<String>()? {
+                    if key == "from" {
+                        settings.from = Some(map.next_value()?);
+                    } else {
+                        settings.values.insert(key, map.next_value()?);
+                    }
+                }
+                Ok(settings)
+            }
+        }
+        de.deserialize_map(Entries)
+    }
+}
+
+impl Serialize for Settings {
+    fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
+        let mut map = ser.serialize_map(None)?;
+        if let Some(from) = &self.from {
+            map.serialize_entry("from", from)?;
+        }
+        for (key, value) in &self.values {
+            map.serialize_entry(key, value)?;
+        }
+        map.end()
+    }
+}
+
+impl JsonSchema for Settings {
+    fn schema_name() -> Cow<'static, str> {
+        "Settings".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Parameters by name; `from` names a parameter file, relative to the scenario, for those not given here.",
+            "type": "object",
+            "properties": { "from": { "type": "string" } },
+            "additionalProperties": { "anyOf": [{ "type": "number", "minimum": -1e12, "maximum": 1e12 }, { "type": "boolean" }, { "type": "string" }] }
+        })
+    }
+}

@@ -1,0 +1,19 @@
+//! Figures that others have published for a set-up: shown beside ours, never a bound by themselves.
+
+use crate::config::checked::Finite;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A published figure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// Where it stands, such as `Liu et al. 2023, table 1`.
+    pub source: String,
+    /// The estimator of ours that it belongs to.
+    pub estimator: String,
+    /// The metric of ours that it belongs to.
+    pub metric: String,
+    /// The figure, in the metric's unit.
+    pub value: Finite,
+}

@@ -1,0 +1,183 @@
+//! The data sheet of a vehicle's instruments: what the YAML says.
+//!
+//! Every instrument has three blocks: where it sits (`mount`, inertial instruments only), `sampling` (when values are
+//! taken and arrive) and `errors` (how they differ from the truth). A block left out means "none of it"; an instrument
+//! left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro), N·m (motor
+//! torque), m/s (wheel speed), MPa (clamp pressure), rad (steering angle).
+
+use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A sensor sheet file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SheetFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// Where the figures come from.
+    pub source: String,
+    /// Three-axis accelerometer, m/s².
+    #[serde(default)]
+    pub accelerometer: Option<InertialSensor>,
+    /// Three-axis gyro, rad/s.
+    #[serde(default)]
+    pub gyro: Option<InertialSensor>,
+    /// Torque at the motor shaft, one per drive unit, N·m.
+    #[serde(default)]
+    pub motor_torque: Option<PlainSensor>,
+    /// Circumferential speed of the friction wheels, one per drive unit, m/s.
+    #[serde(default)]
+    pub wheel_speed: Option<PlainSensor>,
+    /// Pressure in the clamp cylinder, one per drive unit, MPa.
+    #[serde(default)]
+    pub clamp_pressure: Option<PlainSensor>,
+    /// Angle of the front wheels of a car, rad.
+    #[serde(default)]
+    pub steering_angle: Option<PlainSensor>,
+}
+
+/// An instrument with three axes, bolted to a link.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InertialSensor {
+    /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
+    pub mount: String,
+    /// When values are taken and arrive.
+    pub sampling: Sampling,
+    /// How each axis differs from the truth.
+    #[serde(default)]
+    pub errors: Errors,
+    /// Known bias of x, y, z, unit; adds to `errors.bias`.
+    #[serde(default)]
+    pub axis_bias: Option<[Finite; 3]>,
+    /// Known rotation of the sensor's axes against the mount's: a rotation vector in mount axes, degrees.
+    #[serde(default)]
+    pub misalignment_deg: Option<[Finite; 3]>,
+    /// Standard deviation of a misalignment drawn once a run, each component of the rotation vector, degrees.
+    #[serde(default)]
+    pub misalignment_sd_deg: Option<NonNegative>,
+}
+
+/// An instrument with one reading, which sits where the vehicle has it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlainSensor {
+    /// When values are taken and arrive.
+    pub sampling: Sampling,
+    /// How values differ from the truth.
+    #[serde(default)]
+    pub errors: Errors,
+}
+
+/// When values are taken and when they arrive.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sampling {
+    /// Samples per second; at most one per physics step.
+    pub rate_hz: Positive,
+    /// Time from taking a value to handing it over, ms.
+    #[serde(default = "zero")]
+    pub latency_ms: NonNegative,
+    /// Standard deviation of the instant a value is taken about the instant stamped on it, ms.
+    #[serde(default = "zero")]
+    pub jitter_ms: NonNegative,
+    /// Probability that a sample is lost.
+    #[serde(default = "never")]
+    pub dropout: Fraction,
+}
+
+/// How values differ from the truth. `unit` is the instrument's SI unit; the order of effects is that of the signal path
+/// (see `error_model`).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Errors {
+    /// Corner frequency of a first-order low-pass, Hz.
+    pub bandwidth_hz: Option<Positive>,
+    /// Known relative error of scale: reads (1 + scale_error) × truth.
+    pub scale_error: Finite,
+    /// Standard deviation of a relative error of scale drawn once a run.
+    pub scale_error_sd: NonNegative,
+    /// Terminal-based linearity: largest deviation at mid-range as a share of full scale; needs `range`.
+    pub linearity: Fraction,
+    /// Known bias, unit.
+    pub bias: Finite,
+    /// Standard deviation of a bias drawn once a run (turn-on bias, zero drift), unit.
+    pub bias_sd: NonNegative,
+    /// Growth of a wandering bias, unit/√s.
+    pub bias_random_walk: NonNegative,
+    /// A bias that wanders within bounds.
+    pub gauss_markov: Option<Markov>,
+    /// Bias and scale error that come as the instrument warms up after it is switched on.
+    pub warm_up: Option<WarmUp>,
+    /// White noise per sample whatever the rate, unit.
+    pub noise_sd: NonNegative,
+    /// White noise per sample as share of the reading.
+    pub noise_sd_rel: NonNegative,
+    /// White noise as one-sided density, unit/√Hz: σ = density·√(rate/2).
+    pub noise_density: NonNegative,
+    /// White noise as random walk of its integral (angle, velocity random walk), unit·√s: σ = value·√rate.
+    pub random_walk_of_integral: NonNegative,
+    /// Step between two readings, unit.
+    pub quantisation: Option<Positive>,
+    /// Least and greatest reading, unit.
+    pub range: Option<[Finite; 2]>,
+}
+
+/// First-order Gauss–Markov process.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Markov {
+    /// Standard deviation, unit.
+    pub sd: NonNegative,
+    /// Correlation time, s.
+    pub time_s: Positive,
+}
+
+/// Temperature drift of an instrument switched on with the run: it warms up as 1 − exp(−t/time_s).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WarmUp {
+    /// Time constant, s.
+    pub time_s: Positive,
+    /// Bias when warm, unit.
+    #[serde(default = "none")]
+    pub bias: Finite,
+    /// Relative error of scale when warm.
+    #[serde(default = "none")]
+    pub scale_error: Finite,
+}
+
+fn none() -> Finite {
+    Finite::ZERO
+}
+
+fn zero() -> NonNegative {
+    NonNegative::new(0.0)
+}
+
+fn never() -> Fraction {
+    Fraction::new(0.0)
+}
+
+impl Default for Errors {
+    fn default() -> Self {
+        Self {
+            bandwidth_hz: None,
+            scale_error: Finite::ZERO,
+            scale_error_sd: zero(),
+            linearity: never(),
+            bias: Finite::ZERO,
+            bias_sd: zero(),
+            bias_random_walk: zero(),
+            gauss_markov: None,
+            warm_up: None,
+            noise_sd: zero(),
+            noise_sd_rel: zero(),
+            noise_density: zero(),
+            random_walk_of_integral: zero(),
+            quantisation: None,
+            range: None,
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! The track file: what can be written, and how it becomes two angles along the chainage.
+//!
+//! ```yaml
+//! version: 1
+//! name: up and round
+//! profile: ../rails/i140e.yaml
+//! horizontal:
+//!   - {kind: line, length_m: 30}
+//!   - {kind: arc, radius_m: 4, angle_deg: 90, easement_m: 2}   # + left
+//! vertical:
+//!   - {kind: grade, length_m: 20}                              # level: the first grade is 0 unless said
+//!   - {kind: transition, to_grade_deg: 8, length_m: 6}
+//! ```
+//!
+//! Both lists begin at chainage 0. When one ends before the other, the rail goes on straight (horizontal list) or at the
+//! grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail: dψ/ds = 1/R.
+
+pub mod elements;
+pub mod survey;
+
+use crate::config::checked::{Finite, Positive, Version1};
+use crate::config::file::input_error;
+use crate::error::Error;
+use crate::rail::alignment::{AlignmentBuilder, Angle};
+use crate::rail::joints::JointsFile;
+use elements::{Horizontal, Vertical};
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use survey::Survey;
+
+/// A track file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrackFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// Name.
+    pub name: String,
+    /// What the track is for, and where its figures come from.
+    #[serde(default)]
+    pub about: String,
+    /// Rail profile file, relative to this file; not for a road.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// Width of the lane, m: makes the track a road for a car.
+    #[serde(default)]
+    pub road_width_m: Option<Positive>,
+    /// Where the rail begins.
+    #[serde(default)]
+    pub start: TrackStart,
+    /// Horizontal alignment from chainage 0.
+    #[serde(default)]
+    pub horizontal: Vec<Horizontal>,
+    /// Vertical profile from chainage 0.
+    #[serde(default)]
+    pub vertical: Vec<Vertical>,
+    /// Surveyed points instead of `vertical`, and, if they have headings, instead of `horizontal`.
+    #[serde(default)]
+    pub survey: Option<Survey>,
+    /// Rail joints.
+    #[serde(default)]
+    pub joints: Option<JointsFile>,
+}
+
+/// Where the rail begins, in the world (z up).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Start")] // the name in the JSON schema
+pub struct TrackStart {
+    /// m.
+    pub x_m: Finite,
+    /// m.
+    pub y_m: Finite,
+    /// m.
+    pub z_m: Finite,
+    /// Heading, degrees, + left from the x axis.
+    pub heading_deg: Finite,
+}
+
+impl Default for TrackStart {
+    fn default() -> Self {
+        Self {
+            x_m: Finite::ZERO,
+            y_m: Finite::ZERO,
+            z_m: Finite::ZERO,
+            heading_deg: Finite::ZERO,
+        }
+    }
+}
+
+impl TrackStart {
+    pub(crate) fn position(&self) -> Vector3<f64> {
+        Vector3::new(self.x_m.get(), self.y_m.get(), self.z_m.get())
+    }
+}
+
+impl TrackFile {
+    /// Heading and grade along the chainage.
+    pub(crate) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
+        let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
+        let surveyed = match &self.survey {
+            Some(s) if self.vertical.is_empty() => Some(survey::read(s, file)?),
+            Some(_) => {
+                return bad(
+                    "vertical",
+                    "the survey gives the heights already",
+                    "either vertical or survey",
+                );
+            }
+            None => None,
+        };
+        let (surveyed_heading, surveyed_grade) =
+            surveyed.map_or((None, None), |(h, g)| (h, Some(g)));
+        if surveyed_heading.is_some()
+            && (!self.horizontal.is_empty() || self.start.heading_deg.get() != 0.0)
+        {
+            return bad(
+                "horizontal",
+                "the survey gives the headings already",
+                "either a heading_deg column in the survey, or horizontal and start.heading_deg",
+            );
+        }
+        if self.horizontal.is_empty() && self.vertical.is_empty() && self.survey.is_none() {
+            return bad(
+                "horizontal",
+                "the track has no elements",
+                "such as horizontal: [{kind: line, length_m: 100}]",
+            );
+        }
+        let heading = match surveyed_heading {
+            Some(h) => h,
+            None => {
+                let mut b = AlignmentBuilder::new(file, self.start.heading_deg.get().to_radians());
+                elements::horizontal(&self.horizontal, "horizontal", &mut b)?;
+                b.finish()
+            }
+        };
+        let grade = match surveyed_grade {
+            Some(g) => g,
+            None => {
+                let first = self
+                    .vertical
+                    .first()
+                    .and_then(|v| v.grade_deg)
+                    .map_or(0.0, Finite::get);
+                let mut b = AlignmentBuilder::new(file, first.to_radians());
+                elements::vertical(&self.vertical, "vertical", &mut b)?;
+                b.finish()
+            }
+        };
+        Ok((heading, grade))
+    }
+}

@@ -1,0 +1,168 @@
+//! Drive cycle: the speed reference by time or by chainage.
+
+use crate::config::scenario::DriveCycle;
+
+/// What the drive cycle asks for now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reference {
+    /// m/s.
+    pub speed_mps: f64,
+    /// m/s².
+    pub accel_mps2: f64,
+}
+
+/// Speed reference from a drive cycle: rate-limited interpolation of its points.
+#[derive(Clone, Debug)]
+pub struct Cycle {
+    points: Vec<(f64, f64)>,
+    by_time: bool,
+    every_s: Option<f64>,
+    accel: f64,
+    now: Reference,
+}
+
+/// Acceleration limit of the reference when the scenario gives none, m/s².
+const ACCEL: f64 = 0.3;
+
+impl Cycle {
+    /// A drive cycle from its checked form, starting at `speed`.
+    pub fn new(d: &DriveCycle, speed: f64) -> Self {
+        let by_time = d.speed.iter().all(|p| p.at_s.is_some());
+        let points = d
+            .speed
+            .iter()
+            .map(|p| (p.at_s.or(p.at_m).map_or(0.0, f64::from), p.mps.get()))
+            .collect();
+        let accel = d
+            .accel_mps2
+            .map_or(if by_time { f64::INFINITY } else { ACCEL }, f64::from);
+        Self {
+            points,
+            by_time,
+            every_s: d.every_s.map(f64::from),
+            accel,
+            now: Reference {
+                speed_mps: speed,
+                accel_mps2: 0.0,
+            },
+        }
+    }
+
+    /// The reference at time `t` (s) with the front at chainage `s` (m), `dt` after the last call.
+    pub fn at(&mut self, t: f64, s: f64, dt: f64) -> Reference {
+        let wish = if self.by_time {
+            self.interpolate(self.every_s.map_or(t, |period| libm::fmod(t, period)))
+        } else {
+            self.allowed(s)
+        };
+        let before = self.now.speed_mps;
+        let step = self.accel * dt;
+        let speed = if step.is_finite() {
+            before + (wish - before).clamp(-step, step)
+        } else {
+            wish
+        };
+        let accel = if dt > 0.0 { (speed - before) / dt } else { 0.0 };
+        self.now = Reference {
+            speed_mps: speed,
+            accel_mps2: accel,
+        };
+        self.now
+    }
+
+    fn interpolate(&self, t: f64) -> f64 {
+        let next = self.points.partition_point(|p| p.0 <= t);
+        match (
+            next.checked_sub(1).and_then(|i| self.points.get(i)),
+            self.points.get(next),
+        ) {
+            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
+            (Some(a), None) => a.1,
+            (None, Some(b)) => b.1,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// The speed set for chainage `s`, braked early enough for slower stretches ahead.
+    fn allowed(&self, s: f64) -> f64 {
+        let next = self.points.partition_point(|p| p.0 <= s);
+        let mut v = match next.checked_sub(1) {
+            Some(i) => self.points[i].1,
+            None => self.points.first().map_or(0.0, |p| p.1),
+        };
+        for p in &self.points[next..] {
+            let reach = libm::sqrt(p.1 * p.1 + 2.0 * self.accel * (p.0 - s).max(0.0));
+            v = v.clamp(-reach, reach);
+        }
+        v
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::checked::{Finite, NonNegative, Positive};
+    use crate::config::scenario::{Pi, SpeedPoint};
+
+    fn cycle(points: &[(f64, f64)], by_time: bool, accel: Option<f64>) -> Cycle {
+        let point = |&(at, mps): &(f64, f64)| {
+            let at = NonNegative::try_from(at).ok();
+            SpeedPoint {
+                at_s: at.filter(|_| by_time),
+                at_m: at.filter(|_| !by_time),
+                mps: Finite::try_from(mps).unwrap(),
+            }
+        };
+        let d = DriveCycle {
+            speed: points.iter().map(point).collect(),
+            every_s: None,
+            accel_mps2: accel.map(|a| Positive::try_from(a).unwrap()),
+            controller: Pi::default(),
+        };
+        Cycle::new(&d, 0.0)
+    }
+
+    #[test]
+    fn by_time_the_reference_is_linear_between_points_and_its_slope_is_the_acceleration() {
+        let mut c = cycle(&[(0.0, 0.0), (2.0, 1.0), (6.0, -1.0)], true, None);
+        let mut last = 0.0;
+        for k in 1..800 {
+            let t = k as f64 * 0.01;
+            let r = c.at(t, 0.0, 0.01);
+            let expected = if t < 2.0 {
+                t / 2.0
+            } else {
+                (1.0 - (t - 2.0) / 2.0).max(-1.0)
+            };
+            assert!((r.speed_mps - expected).abs() < 1e-12, "{t}");
+            assert!((r.accel_mps2 - (r.speed_mps - last) / 0.01).abs() < 1e-9);
+            last = r.speed_mps;
+        }
+    }
+
+    #[test]
+    fn by_chainage_a_slower_stretch_is_reached_at_its_speed_and_the_limit_is_kept() {
+        let mut c = cycle(&[(0.0, 2.0), (50.0, 0.5), (70.0, 0.0)], false, Some(0.4));
+        let (mut s, mut last, dt) = (0.0, 0.0, 0.002);
+        let (mut at_50, mut fastest) = (None, 0.0f64);
+        for k in 0..60_000 {
+            let r = c.at(k as f64 * dt, s, dt);
+            assert!(
+                (r.speed_mps - last).abs() <= 0.4 * dt + 1e-12,
+                "more than 0.4 m/s² at {s} m"
+            );
+            last = r.speed_mps;
+            fastest = fastest.max(last);
+            s += last * dt;
+            if s >= 50.0 && at_50.is_none() {
+                at_50 = Some(last);
+            }
+        }
+        assert_eq!(fastest, 2.0);
+        assert!(at_50.is_some_and(|v| (v - 0.5).abs() < 0.01), "{at_50:?}");
+        assert!(
+            (s - 70.0).abs() < 0.1 && last < 0.05,
+            "stops at {s} m, {last} m/s"
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! Speed controller: PI control with feed-forward, anti-windup, torque sharing and hold on slopes.
+
+use super::{Perception, Reference};
+use crate::config::scenario::Pi;
+use monorig_estimators::api::signals::{Command, Vehicle};
+
+/// PI speed control with feed-forward, anti-windup, torque sharing and hold on slopes.
+#[derive(Clone, Debug)]
+pub struct SpeedController {
+    pi: Pi,
+    vehicle: Vehicle,
+    torque_max: f64,
+    clamp_mpa: f64,
+    gravity: f64,
+    integral: f64,
+    holding: bool,
+    releasing_s: f64,
+    /// Last time: whether grade and mass were known, slow part of the feed-forward N, inertia kg.
+    before: (bool, f64, f64),
+}
+
+/// Below this speed a train asked to stand is held with the brake, m/s.
+const HOLD_SPEED: f64 = 0.01;
+/// Overspeed from which the brake helps the motors, and that over which it comes on fully, m/s.
+const OVERSPEED: f64 = 0.15;
+const OVERSPEED_FULL: f64 = 0.6;
+/// Slip from which a drive unit gives up torque, and that over which it gives up all of it, m/s.
+const SLIP: f64 = 0.1;
+const SLIP_FULL: f64 = 0.4;
+/// The brake is released this long after torque was asked for, s: the motors carry the train by then.
+const RELEASE_S: f64 = 0.4;
+
+impl SpeedController {
+    /// A controller for a vehicle with motors of `torque_max` (N·m each) and clamps at `clamp_mpa` (MPa).
+    pub fn new(
+        pi: Pi,
+        vehicle: Vehicle,
+        torque_max: f64,
+        clamp_mpa: f64,
+        gravity: f64,
+        moving: bool,
+    ) -> Self {
+        Self {
+            pi,
+            vehicle,
+            torque_max,
+            clamp_mpa,
+            gravity,
+            integral: 0.0,
+            holding: pi.hold && !moving,
+            releasing_s: 0.0,
+            before: (false, 0.0, 0.0),
+        }
+    }
+
+    /// Set the clamp pressure asked for, MPa.
+    pub fn set_clamp(&mut self, mpa: f64) {
+        self.clamp_mpa = mpa;
+    }
+
+    /// The command for the next step of `dt` (s). `emergency` = share of the brake asked for by hand.
+    pub fn control(&mut self, r: &Reference, p: &Perception, emergency: f64, dt: f64) -> Command {
+        let mut c = Command {
+            clamp_pressure_mpa: self.clamp_mpa,
+            ..Default::default()
+        };
+        if emergency > 0.0 {
+            self.integral = 0.0;
+            c.brake = emergency;
+            return c;
+        }
+        let standing = r.speed_mps == 0.0 && r.accel_mps2 == 0.0 && p.speed_mps.abs() < HOLD_SPEED;
+        if self.pi.hold && standing {
+            self.holding = true;
+            self.releasing_s = RELEASE_S;
+        }
+        if self.holding && r.speed_mps == 0.0 && r.accel_mps2 == 0.0 {
+            self.integral = 0.0;
+            c.brake = 1.0;
+            return c;
+        }
+        if self.holding {
+            // Start: torque first, then the brake goes.
+            self.releasing_s -= dt;
+            if self.releasing_s <= 0.0 {
+                self.holding = false;
+            }
+        }
+
+        let inertia = p.total_mass_kg + self.vehicle.rotating_mass_kg;
+        let error = r.speed_mps - p.speed_mps;
+        let weight = p.total_mass_kg * self.gravity;
+        let direction = if r.speed_mps == 0.0 {
+            0.0
+        } else {
+            r.speed_mps.signum()
+        };
+        let slow = self.pi.feedforward_grade_gain.get() * weight * libm::sin(p.grade_rad)
+            + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance;
+        // What the feed-forward takes over, the integral gives up: no jump of torque when an estimate becomes known.
+        let (was_known, slow_before, inertia_before) = self.before;
+        if p.valid && !was_known && inertia_before > 0.0 {
+            self.integral = (inertia_before * self.integral + slow_before - slow) / inertia;
+        }
+        self.before = (p.valid, slow, inertia);
+        let ahead = slow + inertia * r.accel_mps2;
+        let force = ahead + inertia * (self.pi.kp.get() * error + self.integral);
+        let v = &self.vehicle;
+        let efficiency = if force * p.speed_mps >= 0.0 {
+            v.efficiency
+        } else {
+            1.0 / v.efficiency
+        };
+        let drives = v.drives.max(1) as f64;
+        let torque = force * v.wheel_radius_m / (v.gear_ratio * efficiency * drives);
+        let limited = torque.clamp(-self.torque_max, self.torque_max);
+        // Anti-windup: integrate only while the limit does not act, or to leave it.
+        if !self.holding && (limited == torque || (torque - limited) * error < 0.0) {
+            self.integral += self.pi.ki.get() * error * dt;
+        }
+        for (t, slip) in c.motor_torque_nm.iter_mut().zip(&p.slip_mps).take(v.drives) {
+            // A unit whose wheels run away under its torque gives some of it up.
+            let away = slip * limited.signum();
+            *t = limited * (1.0 - ((away - SLIP) / SLIP_FULL).clamp(0.0, 1.0));
+        }
+        // Downhill the motors alone may not hold the train: the brake takes what is too fast.
+        let overspeed = p.speed_mps.abs() - r.speed_mps.abs();
+        let service = ((overspeed - OVERSPEED) / OVERSPEED_FULL).clamp(0.0, 1.0);
+        c.brake = if self.holding { 1.0 } else { service };
+        c
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::scenario::FeedForward;
+
+    fn controller() -> SpeedController {
+        let vehicle = Vehicle {
+            tare_kg: 9000.0,
+            drives: 8,
+            wheel_radius_m: 0.17,
+            gear_ratio: 19.0,
+            efficiency: 0.95,
+            rotating_mass_kg: 1300.0,
+            running_resistance: 0.02,
+            mass_range_kg: [5e3, 4e4],
+            tare_span_m: [0.0; 2],
+            load_span_m: [0.0; 2],
+            imu_arm_m: 0.0,
+            road: None,
+        };
+        let pi = Pi {
+            feedforward: FeedForward::Truth,
+            ..Pi::default()
+        };
+        SpeedController::new(pi, vehicle, 94.0, 10.0, 9.81, true)
+    }
+
+    #[test]
+    fn the_feed_forward_alone_carries_slope_resistance_and_acceleration() {
+        let r = Reference {
+            speed_mps: 1.0,
+            accel_mps2: 0.1,
+        };
+        let p = Perception {
+            speed_mps: 1.0,
+            grade_rad: 0.1,
+            total_mass_kg: 19_000.0,
+            ..Default::default()
+        };
+        let c = controller().control(&r, &p, 0.0, 2e-3);
+        let rim: f64 = c.motor_torque_nm.iter().sum::<f64>() * 19.0 * 0.95 / 0.17;
+        let (sin, cos) = (0.1f64.sin(), 0.1f64.cos());
+        let expected = 19_000.0 * 9.81 * (sin + 0.02 * cos) + 20_300.0 * 0.1;
+        assert!(
+            (rim / expected - 1.0).abs() < 1e-12,
+            "{rim} against {expected}"
+        );
+    }
+
+    #[test]
+    fn the_integral_does_not_wind_up_against_the_torque_limit() {
+        let mut c = controller();
+        let r = Reference {
+            speed_mps: 2.0,
+            accel_mps2: 0.0,
+        };
+        let stuck = Perception {
+            speed_mps: 0.0,
+            grade_rad: 0.0,
+            total_mass_kg: 29_000.0,
+            ..Default::default()
+        };
+        for _ in 0..50_000 {
+            let u = c.control(&r, &stuck, 0.0, 2e-3);
+            assert!(u.motor_torque_nm.iter().all(|t| t.abs() <= 94.0));
+        }
+        // Freed and at its speed, the train is not pushed on by what was piled up meanwhile.
+        let freed = Perception {
+            speed_mps: 2.05,
+            ..stuck
+        };
+        let u = c.control(&r, &freed, 0.0, 2e-3);
+        assert!(u.motor_torque_nm[0] < 94.0, "{}", u.motor_torque_nm[0]);
+    }
+
+    #[test]
+    fn a_standing_train_is_held_and_started_with_torque_before_the_brake_goes() {
+        let mut c = controller();
+        let stand = Reference::default();
+        let p = Perception {
+            speed_mps: 0.0,
+            grade_rad: 0.2,
+            total_mass_kg: 19_000.0,
+            ..Default::default()
+        };
+        let u = c.control(&stand, &p, 0.0, 2e-3);
+        assert_eq!((u.brake, u.motor_torque_nm[0]), (1.0, 0.0));
+        let go = Reference {
+            speed_mps: 0.1,
+            accel_mps2: 0.3,
+        };
+        let mut released_after = None;
+        for k in 0..1000 {
+            let u = c.control(&go, &p, 0.0, 2e-3);
+            assert!(u.motor_torque_nm[0] > 0.0, "torque from the first step on");
+            if u.brake == 0.0 && released_after.is_none() {
+                released_after = Some(k as f64 * 2e-3);
+            }
+        }
+        assert!(
+            released_after.is_some_and(|t| (0.3..0.5).contains(&t)),
+            "{released_after:?}"
+        );
+    }
+}

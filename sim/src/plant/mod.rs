@@ -1,0 +1,133 @@
+//! The plant: the interface between physics and everything else, [`Command`] in, [`Truth`] out.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | `rapier` | the train as rigid bodies |
+//! | `train` | forces on and in the train, one law a file |
+//! | `road` | a car on a road |
+//! | `point_mass` | the train as a point on the rail |
+//! | `obstacles` | boxes beside the rail |
+
+pub mod obstacles;
+pub mod point_mass;
+pub mod rapier;
+pub mod road;
+pub mod train;
+
+use crate::error::Error;
+use monorig_estimators::api::signals::Command;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Computes the motion of a train on a rail or a car on a road.
+pub trait Plant {
+    /// Advance by `dt_s` under a command held constant over the step.
+    fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error>;
+    /// The true state now.
+    fn truth(&self) -> &Truth;
+    /// Change the mass of the load during a run (pick-up, set-down), kg.
+    fn set_load_mass(&mut self, mass_kg: f64);
+    /// Limit the pressure the clamps can reach (a fault), MPa.
+    fn set_clamp_limit(&mut self, mpa: f64);
+    /// Update the clearance in the truth, which is costly; called before a row is recorded.
+    fn update_clearance(&mut self) {}
+}
+
+/// Motion of a point fixed to a body, in the world frame W (z up): what a sensor bolted there feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountState {
+    /// Velocity of the point in the world, m/s.
+    pub v_w: Vector3<f64>,
+    /// Orientation of the mount frame (x forward, y left, z up) in the world.
+    pub q_wm: UnitQuaternion<f64>,
+    /// Angular velocity of the body, in the world, rad/s.
+    pub w_w: Vector3<f64>,
+}
+
+/// One drive unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveState {
+    /// Chainage of the friction wheels, m.
+    pub chainage_m: f64,
+    /// Torque at the motor shaft, N·m.
+    pub motor_torque_nm: f64,
+    /// Rate of the friction wheels (left, right), rad/s.
+    pub wheel_rate_radps: [f64; 2],
+    /// Angle of the friction wheels (left, right), rad, for viewing.
+    pub wheel_angle_rad: [f64; 2],
+    /// Friction force of both wheels on the train along the rail, N.
+    pub traction_n: f64,
+    /// Slip speed ωr − v, m/s, the larger of the two wheels.
+    pub slip_mps: f64,
+    /// Clamp cylinder pressure, MPa.
+    pub clamp_mpa: f64,
+    /// Adhesion coefficient under the wheels.
+    pub adhesion: f64,
+}
+
+/// What only a car has. Wheels: front left, front right, rear left, rear right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RoadState {
+    /// Angle of the front wheels, rad, + left.
+    pub steering_rad: f64,
+    /// Way to the left of the lane's middle, m.
+    pub offset_m: f64,
+    /// Heading against the lane, rad, + left.
+    pub heading_rad: f64,
+    /// Angle from the car's axis to its velocity, rad, + left.
+    pub sideslip_rad: f64,
+    /// Rate about the road's normal, rad/s, + left.
+    pub yaw_rate_radps: f64,
+    /// Force of the tyres to the left over the mass, m/s².
+    pub lateral_mps2: f64,
+    /// Loads of the wheels, N.
+    pub wheel_load_n: [f64; 4],
+}
+
+/// Everything true at one instant. Sensors see this and nothing else; controllers and estimators never do.
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// Time since the start of the run, s.
+    pub t_s: f64,
+    /// Chainage of the IMU, m.
+    pub chainage_m: f64,
+    /// Speed of the train along the rail at the IMU, m/s.
+    pub speed_mps: f64,
+    /// Mean acceleration along the rail over the last step, m/s².
+    pub accel_mps2: f64,
+    /// Grade of the rail at the IMU's chainage, rad, + uphill (the primary slope truth).
+    pub grade_at_imu_rad: f64,
+    /// Pitch of the body that carries the IMU, rad, + nose up.
+    pub pitch_at_imu_rad: f64,
+    /// asin(Σ mᵢ sin θᵢ / Σ mᵢ) over all bodies, rad.
+    pub grade_effective_rad: f64,
+    /// Vertical and horizontal curvature of the rail at the IMU, 1/m.
+    pub curvature_vertical_1pm: f64,
+    /// See above.
+    pub curvature_horizontal_1pm: f64,
+    /// Total mass, kg.
+    pub total_mass_kg: f64,
+    /// Load mass, kg.
+    pub load_mass_kg: f64,
+    /// Sum of friction forces of the driven wheels along the rail, N.
+    pub traction_n: f64,
+    /// Sum of running resistances against the motion, N.
+    pub resistance_n: f64,
+    /// Sum of clamp-brake forces, N.
+    pub brake_n: f64,
+    /// resistance / Σ mᵢ g cos θᵢ: the effective running-resistance coefficient.
+    pub running_resistance: f64,
+    /// Swing angle of the load against the vertical of the beam, rad (longitudinal, lateral).
+    pub sway_rad: [f64; 2],
+    /// Largest distance of a rail-bound body from the rail's line, lateral and vertical, m.
+    pub off_rail_m: f64,
+    /// Least distance between train and obstacles, m; infinite when there are none.
+    pub clearance_m: f64,
+    /// Motion at each mount of the train, in the order of `Train::mounts`.
+    pub mounts: Vec<MountState>,
+    /// Drive units, front to rear.
+    pub drives: Vec<DriveState>,
+    /// What only a car has; none for a train.
+    pub road: Option<RoadState>,
+    /// Pose of each body's origin in the world, in the order of `Train::bodies`.
+    pub poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
+}

@@ -1,0 +1,115 @@
+//! Computes the truth from the bodies after a step.
+
+use super::World;
+use crate::plant::{DriveState, MountState};
+use crate::train::Train;
+use nalgebra::Vector3;
+
+/// The load below the middle of the upper anchors of its chains.
+#[derive(Clone, Copy, Debug)]
+pub struct Sway {
+    load: usize,
+    above: usize,
+    anchor: Vector3<f64>,
+}
+
+impl Sway {
+    /// None if nothing hangs on chains.
+    pub fn of(train: &Train) -> Option<Self> {
+        let load = train.load?;
+        let above = *train.supports(load).first()?;
+        let anchors: Vec<Vector3<f64>> = train
+            .connections
+            .iter()
+            .filter_map(|c| match () {
+                () if c.a == load && c.b == above => Some(c.anchor_b),
+                () if c.b == load && c.a == above => Some(c.anchor_a),
+                () => None,
+            })
+            .collect();
+        Some(Self {
+            load,
+            above,
+            anchor: anchors.iter().sum::<Vector3<f64>>() / anchors.len() as f64,
+        })
+    }
+}
+
+impl World {
+    /// Bring the truth up to date, `dt` (s) after the last time.
+    pub(super) fn update_truth(&mut self, dt: f64) {
+        let t = &mut self.truth;
+        let train = &self.dynamics.train;
+        for &i in &self.mounts {
+            let m = &train.mounts[i];
+            let s = &self.states[m.body];
+            let at = s.point(&m.pose.translation.vector);
+            t.mounts[i] = MountState {
+                v_w: s.velocity(&at),
+                q_wm: s.q * m.pose.rotation,
+                w_w: s.w,
+            };
+        }
+        let m = &train.mounts[self.imu.0];
+        let s = &self.states[m.body];
+        let at = s.point(&m.pose.translation.vector);
+        let f = self.rail.track(&at, &mut self.imu.1);
+        let speed = s.velocity(&at).dot(&f.t);
+        if dt > 0.0 {
+            t.accel_mps2 = (speed - t.speed_mps) / dt;
+        }
+        t.speed_mps = speed;
+        t.chainage_m = f.s;
+        t.grade_at_imu_rad = libm::asin(f.t.z.clamp(-1.0, 1.0));
+        t.pitch_at_imu_rad = libm::asin(s.r[(2, 0)].clamp(-1.0, 1.0));
+        t.curvature_vertical_1pm = f.k.dot(&f.u);
+        let cos = libm::sqrt((1.0 - f.t.z * f.t.z).max(1e-12));
+        t.curvature_horizontal_1pm = f.k.dot(&f.l) / cos;
+
+        let sums = &self.sums;
+        t.total_mass_kg = train.total_mass_kg();
+        t.load_mass_kg = train.load_mass_kg();
+        t.grade_effective_rad = libm::asin((sums.mass_sin / t.total_mass_kg).clamp(-1.0, 1.0));
+        t.traction_n = sums.traction_n;
+        t.resistance_n = sums.resistance_n;
+        t.brake_n = sums.brake_n;
+        t.running_resistance = if sums.normal_n > 0.0 {
+            sums.resistance_n / sums.normal_n
+        } else {
+            0.0
+        };
+        t.off_rail_m = sums.off_rail_m;
+        if let Some(sway) = &self.sway {
+            let d = self.states[sway.load].c - self.states[sway.above].point(&sway.anchor);
+            let ahead = self.states[sway.above].r.column(0).into_owned();
+            let flat = Vector3::new(ahead.x, ahead.y, 0.0);
+            let flat = flat / flat.norm().max(1e-9);
+            let left = Vector3::new(-flat.y, flat.x, 0.0);
+            t.sway_rad = [
+                libm::atan2(d.dot(&flat), -d.z),
+                libm::atan2(d.dot(&left), -d.z),
+            ];
+        }
+        for (i, (out, u)) in t.drives.iter_mut().zip(&self.dynamics.drives).enumerate() {
+            let r = u.spec.wheel_radius_m;
+            let slip = u.wheels.map(|w| w.omega * r - u.v_t);
+            *out = DriveState {
+                chainage_m: self.dynamics.drive_chainage(i),
+                motor_torque_nm: u.motor.torque(),
+                wheel_rate_radps: u.wheels.map(|w| w.omega),
+                wheel_angle_rad: u.angles,
+                traction_n: u.wheels[0].force + u.wheels[1].force,
+                slip_mps: if slip[0].abs() > slip[1].abs() {
+                    slip[0]
+                } else {
+                    slip[1]
+                },
+                clamp_mpa: u.clamp.value,
+                adhesion: u.adhesion,
+            };
+        }
+        for (out, s) in t.poses.iter_mut().zip(&self.states) {
+            *out = (s.p, s.q);
+        }
+    }
+}

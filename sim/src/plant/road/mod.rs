@@ -1,0 +1,29 @@
+//! A car on a road: the plant for experiments on road vehicles, behind the same [`Plant`](crate::plant::Plant) as the train.
+//!
+//! Four wheels on a planar body that follows the road's surface. Along the track the surface has the track's grade, across it is
+//! level. The estimators know a point mass, or a single-track model with linear tyres; this is more than either.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `surface` | the road under the car: grade, pitch of the chord between the axles, curvatures |
+//! | `loads` | the body leans on its springs and shifts load between the wheels |
+//! | `tyre` | brush tyre with combined slip, friction ellipse and relaxation length |
+//! | `wheel` | spin of a wheel under motor, brake, rolling resistance and tyre |
+//! | `driver` | steers along the middle of the lane |
+//! | `body` | the equations of motion, put together |
+//! | `plant` | what others see of it: commands in, truth out |
+//! | `car` | the car as its file describes it, and what sensors, recording and estimators are told |
+//! | `shapes` | its visible shapes |
+
+pub mod body;
+pub mod car;
+pub mod driver;
+pub mod loads;
+pub mod plant;
+mod shapes;
+pub mod surface;
+pub mod tyre;
+pub mod wheel;
+
+pub use car::Car;
+pub use plant::{RoadOptions, RoadPlant};

@@ -1,0 +1,385 @@
+//! All forces between train and rail and inside the train. Knows no physics engine: body states in, wrenches out.
+
+use super::adhesion::{self, Zone};
+use super::body_state::{BodyState, Wrench};
+use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
+use super::motor::{Lag, TractionMotor, wheel_torque};
+use super::running_gear::{self, grip};
+use super::{coupling, resistance};
+use crate::rail::{Cursor, Rail};
+use crate::train::{Drive, Train};
+use monorig_estimators::api::signals::Command;
+use nalgebra::Vector3;
+
+/// Half the width of a friction wheel's face: the clamped pair resists roll with at most clamp force × this, m.
+const WHEEL_HALF_WIDTH: f64 = 0.03;
+/// Roll stiffness of a clamped pair, N·m/rad, and its damping, N·m·s/rad.
+const CLAMP_ROLL_K: f64 = 2.0e4;
+const CLAMP_ROLL_C: f64 = 2.0e2;
+/// Friction of the brake shoes on the rail; only scales the bristles, the limit is the brake's force.
+const SHOE_SIGMA1: f64 = 2.0e4;
+
+/// State of one drive unit beyond its rigid body.
+#[derive(Clone, Copy, Debug)]
+pub struct DriveUnit {
+    /// What it is built of.
+    pub spec: Drive,
+    cursor: Cursor,
+    /// Motor.
+    pub motor: TractionMotor,
+    /// Clamp pressure, MPa.
+    pub clamp: Lag,
+    /// Limit force of the clamp brake, N.
+    pub brake: Lag,
+    /// Left and right friction wheel.
+    pub wheels: [RollingContact; 2],
+    /// Angles of the wheels, rad.
+    pub angles: [f64; 2],
+    /// Brake shoes.
+    pub shoes: SlidingContact,
+    /// Adhesion under the wheels.
+    pub adhesion: f64,
+    /// Speed of the body along the rail at the wheels, m/s.
+    pub v_t: f64,
+}
+
+/// Sums of one step, N and W.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    /// Friction of the driven wheels on the train along the rail, N.
+    pub traction_n: f64,
+    /// Running resistances against the motion, N, rolling of the clamped wheels included.
+    pub resistance_n: f64,
+    /// The part of it that acts on the bodies (all but the rolling of the clamped wheels), N.
+    pub body_resistance_n: f64,
+    /// Clamp brakes, N along the rail.
+    pub brake_n: f64,
+    /// Σ m g cos θ of the rail-bound bodies and what they carry, N.
+    pub normal_n: f64,
+    /// Σ m sin θ, kg.
+    pub mass_sin: f64,
+    /// Σ of all wheel loads, N.
+    pub wheel_load_n: f64,
+    /// Power of the motors at their shafts, W.
+    pub drive_w: f64,
+    /// Power lost in gears, slip, rolling, bearings, brakes and dampers, W.
+    pub loss_w: f64,
+    /// Largest deviation of a station from the rail's line, m.
+    pub off_rail_m: f64,
+    /// Sum of all forces of the rail on the train, N, world.
+    pub external: Vector3<f64>,
+}
+
+/// All force laws of a train, with their internal states.
+#[derive(Clone, Debug)]
+pub struct Dynamics {
+    /// The train.
+    pub train: Train,
+    /// Drive units.
+    pub drives: Vec<DriveUnit>,
+    /// Slippery stretches.
+    pub zones: Vec<Zone>,
+    /// Pressure the clamps can reach, MPa; below the command after a fault.
+    pub clamp_limit_mpa: f64,
+    /// Gravity, m/s².
+    pub gravity: f64,
+    /// Two cursors per rail-bound body, in the order of the stations.
+    cursors: Vec<Cursor>,
+    /// Rolling resistance of each station.
+    rolling: Vec<SlidingContact>,
+    /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended bodies.
+    carried: Vec<f64>,
+    web_half: f64,
+}
+
+impl Dynamics {
+    /// A train whose front stands at chainage `front`.
+    pub fn new(train: Train, rail: &Rail, front: f64, gravity: f64) -> Self {
+        let mut cursors = Vec::new();
+        for b in &train.bodies {
+            for st in &b.stations {
+                cursors.push(Cursor::at(front + b.start_s + st.x_m));
+            }
+        }
+        let drives = train
+            .drives
+            .iter()
+            .map(|d| DriveUnit {
+                spec: *d,
+                cursor: Cursor::at(front + train.bodies[d.body].start_s + d.contact.x),
+                motor: TractionMotor::default(),
+                clamp: Lag { value: d.clamp_mpa },
+                brake: Lag::default(),
+                wheels: [RollingContact::default(); 2],
+                angles: [0.0; 2],
+                shoes: SlidingContact::default(),
+                adhesion: d.adhesion,
+                v_t: 0.0,
+            })
+            .collect();
+        let web_half = rail.profile().map_or(0.0, |p| p.web_m) / 2.0;
+        let mut this = Self {
+            train,
+            drives,
+            zones: Vec::new(),
+            clamp_limit_mpa: f64::INFINITY,
+            gravity,
+            rolling: vec![SlidingContact::default(); cursors.len()],
+            cursors,
+            carried: Vec::new(),
+            web_half,
+        };
+        this.distribute_masses();
+        this
+    }
+
+    /// Share each suspended body's mass among the bodies it hangs from, down to the rail.
+    pub fn distribute_masses(&mut self) {
+        let n = self.train.bodies.len();
+        let mut mass: Vec<f64> = self.train.bodies.iter().map(|b| b.mass_kg).collect();
+        // A chain of suspended bodies is at most as long as the list of bodies.
+        for _ in 0..n {
+            let mut moved = false;
+            for i in 0..n {
+                if mass[i] == 0.0 || !self.train.bodies[i].stations.is_empty() {
+                    continue;
+                }
+                let above: Vec<usize> = self.train.supports(i);
+                if above.is_empty() {
+                    continue;
+                }
+                let share = mass[i] / above.len() as f64;
+                mass[i] = 0.0;
+                for a in above {
+                    mass[a] += share;
+                }
+                moved = true;
+            }
+            if !moved {
+                break;
+            }
+        }
+        self.carried = mass;
+    }
+
+    /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded).
+    pub fn forces(
+        &mut self,
+        rail: &Rail,
+        bodies: &[BodyState],
+        command: &Command,
+        dt: f64,
+        out: &mut [Wrench],
+    ) -> Sums {
+        out.fill(Wrench::ZERO);
+        let mut sums = Sums::default();
+        self.running_gear(rail, bodies, dt, out, &mut sums);
+        self.drive_units(rail, bodies, command, dt, out, &mut sums);
+        for w in out.iter() {
+            sums.external += w.force;
+        }
+        for c in &self.train.connections {
+            let p = coupling::pull(c, &bodies[c.a], &bodies[c.b]);
+            out[c.a].add(&bodies[c.a], &p.force, &p.at_a);
+            out[c.b].add(&bodies[c.b], &-p.force, &p.at_b);
+            sums.loss_w += p.loss;
+        }
+        sums
+    }
+
+    fn running_gear(
+        &mut self,
+        rail: &Rail,
+        bodies: &[BodyState],
+        dt: f64,
+        out: &mut [Wrench],
+        sums: &mut Sums,
+    ) {
+        let res = &self.train.resistance;
+        let mut stations = self.cursors.iter_mut().zip(&mut self.rolling);
+        let mut air_v = None;
+        for (i, spec) in self.train.bodies.iter().enumerate() {
+            let body = &bodies[i];
+            let mut sin = 0.0;
+            for (k, st) in spec.stations.iter().enumerate() {
+                let Some((cursor, rolling)) = stations.next() else {
+                    return;
+                };
+                let at = body.p + body.r.column(0) * st.x_m;
+                let f = rail.track(&at, cursor);
+                let g = grip(st, body, &at, &f);
+                let held = rolling.step(
+                    &resistance::ROLLING,
+                    resistance::rolling(res, &g),
+                    g.v_t,
+                    dt,
+                );
+                let mut against = 0.0;
+                if k == 0 {
+                    against += resistance::bearing(res, g.v_t);
+                }
+                if air_v.is_none() {
+                    air_v = Some(g.v_t);
+                    against += resistance::air(res, g.v_t);
+                }
+                let force = g.force + f.t * (held - against);
+                out[i].add(body, &force, &at);
+                out[i].torque += f.t * g.roll;
+                sums.resistance_n += against - held;
+                sums.loss_w += g.loss + against * g.v_t + rolling.loss;
+                sums.wheel_load_n += g.wheel_load;
+                sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
+                sin += f.t.z;
+            }
+            if !spec.stations.is_empty() {
+                let sin = sin / spec.stations.len() as f64;
+                sums.mass_sin += self.carried[i] * sin;
+                sums.normal_n +=
+                    self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));
+            }
+        }
+        sums.body_resistance_n = sums.resistance_n;
+    }
+
+    fn drive_units(
+        &mut self,
+        rail: &Rail,
+        bodies: &[BodyState],
+        command: &Command,
+        dt: f64,
+        out: &mut [Wrench],
+        sums: &mut Sums,
+    ) {
+        let res = &self.train.resistance;
+        for (i, unit) in self.drives.iter_mut().enumerate() {
+            let d = unit.spec;
+            let body = &bodies[d.body];
+            let at = body.point(&d.contact);
+            let f = rail.track(&at, &mut unit.cursor);
+            let v = body.velocity(&at);
+            let v_t = v.dot(&f.t);
+            let turning = body.w.dot(&f.u) * self.web_half;
+            unit.v_t = v_t;
+
+            let omega = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
+            let asked = command.motor_torque_nm.get(i).copied().unwrap_or(0.0);
+            let motor = unit.motor.step(&d, asked, omega, dt);
+            let torque = wheel_torque(&d, motor, omega);
+            let pressure = unit.clamp.step(
+                command.clamp_pressure_mpa.min(self.clamp_limit_mpa),
+                d.clamp_lag_s,
+                dt,
+            );
+            let clamp = pressure * 1e6 * d.piston_area_m2;
+            unit.adhesion = adhesion::at(&self.zones, unit.cursor.s, d.adhesion);
+
+            let friction_wheel = d.friction_wheel();
+            let r = d.wheel_radius_m;
+            let mut along = 0.0;
+            for (side, wheel) in unit.wheels.iter_mut().enumerate() {
+                let v_side = if side == 0 {
+                    v_t - turning
+                } else {
+                    v_t + turning
+                };
+                let rolling = resistance::clamped_wheel(res, clamp, r, wheel.omega);
+                let before = wheel.omega;
+                let limit = unit.adhesion * clamp;
+                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, v_side, dt);
+                let mean = 0.5 * (before + wheel.omega);
+                unit.angles[side] += dt * wheel.omega;
+                sums.loss_w += wheel.loss + rolling * mean;
+                sums.resistance_n += rolling / r;
+            }
+            let rate = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
+            let power = motor * d.gear_ratio * 0.5 * (omega + rate);
+            sums.drive_w += power;
+            sums.loss_w += power - torque * 0.5 * (omega + rate);
+            sums.traction_n += along;
+
+            let limit = unit
+                .brake
+                .step(command.brake * d.brake_max_n, d.brake_lag_s, dt);
+            let shoe = Bristle {
+                sigma0: d.sigma0,
+                sigma1: SHOE_SIGMA1,
+                kappa: 0.0,
+            };
+            let limit = if command.brake <= 0.0 && limit < 1.0 {
+                0.0
+            } else {
+                limit
+            };
+            let brake = unit.shoes.step(&shoe, limit, v_t, dt);
+            sums.loss_w += unit.shoes.loss;
+            sums.brake_n += brake;
+
+            // The clamped pair resists roll up to what its clamp force carries.
+            let roll = body.r.column(1).dot(&f.u);
+            let roll_rate = body.w.dot(&f.t);
+            let most = clamp * WHEEL_HALF_WIDTH;
+            let moment = (-CLAMP_ROLL_K * roll - CLAMP_ROLL_C * roll_rate).clamp(-most, most);
+            sums.loss_w += CLAMP_ROLL_C * roll_rate * roll_rate;
+
+            out[d.body].add(body, &(f.t * (along + brake)), &at);
+            out[d.body].torque += f.t * moment;
+        }
+    }
+
+    /// Energy stored in springs and bristles, and of the turning wheels, J.
+    pub fn stored_energy(&self, rail: &Rail, bodies: &[BodyState]) -> f64 {
+        let mut e = 0.0;
+        let mut cursors = self.cursors.iter().copied();
+        for (i, spec) in self.train.bodies.iter().enumerate() {
+            for st in &spec.stations {
+                let Some(mut cursor) = cursors.next() else {
+                    break;
+                };
+                let at = bodies[i].p + bodies[i].r.column(0) * st.x_m;
+                let f = rail.track(&at, &mut cursor);
+                e += running_gear::stored(st, &bodies[i], &at, &f);
+            }
+        }
+        for r in &self.rolling {
+            e += 0.5 * resistance::ROLLING.sigma0 * r.z * r.z;
+        }
+        for c in &self.train.connections {
+            e += coupling::stored(c, &bodies[c.a], &bodies[c.b]);
+        }
+        for u in &self.drives {
+            let d = &u.spec;
+            let inertia = d.friction_wheel().inertia;
+            for w in &u.wheels {
+                e += 0.5 * d.sigma0 * w.z * w.z + 0.5 * inertia * w.omega * w.omega;
+            }
+            e += 0.5 * d.sigma0 * u.shoes.z * u.shoes.z;
+            let mut cursor = u.cursor;
+            let body = &bodies[d.body];
+            let f = rail.track(&body.point(&d.contact), &mut cursor);
+            let roll = body.r.column(1).dot(&f.u);
+            e += 0.5 * CLAMP_ROLL_K * roll * roll;
+        }
+        e
+    }
+
+    /// Chainage of the friction wheels of drive `i`, m.
+    pub fn drive_chainage(&self, i: usize) -> f64 {
+        self.drives[i].cursor.s
+    }
+}
+
+impl Drive {
+    /// One of its two friction wheels, with half of the motor.
+    fn friction_wheel(&self) -> WheelParameters {
+        WheelParameters {
+            bristle: Bristle {
+                sigma0: self.sigma0,
+                sigma1: self.sigma1,
+                kappa: self.kappa,
+            },
+            inertia: self.wheel_inertia
+                + 0.5 * self.gear_ratio * self.gear_ratio * self.motor_inertia,
+            radius: self.wheel_radius_m,
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Running resistance of a rail-bound body, term by term. The "running-resistance coefficient" that estimators speak of is
+//! an outcome of these, not an input.
+
+use super::friction::Bristle;
+use super::running_gear::Grip;
+use crate::train::{Resistance, Train};
+
+/// Speed over which a resistance builds up around standstill, m/s.
+const STICTION_SPEED: f64 = 0.01;
+
+/// Direction of a motion, −1…1, smooth through standstill.
+pub fn direction(v: f64) -> f64 {
+    let x = v / STICTION_SPEED;
+    if x >= 1.0 {
+        1.0
+    } else if x <= -1.0 {
+        -1.0
+    } else {
+        1.5 * x - 0.5 * x * x * x
+    }
+}
+
+/// Pre-rolling of a station: rolling resistance builds up over a millimetre of way, so that a train at rest is held by it.
+pub const ROLLING: Bristle = Bristle {
+    sigma0: 1.0e6,
+    sigma1: 2.0e3,
+    kappa: 0.0,
+};
+
+/// Largest rolling resistance of the running wheels and guide wheels at one station, N. Guide forces grow in curves: that is
+/// the curve resistance.
+pub fn rolling(r: &Resistance, g: &Grip) -> f64 {
+    r.running_wheel * g.wheel_load + r.guide_wheel * g.guide_load
+}
+
+/// Bearings of one rail-bound body, N against the motion.
+pub fn bearing(r: &Resistance, v: f64) -> f64 {
+    direction(v) * r.bearing_n + r.bearing_nspm * v
+}
+
+/// Air drag of the train, N against the motion.
+pub fn air(r: &Resistance, v: f64) -> f64 {
+    r.air_nspm2 * v * v.abs()
+}
+
+/// Torque that the clamp force puts against a friction wheel's rolling, N·m (radius `radius` m, clamp force `clamp` N).
+pub fn clamped_wheel(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64 {
+    direction(omega * radius) * r.clamped_wheel * clamp * radius
+}
+
+impl Train {
+    /// Running-resistance coefficient of the data sheet at a total mass (kg) on the level, straight rail: all terms at a
+    /// slow steady speed over the weight.
+    pub fn nominal_running_resistance(&self, total_mass_kg: f64, gravity: f64) -> f64 {
+        let weight = total_mass_kg * gravity;
+        let bound = self
+            .bodies
+            .iter()
+            .filter(|b| !b.stations.is_empty())
+            .count() as f64;
+        let clamped: f64 = self
+            .drives
+            .iter()
+            .map(|d| 2.0 * d.clamp_mpa * 1e6 * d.piston_area_m2)
+            .sum();
+        let r = &self.resistance;
+        (r.running_wheel * weight + bound * r.bearing_n + r.clamped_wheel * clamped) / weight
+    }
+}
