@@ -208,7 +208,7 @@ impl Model<3, 2> for RampModel {
 /// Lateral and longitudinal acceleration, m/s², from which on eq. 1 is used.
 const CORNERING_MPS2: [Real; 2] = [0.5, 0.3];
 /// Limits that keep the covariance a number while measurements make no sense: m/s, m/s² and i.
-const USABLE_SD: [Real; 3] = [100.0, 100.0, 1.0];
+const USABLE_SD: [Real; 3] = [100.0, 100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
 
@@ -267,10 +267,12 @@ impl<const K: usize> Guo2024<K> {
         Some(())
     }
 
-    /// m, kg, and its standard deviation.
     fn mass_kg(&self) -> Found {
-        let (x, sd) = (self.rls.belief.x.x, sqrt(self.rls.widened().x));
-        (x * self.mass0_kg, sd * self.mass0_kg)
+        Found {
+            value: self.rls.belief.x.x * self.mass0_kg,
+            sd: sqrt(self.rls.widened().x) * self.mass0_kg,
+            started: self.learnt,
+        }
     }
 
     fn cycle(&mut self, u: &Option<Drive>, z: Vector2<Real>, dt: Real) {
@@ -340,7 +342,7 @@ impl<const K: usize> Method for Guo2024<K> {
         let [low, high] = self.range_kg;
         let drive = z.traction_n.map(|net_n| Drive {
             net_n: (net_n + z.drag_n) * eta - z.drag_n, // eq. 1, 14
-            mass_kg: within(self.mass_kg().0, low, high),
+            mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         });
         self.cycle(&drive, vector![a_sen, v], dt);
@@ -348,11 +350,15 @@ impl<const K: usize> Method for Guo2024<K> {
 
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.imm.combined(); // eq. 34, 35
-        let started = |found: Found| Some(found).filter(|_| self.started);
+        let found = |value, sd| Found {
+            value,
+            sd,
+            started: self.last.is_some(),
+        };
         Answer {
-            mass_kg: Some(self.mass_kg()).filter(|_| self.learnt),
-            grade_rad: started((asin(x.z), sqrt(P.m33) / sqrt(1.0 - x.z * x.z).max(0.1))),
-            speed_mps: started((x.x, sqrt(P.m11))),
+            mass_kg: Some(self.mass_kg()),
+            grade_rad: found(asin(x.z), sqrt(P.m33) / sqrt(1.0 - x.z * x.z).max(0.1)),
+            speed_mps: Some(found(x.x, sqrt(P.m11))),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.y, c.nis / 2.0)),
         }
     }

@@ -30,7 +30,7 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::ukf::{Spread, Ukf};
 use crate::grade::curvature_rls::{SlopeForce, first_then};
-use crate::pipelines::method::{Answer, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
 use crate::pipelines::runner::copy_into;
 
 params! {
@@ -226,10 +226,15 @@ impl<T: Filter<2, 1, Model = InclinationModel> + Copy + State, const N: usize> M
 
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.slope.filter.belief();
+        let found = |value, variance| Found {
+            value,
+            sd: sqrt(variance),
+            started: self.last.is_some(),
+        };
         Answer {
             mass_kg: None,
-            grade_rad: self.last.map(|_| (x.y, sqrt(P.m22))),
-            speed_mps: self.last.map(|_| (x.x, sqrt(P.m11))),
+            grade_rad: found(x.y, P.m22),
+            speed_mps: Some(found(x.x, P.m11)),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
         }
     }

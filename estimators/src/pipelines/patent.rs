@@ -115,7 +115,7 @@ impl Model<2, 1> for ClimbModel {
 /// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
 /// Limits that keep the covariance a number while measurements make no sense: m/s and i.
-const USABLE_SD: [Real; 2] = [100.0, 1.0];
+const USABLE_SD: [Real; 2] = [100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
 
@@ -198,13 +198,17 @@ impl Patent {
         Some(())
     }
 
-    /// m, kg, and its standard deviation: eq. 34, and that of the mixture.
+    /// m, with the standard deviation of the mixture.
     fn mass_kg(&self) -> Found {
         let (s, t, w) = (self.straight.rls, self.turning.rls, self.weight);
         let m = w * s.belief.x.x + (1.0 - w) * t.belief.x.x; // eq. 34
         let about = |rls: &Rls<1>| rls.widened().x + (rls.belief.x.x - m) * (rls.belief.x.x - m);
         let variance = w * about(&s) + (1.0 - w) * about(&t);
-        (m * self.mass0_kg, sqrt(variance) * self.mass0_kg)
+        Found {
+            value: m * self.mass0_kg,
+            sd: sqrt(variance) * self.mass0_kg,
+            started: self.learnt,
+        }
     }
 
     fn filter(&mut self, z: &Signals) -> Option<()> {
@@ -219,7 +223,7 @@ impl Patent {
         let [low, high] = self.range_kg;
         let drive = Drive {
             net_n,
-            mass_kg: within(self.mass_kg().0, low, high),
+            mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         };
         let (filter, R) = (&mut self.slope.filter, *self.slope.noise.R());
@@ -268,11 +272,15 @@ impl Method for Patent {
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.slope.filter.belief;
         let i = within(x.y, -MAX_I, MAX_I);
-        let grade = (asin(i), sqrt(P.m22) / sqrt(1.0 - i * i));
+        let found = |value, sd| Found {
+            value,
+            sd,
+            started: self.last.is_some(),
+        };
         Answer {
-            mass_kg: Some(self.mass_kg()).filter(|_| self.learnt),
-            grade_rad: self.last.map(|_| grade),
-            speed_mps: self.last.map(|_| (x.x, sqrt(P.m11))),
+            mass_kg: Some(self.mass_kg()),
+            grade_rad: found(asin(i), sqrt(P.m22) / sqrt(1.0 - i * i)),
+            speed_mps: Some(found(x.x, sqrt(P.m11))),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
         }
     }
