@@ -118,7 +118,7 @@ pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
         let result: RunResult =
             serde_json::from_str(&line.map_err(failed)?).map_err(CliError::Json)?;
         runs += 1;
-        tally.see(&result);
+        tally.add(&result);
         for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {
             for metric in SHOWN {
                 let value = values.get(*metric).copied().flatten();

@@ -42,7 +42,7 @@ impl ScenarioVerdict {
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
         let mut tally = Tally::default();
         for run in &runs {
-            tally.see(run);
+            tally.add(run);
         }
         let checks = tally.checks();
         Self {
@@ -76,7 +76,7 @@ struct Count {
 
 impl Count {
     /// `wrong`: how bad it is and what happened, if it does not hold.
-    fn see(&mut self, seed: u64, wrong: Option<(f64, String)>) {
+    fn add(&mut self, seed: u64, wrong: Option<(f64, String)>) {
         let Some((size, text)) = wrong else {
             self.holding += 1;
             return;
@@ -104,11 +104,11 @@ impl Count {
 
 impl Tally {
     /// One more run.
-    pub fn see(&mut self, run: &RunResult) {
-        self.finishes.see(run.seed, unfinished(run));
+    pub fn add(&mut self, run: &RunResult) {
+        self.finishes.add(run.seed, unfinished(run));
         let Some(summary) = &run.summary else {
             for (_, count) in &mut self.expected {
-                count.see(run.seed, Some(broke_down()));
+                count.add(run.seed, Some(broke_down()));
             }
             self.broken.push(run.seed);
             return;
@@ -117,19 +117,19 @@ impl Tally {
             let silent = summary.silent.contains(name) && !judged_otherwise(summary, name);
             let text = "its estimates were invalid all through".to_owned();
             let count = self.valid.entry(name.clone()).or_default();
-            count.see(run.seed, silent.then_some((0.0, text)));
+            count.add(run.seed, silent.then_some((0.0, text)));
         }
         for (i, v) in summary.expectations.iter().enumerate() {
             if i == self.expected.len() {
                 let mut count = Count::default();
                 for seed in &self.broken {
-                    count.see(*seed, Some(broke_down()));
+                    count.add(*seed, Some(broke_down()));
                 }
                 self.expected.push((v.clone(), count));
             }
             if let Some((_, count)) = self.expected.get_mut(i) {
                 let wrong = (!v.held).then(|| (v.excess(), wrong_words(v)));
-                count.see(run.seed, wrong);
+                count.add(run.seed, wrong);
             }
         }
     }
