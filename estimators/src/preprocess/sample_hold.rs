@@ -102,7 +102,7 @@ impl SampleHold {
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             drives: vehicle.drives.min(MAX_DRIVES),
-            rolling_mps: vehicle.standstill_mps(0.0),
+            rolling_mps: vehicle.standstill_mps(None),
             last_s: None,
             torque: Default::default(),
             speed: Default::default(),

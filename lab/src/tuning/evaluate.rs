@@ -11,8 +11,9 @@ use monorig_estimators::registry;
 use monorig_sim::closed_loop::builder::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::checked::Finite;
-use monorig_sim::config::scenario::{Scenario, Settings};
+use monorig_sim::config::scenario::{ParameterValue, Scenario, Settings};
 use monorig_sim::error::Error;
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -30,7 +31,7 @@ pub struct MetricWindow {
 /// Runs ready to be evaluated.
 pub struct Evaluator {
     estimator: String,
-    fixed: Values,
+    fixed: BTreeMap<String, ParameterValue>,
     runs: Vec<OneRun>,
     /// Threads.
     pub jobs: usize,
@@ -105,10 +106,9 @@ impl Evaluator {
                 }),
             }
         }
-        let fixed = study.file.fixed.iter();
         Ok(Some(Self {
             estimator: study.file.estimator.clone(),
-            fixed: fixed.map(|(k, x)| (k.clone(), x.get())).collect(),
+            fixed: study.file.fixed.clone(),
             runs,
             jobs,
         }))
@@ -168,10 +168,10 @@ impl Evaluator {
     }
 
     fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
-        let settings = || self.fixed.iter().chain(values);
         match &run.source {
             Source::Replay(columns) => {
-                let named = settings().map(|(k, x)| (k.as_str(), *x));
+                let fixed = self.fixed.iter().map(|(k, x)| (k.as_str(), x.setting()));
+                let named = fixed.chain(values.iter().map(|(k, x)| (k.as_str(), (*x).into())));
                 let estimator = registry::build(&self.estimator, &columns.vehicle, named)
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
@@ -183,8 +183,10 @@ impl Evaluator {
             }
             Source::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
-                let all = settings().map(|(k, x)| Ok((k.clone(), Finite::try_from(*x)?)));
-                let all = all.collect::<Result<_, String>>()?;
+                let mut all = self.fixed.clone();
+                for (key, x) in values {
+                    all.insert(key.clone(), ParameterValue::Number(Finite::try_from(*x)?));
+                }
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
                 let mut rig = Simulation::build(scenario, run.seed).map_err(|e| e.to_string())?;

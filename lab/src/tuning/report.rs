@@ -329,7 +329,9 @@ impl ParameterAxes<'_> {
             Scale::Memory => format!("{name}: 1/(1 − x), samples"),
             _ => {
                 let unit = crate::tuning::name_check::parameter(&self.0.file.estimator, name)
-                    .map_or("", |k| k.unit);
+                    .ok()
+                    .and_then(|k| k.number())
+                    .map_or("", |(_, unit)| unit);
                 if unit == "-" {
                     name.to_owned()
                 } else {

@@ -1,9 +1,10 @@
 //! The study file, and the study read from it.
 
 use crate::tuning::name_check;
+use monorig_estimators::api::params::{Key, Setting};
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::file::{Document, named};
-use monorig_sim::config::scenario::{Scenario, Seeds};
+use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds};
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
@@ -27,7 +28,7 @@ pub struct TuningFile {
     pub parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
     #[serde(default)]
-    pub fixed: BTreeMap<String, Finite>,
+    pub fixed: BTreeMap<String, ParameterValue>,
     /// Published constants to compare with (those of `parameters` not named here keep their default).
     #[serde(default)]
     pub published: BTreeMap<String, Finite>,
@@ -315,7 +316,13 @@ impl TuningStudy {
     /// The defaults of the parameters that vary.
     pub fn defaults(&self) -> BTreeMap<String, f64> {
         let default = |key: &String| {
-            name_check::parameter(&self.file.estimator, key).map_or(f64::NAN, |k| k.default)
+            name_check::parameter(&self.file.estimator, key)
+                .ok()
+                .and_then(Key::default)
+                .map_or(f64::NAN, |default| match default {
+                    Setting::Number(number) => number,
+                    _ => f64::NAN,
+                })
         };
         let keys = self.file.parameters.keys();
         keys.map(|key| (key.clone(), default(key))).collect()

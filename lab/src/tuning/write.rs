@@ -5,7 +5,7 @@ use crate::tuning::sensitivity::Sensitivity;
 use crate::tuning::study::TuningStudy;
 use crate::tuning::validate::Validation;
 use monorig_sim::config::checked::{Finite, Version1};
-use monorig_sim::config::scenario::{ParameterFile, Provenance};
+use monorig_sim::config::scenario::{ParameterFile, ParameterValue, Provenance};
 use monorig_sim::error::Error;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -20,11 +20,13 @@ pub fn winner(
         return Ok(None);
     };
     let file = &study.file;
-    let tuned = trial
-        .parameters
-        .iter()
-        .filter_map(|(k, x)| Some((k.clone(), Finite::try_from(*x).ok()?)));
-    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), *x));
+    let tuned = trial.parameters.iter().filter_map(|(k, x)| {
+        Some((
+            k.clone(),
+            ParameterValue::Number(Finite::try_from(*x).ok()?),
+        ))
+    });
+    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), x.clone()));
     Ok(Some(ParameterFile {
         version: Version1,
         why: format!("Winner of the study {}: {}", study.name, file.why.trim()),

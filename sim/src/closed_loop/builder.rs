@@ -341,26 +341,14 @@ fn estimators(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<RunningEstim
                 .map(|k| k.name)
                 .collect()
         },
-        &|name, key, value| match find(name, key)
-            .filter(|k| !(k.range[0]..=k.range[1]).contains(&value))
-        {
-            Some(k) => {
-                let unit = if k.unit == "-" {
-                    String::new()
-                } else {
-                    format!(" {}", k.unit)
-                };
-                Err(format!(
-                    "{value} is outside {}…{}{unit} ({})",
-                    k.range[0], k.range[1], k.doc
-                ))
-            }
-            None => Ok(()),
+        &|name, key, value| match find(name, key).map(|key| (key, key.check(value))) {
+            Some((key, Err(_))) => Err(format!("{value} is not {} ({})", key.kind, key.doc)),
+            _ => Ok(()),
         },
     )?;
     let mut estimators = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
+        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.setting()));
         let estimator = registry::build(name, vehicle, settings).map_err(|e| {
             scenario.error(
                 format!("estimators.{name}"),
