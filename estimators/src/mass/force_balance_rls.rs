@@ -33,8 +33,8 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::MassEstimator;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 /// What stands for the acceleration beside the mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -32,8 +32,8 @@ use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
 use crate::pipelines::two_stage::MassEstimator;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 params! {
     /// Parameters of the two-model mass regression.

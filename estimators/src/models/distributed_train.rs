@@ -8,8 +8,8 @@ use crate::api::snapshot::{Blank, state};
 use crate::filters::ring_buffer::RingBuffer;
 use crate::models::grade_map::{AtPlace, LoadedGrade, MappedTrain};
 use crate::models::map_gaps::MapGaps;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 
 /// The train with its waiting samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

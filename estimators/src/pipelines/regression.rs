@@ -21,8 +21,8 @@ use crate::models::force_balance::ForceBalance;
 use crate::models::regressors;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, TwoStage};
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 
 params! {
     /// Parameters of `regression_bench`.

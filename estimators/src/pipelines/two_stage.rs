@@ -7,7 +7,7 @@ use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
 use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
