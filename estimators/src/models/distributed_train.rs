@@ -180,7 +180,7 @@ impl DistributedTrain {
 
     /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
     /// the instrument.
-    pub fn valid_effective_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+    pub fn learn_bias(&mut self, mass_kg: Real, theta: Real, dt: Real) {
         let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
         let Some(now) = self.now.filter(|_| seen) else {
             return;
@@ -196,7 +196,7 @@ impl DistributedTrain {
     /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
     /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
     /// the bias known from before.
-    pub fn lead(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
+    pub fn imu_offset(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
         let ahead = self.ahead(mass_kg);
         match self.now {
             Some(now)
