@@ -1,8 +1,9 @@
 //! The running-resistance coefficient as in Liu et al. 2023, section 2.2: identified with 50 t on a climb of 1 200 m, verified by
 //! predicting the speed on a descent of 1 200 m from motor torque and surveyed grade.
 
-use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
+use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::pipelines::resistance_dffrls_robust::{Params, SpeedPrediction, Surveyed};
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_sim::run::{Frame, Observer, run};
@@ -45,7 +46,9 @@ struct Climb {
 fn climb() -> Climb {
     let mut rig = rig("liu2023_resistance_climb");
     let mut params = Params::default();
-    params.set("known_mass_kg", MASS_KG).expect("parameter");
+    params
+        .set("known_mass_kg", MASS_KG.into())
+        .expect("parameter");
     let mut surveyed = Surveyed::new(&rig.vehicle, &params);
     let (mut by_survey, mut internals) = ((f64::NAN, f64::NAN), Vec::new());
     let (mut sum, mut n, mut force_n, mut last_s) = (0.0, 0.0, 0.0_f64, 0.0);

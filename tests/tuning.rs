@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::registry;
 use monorig_estimators::filters::forgetting::Forgetting;
 use monorig_estimators::filters::gaussian::Gaussian;
 use monorig_estimators::filters::rls::Rls;
+use monorig_estimators::registry;
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::cache::{self, Cache};
 use monorig_lab::replay::lanes::{self, Candidate, made_up, one_at_a_time};
@@ -23,7 +23,10 @@ use nalgebra::{Vector1, vector};
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
-    let all: Vec<String> = registry::NAMES.iter().map(|n| format!("{n}: {{}}")).collect();
+    let all: Vec<String> = registry::NAMES
+        .iter()
+        .map(|n| format!("{n}: {{}}"))
+        .collect();
     scenario(
         "minimal",
         &[
@@ -193,7 +196,10 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
             &[
                 ("stop.after_s", "60"),
                 ("drive.controller.feedforward", "estimate"),
-                ("estimators.dffrls_aekf_robust", &format!("{{delta: {delta}}}")),
+                (
+                    "estimators.dffrls_aekf_robust",
+                    &format!("{{delta: {delta}}}"),
+                ),
             ],
         );
         let mut series = Series::default();

@@ -150,7 +150,15 @@ mod tests {
         let row: Vec<&str> = lines[2].split_whitespace().collect();
         assert_eq!(
             row,
-            ["joint_ekf_robust", "92.7", "7.630", "never", "0.500", "-", "-"]
+            [
+                "joint_ekf_robust",
+                "92.7",
+                "7.630",
+                "never",
+                "0.500",
+                "-",
+                "-"
+            ]
         );
         assert!(lines[5].ends_with("held"), "{text}");
         assert_eq!(lines[6], "60.0 s simulated in 0.12 s, 500 times real time");

@@ -46,7 +46,11 @@ const CHANGED: &[(&str, &str, &str)] = &[
         "in_loop: dffrls_aekf_robust\n",
         "",
     ),
-    ("in_loop_unknown", "in_loop: dffrls_aekf_robust", "in_loop: jekf"),
+    (
+        "in_loop_unknown",
+        "in_loop: dffrls_aekf_robust",
+        "in_loop: jekf",
+    ),
     ("stop_without_end", "stop: {after_s: 60}", "stop: {}"),
     (
         "stop_behind_start",

@@ -49,7 +49,11 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn the_table_says_what_the_runs_say() {
     let rig = rig();
     let files = ["--json", "both.json", "--csv", "both.csv"];
-    let both = [&["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..], &files].concat();
+    let both = [
+        &["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..],
+        &files,
+    ]
+    .concat();
     let (code, out, err) = rig.monorig(&compare(&both));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(

@@ -108,7 +108,10 @@ fn of_a_run() {
 fn of_a_run_without_estimators() {
     let rig = Rig::new();
     let without = QUICK
-        .replace("estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}\n", "")
+        .replace(
+            "estimators: {dffrls_aukf_robust: {}, rls_ekf_robust: {}}\n",
+            "",
+        )
         .lines()
         .filter(|l| !l.contains("estimator: rls_ekf_robust"))
         .map(|l| format!("{l}\n"))

@@ -243,8 +243,7 @@ fn a_study_without_a_good_trial_says_so() {
 #[test]
 fn parameters_are_included() {
     let rig = rig();
-    let parameters =
-        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
+    let parameters = "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
     rig.write("tuned.yaml", parameters.as_bytes());
     let (code, out, err) = rig.monorig(&["check", "tuned.yaml"]);
     assert_eq!(

@@ -5,7 +5,7 @@
 //! `registry!`.
 
 use crate::api::estimator::Estimator;
-use crate::api::params::{Key, ParamError};
+use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle};
 use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
 use crate::pipelines::runner::Runner;
@@ -36,8 +36,8 @@ macro_rules! registry {
         /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
         pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
             match name {
-                $($name => Some($module::Params::KEYS),)*
-                $(#[cfg(feature = "printed")] $print_name => Some($print_module::Params::KEYS),)*
+                $($name => Some(<$module::Params as Parameters>::GROUPS),)*
+                $(#[cfg(feature = "printed")] $print_name => Some(<$print_module::Params as Parameters>::GROUPS),)*
                 _ => None,
             }
         }
@@ -46,7 +46,7 @@ macro_rules! registry {
         pub fn build<'a>(
             name: &str,
             vehicle: &Vehicle,
-            settings: impl IntoIterator<Item = (&'a str, Real)>,
+            settings: impl IntoIterator<Item = (&'a str, Setting<'a>)>,
         ) -> Result<AnyEstimator, ParamError> {
             check(vehicle)?;
             match name {
@@ -60,7 +60,7 @@ macro_rules! registry {
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
                     Ok(AnyEstimator::$print(Runner::new(vehicle, $print_module::new(vehicle, &params))))
                 })*
-                _ => Err(ParamError::UnknownEstimator),
+                _ => Err(ParamError::UnknownEstimator(Name::new(name))),
             }
         }
 

@@ -9,6 +9,7 @@ use common::{
     world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
 use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::params::{Kind, Setting};
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
 use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::{Real, registry};
@@ -16,27 +17,27 @@ use monorig_estimators::{Real, registry};
 const SEEDS: u64 = 8;
 
 /// The regressions by their id.
-const R_A: (&str, Real) = ("regressor", 0.0);
-const R_C: (&str, Real) = ("regressor", 2.0);
-const R_D: (&str, Real) = ("regressor", 3.0);
-const R_G: (&str, Real) = ("regressor", 6.0);
-const R_H: (&str, Real) = ("regressor", 7.0);
-const WHEELS: (&str, Real) = ("kinematic", 1.0);
-const LIGHT: (&str, Real) = ("mass0_kg", 12_000.0);
+const R_A: (&str, Setting) = ("regressor", Setting::Choice("coupled"));
+const R_C: (&str, Setting) = ("regressor", Setting::Choice("differenced"));
+const R_D: (&str, Setting) = ("regressor", Setting::Choice("straight"));
+const R_G: (&str, Setting) = ("regressor", Setting::Choice("known_resistance"));
+const R_H: (&str, Setting) = ("regressor", Setting::Choice("free_resistance"));
+const WHEELS: (&str, Setting) = ("acceleration", Setting::Choice("kinematic"));
+const LIGHT: (&str, Setting) = ("mass0_kg", Setting::Number(12_000.0));
 
-fn regression(settings: &[(&'static str, Real)]) -> AnyEstimator {
+fn regression(settings: &[(&'static str, Setting<'static>)]) -> AnyEstimator {
     let settings = settings.iter().copied();
     registry::build("regression_bench", &vehicle(2), settings).unwrap()
 }
 
 /// M̂/M − 1 at the end.
-fn mass_error(world: &World, settings: &[(&'static str, Real)]) -> Real {
+fn mass_error(world: &World, settings: &[(&'static str, Setting<'static>)]) -> Real {
     let rows = world.run(&mut regression(settings));
     rows.last().unwrap().0.total_mass_kg.value / MASS_KG - 1.0
 }
 
 /// The same, root mean square over seeds.
-fn mass_rms(world: World, settings: &[(&'static str, Real)]) -> Real {
+fn mass_rms(world: World, settings: &[(&'static str, Setting<'static>)]) -> Real {
     let square = |seed| mass_error(&World { seed, ..world }, settings).powi(2);
     let rms = ((1..=SEEDS).map(square).sum::<Real>() / SEEDS as Real).sqrt();
     println!("{settings:?}: {:.2} %", 100.0 * rms);
@@ -182,7 +183,7 @@ fn what_is_left_free_does_not_matter_and_what_is_taken_for_known_does() {
 fn a_first_mass_far_off_is_forgotten() {
     let world = world(hills, steps);
     for regressor in [R_A, R_D, R_G, R_H] {
-        let from = |kg| mass_error(&world, &[regressor, ("mass0_kg", kg)]);
+        let from = |kg: Real| mass_error(&world, &[regressor, ("mass0_kg", kg.into())]);
         let (low, right) = (from(0.4 * MASS_KG), from(MASS_KG));
         assert!((low - right).abs() < 0.01, "{regressor:?}: {low} {right}");
     }
@@ -253,10 +254,13 @@ fn a_joint_filter_on_wheel_speed_alone_is_poor() {
 #[test]
 fn mass_and_slope_from_one_force_balance_chase_each_other() {
     let world = world(ramp, steady);
-    let ends = |source: (&'static str, Real)| {
-        [10_000.0, 22_000.0].map(|kg| mass_error(&world, &[R_D, source, ("mass0_kg", kg)]))
+    let ends = |source: (&'static str, Setting<'static>)| {
+        [10_000.0, 22_000.0].map(|kg| mass_error(&world, &[R_D, source, ("mass0_kg", kg.into())]))
     };
-    let ([low, high], [felt_low, felt_high]) = (ends(WHEELS), ends(("kinematic", 0.0)));
+    let ([low, high], [felt_low, felt_high]) = (
+        ends(WHEELS),
+        ends(("acceleration", Setting::Choice("specific_force"))),
+    );
     println!(
         "by its own slope {low:.3} {high:.3}, by the accelerometer {felt_low:.4} {felt_high:.4}"
     );
@@ -270,9 +274,10 @@ fn mass_and_slope_from_one_force_balance_chase_each_other() {
 /// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the accelerometer is asked.
 #[test]
 fn differences_need_a_slope_that_stays_or_an_accelerometer() {
-    let differenced =
-        |world: World, source| mass_rms(world, &[R_C, source, LIGHT, ("regression_hz", 2.0)]);
-    let (wheels, felt) = (WHEELS, ("kinematic", 0.0));
+    let differenced = |world: World, source| {
+        mass_rms(world, &[R_C, source, LIGHT, ("regression_hz", 2.0.into())])
+    };
+    let (wheels, felt) = (WHEELS, ("acceleration", Setting::Choice("specific_force")));
     let jerky = world(level, steps);
     let unlike = World {
         mu: 1.5 * MU,
@@ -290,13 +295,22 @@ fn differences_need_a_slope_that_stays_or_an_accelerometer() {
 #[test]
 fn every_choice_bears_nonsense() {
     let [low, high] = vehicle(2).mass_range_kg;
-    for regressor in 0..8 {
-        for policy in 0..5 {
-            for kinematic in 0..2 {
+    let words = |name: &str| match registry::keys("regression_bench")
+        .unwrap()
+        .find(|k| k.name == name)
+        .unwrap()
+        .kind
+    {
+        Kind::Choice { choices, .. } => choices.iter().map(|&word| Setting::Choice(word)),
+        _ => panic!("{name} is a choice"),
+    };
+    for regressor in words("regressor") {
+        for policy in words("policy") {
+            for acceleration in words("acceleration") {
                 let choice = [
-                    ("regressor", Real::from(regressor)),
-                    ("policy", Real::from(policy)),
-                    ("kinematic", Real::from(kinematic)),
+                    ("regressor", regressor),
+                    ("policy", policy),
+                    ("acceleration", acceleration),
                 ];
                 let mut estimator = regression(&choice);
                 let mut random = Random::new(5);

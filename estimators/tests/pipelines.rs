@@ -103,7 +103,12 @@ fn drive(
     (name, settings, internals): (&str, &[(&str, f64)], &[&str]),
     row: impl Fn(&Estimate) -> Vec<f64>,
 ) -> Vec<Vec<f64>> {
-    let mut pipeline = build(name, vehicle, settings.iter().copied()).unwrap();
+    let mut pipeline = build(
+        name,
+        vehicle,
+        settings.iter().map(|&(key, value)| (key, value.into())),
+    )
+    .unwrap();
     let place = |wanted: &&str| {
         pipeline
             .internals()

@@ -12,6 +12,7 @@ use common::{
     world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
 use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
 use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
 use monorig_estimators::published::huainan::Smoother;
@@ -21,7 +22,7 @@ use monorig_estimators::{Real, registry};
 const SEEDS: u64 = 5;
 const J: Real = 1_045.0;
 
-type Settings = [(&'static str, Real)];
+type Settings = [(&'static str, Setting<'static>)];
 
 /// What a run ended with.
 struct Outcome {
@@ -50,7 +51,7 @@ fn mended(name: &str, settings: &Settings) -> AnyEstimator {
     let switches = registry::keys(name).unwrap().map(|key| key.name);
     let off = switches
         .filter(|key| key.starts_with("eq"))
-        .map(|key| (key, 0.0));
+        .map(|key| (key, Setting::Choice("corrected")));
     let all = off.chain(settings.iter().copied());
     registry::build(name, &vehicle(2), all).unwrap()
 }
@@ -108,13 +109,16 @@ fn whole(name: &str, world: World) -> Vec<Outcome> {
 }
 
 /// Forgetting that does not follow noise, so that a slip shows alone.
-const CALM: [(&str, Real); 2] = [("delta", 0.9995), ("lambda0", 0.9995)];
+const CALM: [(&str, Setting); 2] = [
+    ("delta", Setting::Number(0.9995)),
+    ("lambda0", Setting::Number(0.9995)),
+];
 /// The true mass, held.
-const HELD: [(&str, Real); 4] = [
-    ("mass0_kg", MASS_KG),
-    ("p0", 1e-6),
-    ("delta", 1.0),
-    ("lambda0", 1.0),
+const HELD: [(&str, Setting); 4] = [
+    ("mass0_kg", Setting::Number(MASS_KG)),
+    ("p0", Setting::Number(1e-6)),
+    ("delta", Setting::Number(1.0)),
+    ("lambda0", Setting::Number(1.0)),
 ];
 
 mod liu_2023 {
@@ -122,12 +126,17 @@ mod liu_2023 {
 
     const NAME: &str = "dffrls_aekf_printed";
     const RESISTANCE: &str = "resistance_dffrls_printed";
-    const KNOWN: (&str, Real) = ("known_mass_kg", MASS_KG);
+    const KNOWN: (&str, Setting) = ("known_mass_kg", Setting::Number(MASS_KG));
 
     /// With g J in place of J the balance (M + J) v̇ = F reads M̂ v̇ = F − g J v̇: M̂ = M − (g − 1) J.
     #[test]
     fn eq_6_the_stray_g_takes_rotating_masses_off_the_mass() {
-        for (printed, right) in beside(NAME, world(level, steps), &[("eq6", 1.0)], &CALM) {
+        for (printed, right) in beside(
+            NAME,
+            world(level, steps),
+            &[("eq6", Setting::Choice("printed"))],
+            &CALM,
+        ) {
             let law = right.mass_kg - (G - 1.0) * J;
             assert!((printed.mass_kg - law).abs() < 0.05 * MASS_KG, "{law}");
             assert!((right.mass_kg / MASS_KG - 1.0).abs() < 0.05);
@@ -137,7 +146,12 @@ mod liu_2023 {
     /// F − J f = M f + μ M g − J g sin θ: at constant speed M̂ = M − J, and χ₂ is no slope but sin θ_μ.
     #[test]
     fn eq_16_an_accelerometer_for_v_dot_takes_j_off_and_hides_the_slope() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq16", 1.0)], &CALM) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq16", Setting::Choice("printed"))],
+            &CALM,
+        ) {
             let law = right.mass_kg - J;
             assert!((printed.mass_kg - law).abs() < 0.02 * MASS_KG, "{law}");
             // 8° and θ_μ would be 0.159.
@@ -148,7 +162,12 @@ mod liu_2023 {
     /// v̇ of the wheels: on a ramp at constant speed F varies and v̇ does not.
     #[test]
     fn eq_16_wheels_for_v_dot_make_the_mass_infinite_on_a_ramp() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq16", 2.0)], &CALM) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq16", Setting::Choice("other"))],
+            &CALM,
+        ) {
             assert!(printed.mass_kg > 10.0 * MASS_KG, "{}", printed.mass_kg);
             assert!((right.mass_kg / MASS_KG - 1.0).abs() < 0.02);
         }
@@ -157,7 +176,12 @@ mod liu_2023 {
     /// A slip of the index: hardly anything follows from it.
     #[test]
     fn eq_21_the_forgetting_of_the_step_before_hardly_matters() {
-        for (printed, right) in beside(NAME, world(hills, steps), &[("eq21", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(hills, steps),
+            &[("eq21", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.mass_kg != right.mass_kg);
             assert!((printed.mass_kg / right.mass_kg - 1.0).abs() < 0.01);
         }
@@ -169,7 +193,12 @@ mod liu_2023 {
         fn steep(_: Real) -> Real {
             28f64.to_radians()
         }
-        for (printed, right) in beside(NAME, world(steep, steady), &[("eq23", 1.0)], &HELD) {
+        for (printed, right) in beside(
+            NAME,
+            world(steep, steady),
+            &[("eq23", Setting::Choice("printed"))],
+            &HELD,
+        ) {
             let theta = steep(0.0);
             let law = (theta - theta.sin() + MU * (1.0 - theta.cos())).to_degrees();
             assert!((printed.grade_rms - law).abs() < 0.15, "{law}");
@@ -180,7 +209,7 @@ mod liu_2023 {
     /// Differences of covariances that noise makes negative, in most steps.
     #[test]
     fn eq_30_loses_its_covariances_and_its_slope() {
-        for reading in [1.0, 2.0] {
+        for reading in ["printed", "other"].map(Setting::Choice) {
             for (printed, right) in beside(NAME, world(ramp, steady), &[("eq30", reading)], &HELD) {
                 assert!(printed.of("indefinite_share") > 0.5);
                 assert!(printed.grade_rms > 5.0);
@@ -200,23 +229,33 @@ mod liu_2023 {
     /// P ← (1 − K h) P/φ with K = P h (φ + P h²) turns negative where x (φ + x) > 1, x = P h².
     #[test]
     fn eq_14_a_gain_without_its_inverse_makes_a_negative_variance_of_any_but_a_small_one() {
-        let at = |x: Real| [KNOWN, ("p0", x / (G * G))];
+        let at = |x: Real| [KNOWN, ("p0", (x / (G * G)).into())];
         for (printed, right) in beside(
             RESISTANCE,
             world(level, steady),
-            &[("eq14", 1.0)],
+            &[("eq14", Setting::Choice("printed"))],
             &at(0.66),
         ) {
             assert!(printed.of("covariance") < 0.0 && right.of("covariance") > 0.0);
             assert!(printed.of("negative_steps") > 1000.0 && right.of("negative_steps") == 0.0);
         }
         // Below the root, by accident: S is near 1.
-        for (printed, _) in beside(RESISTANCE, world(level, steady), &[("eq14", 1.0)], &at(0.6)) {
+        for (printed, _) in beside(
+            RESISTANCE,
+            world(level, steady),
+            &[("eq14", Setting::Choice("printed"))],
+            &at(0.6),
+        ) {
             assert_eq!(printed.of("negative_steps"), 0.0);
         }
         // P₀ = 1: out of all bounds at the second step, again and again.
-        let wide = [KNOWN, ("p0", 1.0)];
-        for (printed, right) in beside(RESISTANCE, world(level, steady), &[("eq14", 1.0)], &wide) {
+        let wide = [KNOWN, ("p0", 1.0.into())];
+        for (printed, right) in beside(
+            RESISTANCE,
+            world(level, steady),
+            &[("eq14", Setting::Choice("printed"))],
+            &wide,
+        ) {
             assert!(printed.of("breakdowns") > 1000.0 && right.of("breakdowns") == 0.0);
             assert!((right.of("running_resistance") - MU).abs() < 0.003);
             assert!((printed.of("running_resistance") - MU).abs() > 0.5 * MU);
@@ -231,7 +270,12 @@ mod liu_2023 {
             ..world(level, start)
         };
         let law = -(G - 1.0) * J * 0.25 / (MASS_KG * G);
-        for (printed, right) in beside(RESISTANCE, starting, &[("eq9", 1.0)], &[KNOWN]) {
+        for (printed, right) in beside(
+            RESISTANCE,
+            starting,
+            &[("eq9", Setting::Choice("printed"))],
+            &[KNOWN],
+        ) {
             let moved = printed.of("running_resistance") - right.of("running_resistance");
             assert!((moved / law - 1.0).abs() < 0.35, "{moved} {law}");
             assert!((right.of("running_resistance") - MU).abs() < 0.003);
@@ -255,8 +299,17 @@ mod huainan {
             ..world(arc, steady)
         };
         // with a memory long enough that noise does not count
-        let settings = [("grade0_sd_deg", 30.0), ("delta", 0.85), ("sigma", 1.0)];
-        for (printed, right) in beside(NAME, climbing, &[("eq6", 1.0)], &settings) {
+        let settings = [
+            ("grade0_sd_deg", 30.0.into()),
+            ("delta", 0.85.into()),
+            ("sigma", 1.0.into()),
+        ];
+        for (printed, right) in beside(
+            NAME,
+            climbing,
+            &[("eq6", Setting::Choice("printed"))],
+            &settings,
+        ) {
             let ratio = printed.of("curvature_per_m") / right.of("curvature_per_m");
             // The regression remembers the last few metres.
             assert!(
@@ -275,7 +328,12 @@ mod huainan {
         assert!(smoother.gain(0.0201) < 0.001);
         assert!((1..1000).all(|k| smoother.gain(0.02 + 0.001 * Real::from(k)) < 0.15));
         assert_eq!(smoother.gain(-5.0), 0.15);
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq9", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq9", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.grade_rms > 1.2 * right.grade_rms);
         }
     }
@@ -301,10 +359,20 @@ mod huainan {
     /// Units: a where a′ belongs makes degrees by the hundred of it; with a′ the open sum of θ′ is still worse than the filter of [v, θ].
     #[test]
     fn eq_14_an_input_of_the_wrong_unit_and_an_open_sum() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq14", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq14", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.grade_rms > 20.0 && right.grade_rms < 0.2);
         }
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq14", 2.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq14", Setting::Choice("other"))],
+            &[],
+        ) {
             assert!(printed.grade_rms > 2.0 * right.grade_rms);
         }
     }
@@ -312,7 +380,12 @@ mod huainan {
     /// W_c0 = W_m0 + 1 − α² − β: alone it hardly shows, as the model is all but linear.
     #[test]
     fn eq_19_the_sign_hardly_shows_alone() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq19", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq19", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.grade_rms != right.grade_rms);
             assert!((printed.grade_rms / right.grade_rms - 1.0).abs() < 0.05);
         }
@@ -321,10 +394,18 @@ mod huainan {
     /// The weights of covariances add up to 1 + (1 − α² + β) = 3.06, with the sign of eq. 19 to −0.94: a mean with them is no mean.
     #[test]
     fn eq_26_a_mean_whose_weights_do_not_add_up_to_one() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq26", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq26", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.grade_rms > 5.0 * right.grade_rms);
         }
-        let both = [("eq19", 1.0), ("eq26", 1.0)];
+        let both = [
+            ("eq19", Setting::Choice("printed")),
+            ("eq26", Setting::Choice("printed")),
+        ];
         for (printed, right) in beside(NAME, world(ramp, steady), &both, &[]) {
             assert!(printed.grade_rms > 10.0 && printed.of("breakdowns") > 10.0);
             assert!(right.of("breakdowns") == 0.0);
@@ -333,7 +414,12 @@ mod huainan {
 
     #[test]
     fn eq_34_loses_its_covariances_again_and_again() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq34", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq34", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.of("breakdowns") > 100.0 && printed.grade_rms > 3.0);
             assert!(right.of("breakdowns") == 0.0 && right.grade_rms < 0.2);
         }
@@ -351,8 +437,11 @@ mod guo_2024 {
 
     const NAME: &str = "imm_stf_printed";
     /// The true mass; no change of force is considerable.
-    const FROZEN: [(&str, Real); 2] = [("mass0_kg", MASS_KG), ("force_gate_n", 1e6)];
-    const LIGHT: [(&str, Real); 1] = [("mass0_kg", 12_000.0)];
+    const FROZEN: [(&str, Setting); 2] = [
+        ("mass0_kg", Setting::Number(MASS_KG)),
+        ("force_gate_n", Setting::Number(1e6)),
+    ];
+    const LIGHT: [(&str, Setting); 1] = [("mass0_kg", Setting::Number(12_000.0))];
 
     /// In a steady bend the accelerometer reads little along and much across: η takes away the force that holds the train on its slope.
     #[test]
@@ -361,7 +450,8 @@ mod guo_2024 {
             across_mps2: 1.5,
             ..world(steep, steady)
         };
-        for (printed, right) in beside(NAME, bend, &[("eq1", 1.0)], &FROZEN) {
+        for (printed, right) in beside(NAME, bend, &[("eq1", Setting::Choice("printed"))], &FROZEN)
+        {
             let off = |o: &Outcome| (o.of("dynamic_i") - steep(0.0).sin()).abs();
             assert!(off(&printed) > 0.05 && off(&right) < 0.02);
         }
@@ -370,7 +460,12 @@ mod guo_2024 {
     /// M + J for M.
     #[test]
     fn eq_3_without_rotating_masses_the_mass_has_them_in_it() {
-        for (printed, right) in beside(NAME, world(level, steps), &[("eq3", 1.0)], &LIGHT) {
+        for (printed, right) in beside(
+            NAME,
+            world(level, steps),
+            &[("eq3", Setting::Choice("printed"))],
+            &LIGHT,
+        ) {
             let law = right.mass_kg + J;
             assert!((printed.mass_kg - law).abs() < 0.01 * MASS_KG, "{law}");
             assert!((right.mass_kg / MASS_KG - 1.0).abs() < 0.05);
@@ -380,7 +475,12 @@ mod guo_2024 {
     /// The difference of one sample is all noise, and noise in the regressor draws the parameter to 0.
     #[test]
     fn eq_4_differences_of_one_sample_find_no_mass() {
-        for (printed, right) in beside(NAME, world(level, steps), &[("eq4", 1.0)], &LIGHT) {
+        for (printed, right) in beside(
+            NAME,
+            world(level, steps),
+            &[("eq4", Setting::Choice("printed"))],
+            &LIGHT,
+        ) {
             assert!(printed.mass_kg.abs() < 0.15 * MASS_KG);
             assert!((right.mass_kg / MASS_KG - 1.0).abs() < 0.05);
         }
@@ -388,7 +488,12 @@ mod guo_2024 {
 
     #[test]
     fn eq_10_the_derivative_of_a_measurement_beside_it_adds_its_noise() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq10", 1.0)], &FROZEN) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq10", Setting::Choice("printed"))],
+            &FROZEN,
+        ) {
             assert!(printed.grade_rms > right.grade_rms);
         }
     }
@@ -396,7 +501,12 @@ mod guo_2024 {
     /// a is drawn to a_sen, so that nothing is left for g i.
     #[test]
     fn eq_11_the_full_difference_leaves_no_slope() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq11", 1.0)], &FROZEN) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq11", Setting::Choice("printed"))],
+            &FROZEN,
+        ) {
             assert!(printed.grade_rms > 5.0 && right.grade_rms < 0.5);
         }
     }
@@ -416,7 +526,7 @@ mod guo_2024 {
             sum.sqrt()
         };
         let (printed, right) = (
-            roughness(&[&[("eq16", 1.0)], &FROZEN[..]].concat()),
+            roughness(&[&[("eq16", Setting::Choice("printed"))], &FROZEN[..]].concat()),
             roughness(&FROZEN),
         );
         println!("{printed} {right}");
@@ -441,7 +551,7 @@ mod guo_2024 {
             }
             sum.sqrt()
         };
-        let printed = apart(&[&[("eq23", 1.0)], &FROZEN[..]].concat());
+        let printed = apart(&[&[("eq23", Setting::Choice("printed"))], &FROZEN[..]].concat());
         let right = apart(&FROZEN);
         println!("{printed} {right}");
         assert!(printed > 1.5 * right, "{printed} {right}");
@@ -449,7 +559,12 @@ mod guo_2024 {
 
     #[test]
     fn eq_28_fading_by_raw_traces_is_on_for_noise_and_knows_no_end() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq28", 1.0)], &FROZEN) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq28", Setting::Choice("printed"))],
+            &FROZEN,
+        ) {
             let most = printed.most("dynamic_fading");
             assert!(
                 most > 50.0 && right.most("dynamic_fading") <= 50.0,
@@ -476,12 +591,12 @@ mod patent {
     /// Any mass has a slope to go with it: where it ends is where it started.
     #[test]
     fn eq_20_mass_and_slope_from_one_balance_keep_their_start() {
-        let from = |kg| {
+        let from = |kg: Real| {
             beside(
                 NAME,
                 world(ramp, steady),
-                &[("eq20", 1.0)],
-                &[("mass0_kg", kg)],
+                &[("eq20", Setting::Choice("printed"))],
+                &[("mass0_kg", kg.into())],
             )
         };
         for ((light, right_light), (heavy, right_heavy)) in
@@ -495,7 +610,12 @@ mod patent {
     /// At constant speed on a slope F/v̇ is no mass, and it is weighed all the same.
     #[test]
     fn eq_22_a_turning_model_without_slope_spoils_the_mass_on_a_straight() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq22", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq22", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.of("turning_mass_kg") > 3.0 * MASS_KG);
             assert!(printed.mass_kg > 1.5 * MASS_KG);
             assert!((right.mass_kg / MASS_KG - 1.0).abs() < 0.01);
@@ -508,7 +628,10 @@ mod patent {
         fn down(s: Real) -> Real {
             -ramp(s)
         }
-        let slips = [("eq22", 1.0), ("eq26", 1.0)];
+        let slips = [
+            ("eq22", Setting::Choice("printed")),
+            ("eq26", Setting::Choice("printed")),
+        ];
         for seed in 1..=SEEDS {
             let world = World {
                 seed,
@@ -536,7 +659,12 @@ mod patent {
     /// (1 − K h) P (1 − K h) falls as P does; the variance of a residual does not fall below that of its noise.
     #[test]
     fn eq_28_the_variance_of_the_residual_falls_to_nothing() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq28", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq28", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.of("residual_variance") < 0.01);
             assert!(right.of("residual_variance") >= 1.0);
         }
@@ -544,7 +672,12 @@ mod patent {
 
     #[test]
     fn eq_46_loses_its_covariances_and_its_slope() {
-        for (printed, right) in beside(NAME, world(ramp, steady), &[("eq46", 1.0)], &[]) {
+        for (printed, right) in beside(
+            NAME,
+            world(ramp, steady),
+            &[("eq46", Setting::Choice("printed"))],
+            &[],
+        ) {
             assert!(printed.of("indefinite_share") > 0.5 && printed.grade_rms > 5.0);
             assert!(right.of("indefinite_share") == 0.0 && right.grade_rms < 0.5);
         }
@@ -637,10 +770,12 @@ fn every_switch_is_on_by_default_and_all_keys_are_unique() {
         let keys: Vec<_> = registry::keys(name).unwrap().collect();
         for key in &keys {
             let switch = key.name.starts_with("eq");
-            assert!(!switch || key.default == 1.0, "{name}.{}", key.name);
+            let printed = key.default() == Some(Setting::Choice("printed"));
+            assert!(!switch || printed, "{name}.{}", key.name);
             let same = keys.iter().filter(|other| other.name == key.name);
             assert_eq!(same.count(), 1, "{name}.{}", key.name);
-            registry::build(name, &vehicle(2), [(key.name, key.default)]).unwrap();
+            let default = key.default().map(|default| (key.name, default));
+            registry::build(name, &vehicle(2), default).unwrap();
         }
         assert!(keys.iter().any(|key| key.name.starts_with("eq")));
         let mut estimator = registry::build(name, &vehicle(2), []).unwrap();

@@ -5,6 +5,7 @@ mod common;
 
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::params::{Parameters, Setting};
 use monorig_estimators::api::signals::{Command, Measurements, Vehicle};
 use monorig_estimators::pipelines::resistance_dffrls_robust;
 use monorig_estimators::pipelines::resistance_dffrls_robust::{SpeedPrediction, Surveyed};
@@ -48,8 +49,8 @@ fn drive(direction: Real, seed: u64, mut each: impl FnMut(Measurements, Real)) {
 }
 
 /// μ and its standard deviation at the end, by the pipeline, with an accelerometer bias.
-fn identified(direction: Real, bias: Real, settings: &[(&str, Real)]) -> (Real, Real) {
-    let known = [("known_mass_kg", MASS_KG)];
+fn identified(direction: Real, bias: Real, settings: &[(&str, Setting)]) -> (Real, Real) {
+    let known = [("known_mass_kg", MASS_KG.into())];
     let settings = known.into_iter().chain(settings.iter().copied());
     let mut estimator = registry::build("resistance_dffrls_robust", &told(), settings).unwrap();
     drive(direction, 3, |mut z, _| {
@@ -66,7 +67,7 @@ fn identified(direction: Real, bias: Real, settings: &[(&str, Real)]) -> (Real, 
 /// The same with a survey in place of the accelerometer, off by `error_rad`.
 fn surveyed(direction: Real, error_rad: Real) -> (Real, Real) {
     let mut params = resistance_dffrls_robust::Params::default();
-    params.set("known_mass_kg", MASS_KG).unwrap();
+    params.set("known_mass_kg", MASS_KG.into()).unwrap();
     let mut estimator = Surveyed::new(&told(), &params);
     let mut last = (0.0, 0.0);
     drive(direction, 4, |mut z, grade| {
@@ -112,13 +113,13 @@ fn an_error_of_the_survey_is_one_of_the_coefficient() {
 
 #[test]
 fn an_error_of_the_known_mass_counts_by_the_load_and_is_in_the_standard_deviation() {
-    let heavier = [("known_mass_kg", 1.02 * MASS_KG)];
+    let heavier = [("known_mass_kg", (1.02 * MASS_KG).into())];
     let (right, _) = identified(1.0, 0.0, &[]);
     let (wrong, sd) = identified(1.0, 0.0, &heavier);
     // Last sample but the memory of the forgetting: |F|/(M g) = sin θ + μ is between 0.06 and 0.165 on this climb.
     let moved = (right - wrong) / 0.02;
     assert!((0.06..0.165).contains(&moved), "{moved}");
-    let legitimate_repeats = identified(1.0, 0.0, &[("known_mass_sd", 0.02)]).1;
+    let legitimate_repeats = identified(1.0, 0.0, &[("known_mass_sd", 0.02.into())]).1;
     assert!(
         legitimate_repeats > sd && legitimate_repeats > (wrong - MU).abs(),
         "{legitimate_repeats} {wrong}"

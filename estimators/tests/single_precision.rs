@@ -77,9 +77,9 @@ fn each_named_estimator_strays_little() {
         ("rls_ekf_robust", true),
         ("ffrls_robust", true),
     ]) {
-        let form = square_root.then_some(("square_root", 1.0));
+        let form = square_root.then_some(("square_root", true.into()));
         let mut wide = registry::build(name, &vehicle(2), form).unwrap();
-        let form = square_root.then_some(("square_root", 1.0_f32));
+        let form = square_root.then_some(("square_root", true.into()));
         let mut small = registry32::build(name, &narrow_vehicle(&vehicle(2)), form).unwrap();
         let count = drive.len() as f64;
         let (mut mass, mut grade, mut beyond, mut end) = (0.0, 0.0, 0, 0.0);

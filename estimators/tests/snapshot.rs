@@ -5,6 +5,7 @@ mod common;
 
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_estimators::registry::{AnyEstimator, MAX_SNAPSHOT_BYTES};
@@ -48,9 +49,9 @@ fn all() -> Vec<AnyEstimator> {
     let plain = registry::NAMES
         .iter()
         .map(|name| registry::build(name, &vehicle(2), []).unwrap());
-    let factored = registry::NAMES
-        .iter()
-        .filter_map(|name| registry::build(name, &vehicle(2), [("square_root", 1.0)]).ok());
+    let factored = registry::NAMES.iter().filter_map(|name| {
+        registry::build(name, &vehicle(2), [("square_root", Setting::Flag(true))]).ok()
+    });
     let all: Vec<_> = plain.chain(factored).collect();
     assert!(all.len() > registry::NAMES.len());
     all
@@ -191,7 +192,7 @@ fn what_is_not_a_number_does_not_get_in() {
 
 #[test]
 fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
-    let built = |name: &str, drives, settings: &[(&'static str, Real)]| {
+    let built = |name: &str, drives, settings: &[(&'static str, Setting<'static>)]| {
         registry::build(name, &vehicle(drives), settings.iter().copied()).unwrap()
     };
     let mut estimator = built("dffrls_aekf_robust", 2, &[]);
@@ -206,7 +207,7 @@ fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
             SnapshotError::OtherSettings,
         ),
         (
-            built("dffrls_aekf_robust", 2, &[("mass_sd", 0.41)]),
+            built("dffrls_aekf_robust", 2, &[("mass_sd", 0.41.into())]),
             SnapshotError::OtherSettings,
         ),
     ] {

@@ -256,7 +256,9 @@ mod tests {
         assert!(!judged.held);
         assert_eq!(
             reasons(&judged),
-            ["joint_ekf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"]
+            [
+                "joint_ekf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"
+            ]
         );
     }
 

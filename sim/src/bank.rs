@@ -1,8 +1,8 @@
 //! Estimators side by side on the same measurements.
 
-use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::registry::AnyEstimator;
 
 /// No estimator has more internals.
 const MOST_INTERNALS: usize = 32;

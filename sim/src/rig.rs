@@ -15,8 +15,8 @@ use crate::timeline::Timeline;
 use crate::train::Train;
 use crate::train::adhesion::Zone;
 use crate::world::{World, WorldOptions};
-use monorig_estimators::registry;
 use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::registry;
 use std::sync::Arc;
 
 /// Everything a run needs, checked against each other.
@@ -326,8 +326,9 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
 }
 
 fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
-    let find =
-        |name: &str, key: &str| registry::keys(name).and_then(|mut keys| keys.find(|k| k.name == key));
+    let find = |name: &str, key: &str| {
+        registry::keys(name).and_then(|mut keys| keys.find(|k| k.name == key))
+    };
     let names = [registry::NAMES, registry::PRINTED_NAMES].concat();
     scenario.check_estimators(
         &names,
@@ -338,26 +339,14 @@ fn bank(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<Member>, Error> {
                 .map(|k| k.name)
                 .collect()
         },
-        &|name, key, value| match find(name, key)
-            .filter(|k| !(k.range[0]..=k.range[1]).contains(&value))
-        {
-            Some(k) => {
-                let unit = if k.unit == "-" {
-                    String::new()
-                } else {
-                    format!(" {}", k.unit)
-                };
-                Err(format!(
-                    "{value} is outside {}…{}{unit} ({})",
-                    k.range[0], k.range[1], k.doc
-                ))
-            }
-            None => Ok(()),
+        &|name, key, value| match find(name, key).map(|key| (key, key.check(value))) {
+            Some((key, Err(_))) => Err(format!("{value} is not {} ({})", key.kind, key.doc)),
+            _ => Ok(()),
         },
     )?;
     let mut bank = Vec::new();
     for (name, params) in &scenario.file.estimators {
-        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.get()));
+        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.setting()));
         let estimator = registry::build(name, vehicle, settings).map_err(|e| {
             scenario.error(
                 format!("estimators.{name}"),

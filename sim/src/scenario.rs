@@ -11,7 +11,7 @@ mod seeds;
 pub use event::{Event, Fault};
 pub use expect::Expectation;
 pub use load::Scenario;
-pub use parameters::{ParameterFile, Provenance, Settings};
+pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
 pub use published::Published;
 pub use seeds::Seeds;
 

@@ -1,49 +1,249 @@
-//! Parameters that a scenario sets by name: a table of keys, plain structs, no serialisation library.
+//! Parameters set by name: a number with unit and range, a flag, or a choice between words. Plain structs and tables of keys, no
+//! serialisation library.
 
 use core::fmt;
 
 use crate::Real;
 
-/// One parameter: what a rig needs to check a value and to explain it.
+/// One parameter: what a program needs to check a value and to explain it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
     /// Name in scenario files.
     pub name: &'static str,
-    /// Unit, `-` for none.
-    pub unit: &'static str,
-    /// Value when not set.
-    pub default: Real,
-    /// Smallest and largest value allowed.
-    pub range: [Real; 2],
     /// What it is, one sentence.
     pub doc: &'static str,
+    /// Which values it may have.
+    pub kind: Kind,
 }
 
-/// Why a parameter is refused.
+/// Which values a parameter may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A number.
+    Number {
+        /// Unit, `-` for none.
+        unit: &'static str,
+        /// Value when not set; `None` if the estimator then derives one from the vehicle.
+        default: Option<Real>,
+        /// Smallest and largest value allowed.
+        range: [Real; 2],
+    },
+    /// Yes or no.
+    Flag {
+        /// Value when not set.
+        default: bool,
+    },
+    /// One word of several.
+    Choice {
+        /// Value when not set.
+        default: &'static str,
+        /// The words there are.
+        choices: &'static [&'static str],
+    },
+}
+
+/// A value for a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting<'a> {
+    /// A number, in the unit of the key.
+    Number(Real),
+    /// Yes or no.
+    Flag(bool),
+    /// A word.
+    Choice(&'a str),
+}
+
+impl From<f64> for Setting<'_> {
+    fn from(number: f64) -> Self {
+        Setting::Number(number as Real)
+    }
+}
+
+impl From<f32> for Setting<'_> {
+    fn from(number: f32) -> Self {
+        Setting::Number(Real::from(number))
+    }
+}
+
+impl From<bool> for Setting<'_> {
+    fn from(flag: bool) -> Self {
+        Setting::Flag(flag)
+    }
+}
+
+impl<'a> From<&'a str> for Setting<'a> {
+    fn from(word: &'a str) -> Self {
+        Setting::Choice(word)
+    }
+}
+
+impl fmt::Display for Setting<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Setting::Number(number) => write!(out, "{number}"),
+            Setting::Flag(flag) => write!(out, "{flag}"),
+            Setting::Choice(word) => write!(out, "{word}"),
+        }
+    }
+}
+
+impl Key {
+    /// Value when not set; `None` if the estimator then derives one from the vehicle.
+    pub fn default(&self) -> Option<Setting<'static>> {
+        match self.kind {
+            Kind::Number { default, .. } => default.map(Setting::Number),
+            Kind::Flag { default } => Some(Setting::Flag(default)),
+            Kind::Choice { default, .. } => Some(Setting::Choice(default)),
+        }
+    }
+
+    /// Smallest and largest value and the unit, of a number.
+    pub fn number(&self) -> Option<([Real; 2], &'static str)> {
+        match self.kind {
+            Kind::Number { range, unit, .. } => Some((range, unit)),
+            Kind::Flag { .. } | Kind::Choice { .. } => None,
+        }
+    }
+
+    /// Whether the parameter may have this value.
+    pub fn check(&'static self, value: Setting) -> Result<(), ParamError> {
+        match (self.kind, value) {
+            (
+                Kind::Number {
+                    range: [low, high], ..
+                },
+                Setting::Number(number),
+            ) => {
+                if (low..=high).contains(&number) {
+                    Ok(())
+                } else {
+                    Err(ParamError::OutOfRange(self, number))
+                }
+            }
+            (Kind::Flag { .. }, Setting::Flag(_)) => Ok(()),
+            (Kind::Choice { choices, .. }, Setting::Choice(word)) => {
+                if choices.contains(&word) {
+                    Ok(())
+                } else {
+                    Err(ParamError::NotAChoice(self, Name::new(word)))
+                }
+            }
+            _ => Err(ParamError::OtherKind(self)),
+        }
+    }
+}
+
+/// The values a parameter may have, in words: `a number in 0…1 m/s`, `true or false`, `one of printed, corrected`.
+impl fmt::Display for Kind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Kind::Number {
+                unit: "-",
+                range: [low, high],
+                ..
+            } => write!(out, "a number in {low}…{high}"),
+            Kind::Number {
+                unit,
+                range: [low, high],
+                ..
+            } => write!(out, "a number in {low}…{high} {unit}"),
+            Kind::Flag { .. } => write!(out, "true or false"),
+            Kind::Choice { choices, .. } => {
+                write!(out, "one of ")?;
+                for (i, word) in choices.iter().enumerate() {
+                    write!(out, "{}{word}", if i == 0 { "" } else { ", " })?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A name that was given and is not known: its first 40 bytes, kept without a heap.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Name {
+    bytes: [u8; 40],
+    length: usize,
+}
+
+impl Name {
+    /// Copies the name, or what fits of it.
+    pub fn new(name: &str) -> Self {
+        let mut copy = Self {
+            bytes: [0; 40],
+            length: 0,
+        };
+        for character in name.chars() {
+            let end = copy.length + character.len_utf8();
+            let Some(place) = copy.bytes.get_mut(copy.length..end) else {
+                break;
+            };
+            character.encode_utf8(place);
+            copy.length = end;
+        }
+        copy
+    }
+
+    /// The name, or what fitted of it.
+    pub fn as_str(&self) -> &str {
+        let bytes = self.bytes.get(..self.length).unwrap_or_default();
+        core::str::from_utf8(bytes).unwrap_or_default()
+    }
+}
+
+impl fmt::Debug for Name {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.as_str(), out)
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.as_str())
+    }
+}
+
+/// Why a parameter, or the vehicle, is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ParamError {
     /// No estimator has this name; `registry::NAMES` lists those there are.
-    UnknownEstimator,
+    UnknownEstimator(Name),
     /// The estimator has no parameter of that name; `registry::keys` lists those it has.
-    UnknownKey,
-    /// The value is NaN or outside the range of the key.
-    OutOfRange(&'static Key),
-    /// What the vehicle is said to be cannot be: the named field is not finite or not positive where it must be.
+    UnknownKey(Name),
+    /// The number is NaN or outside the range of the key.
+    OutOfRange(&'static Key, Real),
+    /// The word is not one of the key's choices.
+    NotAChoice(&'static Key, Name),
+    /// A number, flag or word where the key has another kind of value.
+    OtherKind(&'static Key),
+    /// The vehicle cannot be: the named field is not finite or not positive where it must be.
     Vehicle(&'static str),
 }
 
 impl fmt::Display for ParamError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ParamError::UnknownEstimator => write!(out, "no estimator of this name"),
-            ParamError::UnknownKey => write!(out, "the estimator has no parameter of this name"),
-            ParamError::OutOfRange(key) => {
-                let [low, high] = key.range;
+            ParamError::UnknownEstimator(name) => write!(out, "no estimator is called {name}"),
+            ParamError::UnknownKey(name) => {
+                write!(out, "the estimator has no parameter called {name}")
+            }
+            ParamError::OutOfRange(key, value) => {
                 write!(
                     out,
-                    "{} must be in {low}…{high} {}: {}",
-                    key.name, key.unit, key.doc
+                    "{} is {value} but must be {}: {}",
+                    key.name, key.kind, key.doc
                 )
+            }
+            ParamError::NotAChoice(key, word) => {
+                write!(
+                    out,
+                    "{} is {word} but must be {}: {}",
+                    key.name, key.kind, key.doc
+                )
+            }
+            ParamError::OtherKind(key) => {
+                write!(out, "{} must be {}: {}", key.name, key.kind, key.doc)
             }
             ParamError::Vehicle(field) => {
                 write!(out, "{field} of the vehicle is not a usable number")
@@ -54,32 +254,131 @@ impl fmt::Display for ParamError {
 
 impl core::error::Error for ParamError {}
 
-/// Declares a group of parameters: struct, `Default`, key table and `set`, from one list.
+/// The parameters of an estimator: set by name, listed for checks and documentation. Made by [`params!`](crate::params) and
+/// [`param_groups!`](crate::param_groups).
+pub trait Parameters: Default {
+    /// All keys, group by group.
+    const GROUPS: &'static [&'static [Key]];
+
+    /// Sets one parameter by name, or refuses: unknown name, wrong kind of value, or out of range.
+    fn set(&mut self, name: &str, value: Setting<'_>) -> Result<(), ParamError>;
+
+    /// The key of that name.
+    fn key(name: &str) -> Option<&'static Key> {
+        Self::GROUPS
+            .iter()
+            .copied()
+            .flatten()
+            .find(|key| key.name == name)
+    }
+}
+
+/// Declares a group of parameters: struct, `Default` and [`Parameters`](crate::api::params::Parameters) from one list.
+///
+/// A field is a number with unit, default, range and a sentence; `none` in place of the default makes it an `Option`. It is a flag with
+/// `[flag]`, and with `[choice T]` a choice, where `T` is made by [`choices!`](crate::choices).
+///
+/// ```
+/// use monorig_estimators::api::params::{Kind, ParamError, Parameters, Setting};
+///
+/// monorig_estimators::choices! {
+///     /// Which acceleration the filter uses.
+///     Source {
+///         /// That of the accelerometer.
+///         SpecificForce = "specific_force",
+///         /// That of the wheels.
+///         Wheels = "wheels",
+///     }
+/// }
+///
+/// monorig_estimators::params! {
+///     /// Parameters of my filter.
+///     MyParams {
+///         gain ["1/s"] = 0.5, 0.0 => 10.0, "Gain of the correction.";
+///         mass0_kg ["kg"] = none, 1.0 => 1e6, "Mass at the start; not set: the middle of the vehicle's range.";
+///         hold [flag] = true, "Hold the estimate while standing.";
+///         source [choice Source] = Source::Wheels, "Where the acceleration comes from.";
+///     }
+/// }
+///
+/// let mut params = MyParams::default();
+/// params.set("mass0_kg", Setting::Number(15e3))?;
+/// params.set("source", Setting::Choice("specific_force"))?;
+/// assert_eq!((params.mass0_kg, params.source), (Some(15e3), Source::SpecificForce));
+///
+/// assert!(matches!(params.set("gain", 11.0.into()), Err(ParamError::OutOfRange(key, _)) if key.name == "gain"));
+/// assert!(matches!(params.set("gian", 1.0.into()), Err(ParamError::UnknownKey(name)) if name.as_str() == "gian"));
+/// assert!(matches!(params.set("hold", 1.0.into()), Err(ParamError::OtherKind(_))));
+/// assert_eq!(MyParams::key("hold").map(|key| key.kind), Some(Kind::Flag { default: true }));
+/// # Ok::<(), ParamError>(())
+/// ```
+#[macro_export]
 macro_rules! params {
-    ($(#[$about:meta])* $name:ident { $($field:ident [$unit:literal] = $default:expr, $low:expr => $high:expr, $doc:literal;)* }) => {
+    ($(#[$about:meta])* $name:ident { $($fields:tt)* }) => {
+        $crate::params! { @field [$(#[$about])* $name] [] $($fields)* }
+    };
+    (@field $head:tt [$($done:tt)*] $field:ident [flag] = $default:expr, $doc:literal; $($rest:tt)*) => {
+        $crate::params! { @field $head [$($done)* {
+            $field, bool, $default, $doc,
+            $crate::api::params::Kind::Flag { default: $default },
+            (value) match value { $crate::api::params::Setting::Flag(flag) => Some(flag), _ => None }
+        }] $($rest)* }
+    };
+    (@field $head:tt [$($done:tt)*] $field:ident [choice $choices:ident] = $default:expr, $doc:literal; $($rest:tt)*) => {
+        $crate::params! { @field $head [$($done)* {
+            $field, $choices, $default, $doc,
+            $crate::api::params::Kind::Choice { default: $choices::word($default), choices: $choices::WORDS },
+            (value) match value { $crate::api::params::Setting::Choice(word) => $choices::from_word(word), _ => None }
+        }] $($rest)* }
+    };
+    (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = none, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
+        $crate::params! { @field $head [$($done)* {
+            $field, Option<$crate::Real>, None, $doc,
+            $crate::api::params::Kind::Number { unit: $unit, default: None, range: [$low, $high] },
+            (value) match value { $crate::api::params::Setting::Number(number) => Some(Some(number)), _ => None }
+        }] $($rest)* }
+    };
+    (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = $default:expr, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
+        $crate::params! { @field $head [$($done)* {
+            $field, $crate::Real, $default, $doc,
+            $crate::api::params::Kind::Number { unit: $unit, default: Some($default), range: [$low, $high] },
+            (value) match value { $crate::api::params::Setting::Number(number) => Some(number), _ => None }
+        }] $($rest)* }
+    };
+    (@field [$(#[$about:meta])* $name:ident]
+        [$({ $field:ident, $type:ty, $default:expr, $doc:literal, $kind:expr, ($value:ident) $read:expr })*]) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $name {
-            $(#[doc = concat!($doc, " Unit: ", $unit, ".")] pub $field: $crate::Real,)*
+            $(#[doc = $doc] pub $field: $type,)*
         }
 
         impl $name {
             /// The parameters of this group.
             pub const KEYS: &'static [$crate::api::params::Key] = &[
-                $($crate::api::params::Key {
-                    name: stringify!($field), unit: $unit, default: $default, range: [$low, $high], doc: $doc,
-                },)*
+                $($crate::api::params::Key { name: stringify!($field), doc: $doc, kind: $kind },)*
             ];
+        }
 
-            /// Sets one parameter. `Ok(false)` if it is not of this group.
-            pub fn set(&mut self, name: &str, value: $crate::Real) -> Result<bool, $crate::api::params::ParamError> {
-                let Some(key) = Self::KEYS.iter().find(|key| key.name == name) else { return Ok(false) };
-                let [low, high] = key.range;
-                if !(low..=high).contains(&value) {
-                    return Err($crate::api::params::ParamError::OutOfRange(key));
-                }
-                $(if name == stringify!($field) { self.$field = value; })*
-                Ok(true)
+        impl $crate::api::params::Parameters for $name {
+            const GROUPS: &'static [&'static [$crate::api::params::Key]] = &[Self::KEYS];
+
+            fn set(
+                &mut self,
+                name: &str,
+                value: $crate::api::params::Setting<'_>,
+            ) -> Result<(), $crate::api::params::ParamError> {
+                let Some(key) = Self::KEYS.iter().find(|key| key.name == name) else {
+                    return Err($crate::api::params::ParamError::UnknownKey($crate::api::params::Name::new(name)));
+                };
+                key.check(value)?;
+                $(if name == stringify!($field) {
+                    let $value = value;
+                    if let Some(read) = $read {
+                        self.$field = read;
+                    }
+                })*
+                Ok(())
             }
         }
 
@@ -91,26 +390,66 @@ macro_rules! params {
     };
 }
 
-/// Declares the parameters of a pipeline: groups made by [`params!`], with the table of all their keys and one `set`.
+/// Declares the words of a choice: an enum with its words, for [`params!`](crate::params).
+#[macro_export]
+macro_rules! choices {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $word:literal,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl $name {
+            /// The words there are.
+            pub const WORDS: &'static [&'static str] = &[$($word),*];
+
+            /// All of them, in the order of the words.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// Its word.
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)*
+                }
+            }
+
+            /// The one with this word.
+            pub fn from_word(word: &str) -> Option<Self> {
+                match word {
+                    $($word => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+/// Declares the parameters of a pipeline from groups made by [`params!`](crate::params).
+#[macro_export]
 macro_rules! param_groups {
-    ($(#[$about:meta])* $name:ident { $($field:ident: $group:ident),* }) => {
+    ($(#[$about:meta])* $name:ident { $($field:ident: $group:ident),* $(,)? }) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct $name {
             $(#[doc = concat!("Group [`", stringify!($group), "`].")] pub $field: $group,)*
         }
 
-        impl $name {
-            /// All keys, group by group.
-            pub const KEYS: &'static [&'static [$crate::api::params::Key]] = &[$($group::KEYS),*];
+        impl $crate::api::params::Parameters for $name {
+            const GROUPS: &'static [&'static [$crate::api::params::Key]] = &[$($group::KEYS),*];
 
-            /// Sets one parameter by name.
-            pub fn set(&mut self, name: &str, value: $crate::Real) -> Result<(), $crate::api::params::ParamError> {
-                $(if self.$field.set(name, value)? { return Ok(()); })*
-                Err($crate::api::params::ParamError::UnknownKey)
+            fn set(
+                &mut self,
+                name: &str,
+                value: $crate::api::params::Setting<'_>,
+            ) -> Result<(), $crate::api::params::ParamError> {
+                $(if $group::KEYS.iter().any(|key| key.name == name) {
+                    return $crate::api::params::Parameters::set(&mut self.$field, name, value);
+                })*
+                Err($crate::api::params::ParamError::UnknownKey($crate::api::params::Name::new(name)))
             }
         }
     };
 }
 
-pub(crate) use {param_groups, params};
+pub use crate::{choices, param_groups, params};

@@ -99,24 +99,16 @@ pub struct RoadVehicle {
 const STANDSTILL_MPS: [Real; 2] = [0.05, 0.3];
 
 impl Vehicle {
-    /// The speed below which the vehicle counts as standing, m/s: `told_mps`, or, if that is 0, what suits a rail or a road.
-    pub fn standstill_mps(&self, told_mps: Real) -> Real {
+    /// The speed below which the vehicle counts as standing, m/s: the one given, or what suits a rail or a road.
+    pub fn standstill_mps(&self, given_mps: Option<Real>) -> Real {
         let [rail, road] = STANDSTILL_MPS;
-        match (told_mps > 0.0, self.road.is_some()) {
-            (true, _) => told_mps,
-            (false, false) => rail,
-            (false, true) => road,
-        }
+        given_mps.unwrap_or(if self.road.is_some() { road } else { rail })
     }
 
-    /// The mass to start from, kg: `told_kg`, or, if that is 0, the middle of the mass range; always inside the range.
-    pub fn first_mass_kg(&self, told_kg: Real) -> Real {
+    /// The mass to start from, kg: the one given, or the middle of the mass range; always inside the range.
+    pub fn first_mass_kg(&self, given_kg: Option<Real>) -> Real {
         let [low, high] = self.mass_range_kg;
-        let first = if told_kg > 0.0 {
-            told_kg
-        } else {
-            0.5 * (low + high)
-        };
+        let first = given_kg.unwrap_or(0.5 * (low + high));
         first.max(low).min(high)
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 
 /// Error of the grade, deg, after a minute of a steady turn up a grade, with the mass told and held.
 fn error(name: &str, turn: &Turn) -> Real {
-    let hold = [("mass0_kg", 2_170.0), ("mass_sd", 0.01)];
+    let hold = [("mass0_kg", 2_170.0.into()), ("mass_sd", 0.01.into())];
     let mut estimator = build(name, &car(), hold).unwrap();
     let mut last = Estimate::default();
     for k in 1..=6000 {

@@ -27,7 +27,7 @@ struct Errors {
 }
 
 /// Mean over seeds, for an estimator told the spans or told a point.
-fn errors(name: &str, settings: &[(&str, Real)], told: bool) -> Errors {
+fn errors(name: &str, settings: &[(&str, Setting)], told: bool) -> Errors {
     let vehicle = if told {
         Vehicle {
             tare_span_m: TARE_SPAN_M,
@@ -86,7 +86,7 @@ const HOPELESS: &[&str] = &["ffrls_robust", "joint_ekf_robust"];
 
 #[test]
 fn told_its_length_every_pipeline_tells_how_far_the_grade_at_the_imu_is_ahead() {
-    let mass0 = [("mass0_kg", 15_000.0)];
+    let mass0 = [("mass0_kg", 15_000.0.into())];
     for name in METHODS {
         let knows_mass = keys(name).unwrap().any(|key| key.name == "mass0_kg");
         let settings: &[_] = if knows_mass { &mass0 } else { &[] };
@@ -100,7 +100,7 @@ fn told_its_length_every_pipeline_tells_how_far_the_grade_at_the_imu_is_ahead() 
 
 #[test]
 fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
-    let settings = [("mass0_kg", 12_000.0)];
+    let settings = [("mass0_kg", 12_000.0.into())];
     let long = errors("mmrls_sh_stf_robust", &settings, true);
     let point = errors("mmrls_sh_stf_robust", &settings, false);
     assert!(long.mass < 0.02 && point.mass > 0.05);
@@ -128,7 +128,7 @@ fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
         };
         let mut blind: Real = 0.0;
         for seed in 1..=4 {
-            let estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
+            let estimator = build(name, &vehicle, [("mass0_kg", 15_000.0.into())]).unwrap();
             let rows = long(seed).run(&mut Tampered { estimator, tamper });
             for row in rows.iter().filter(|row| row.t > 62.0) {
                 let [grade, whole] = [row.estimate.grade_rad, row.estimate.effective_grade_rad];
@@ -163,7 +163,7 @@ fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
         "mmrls_sh_stf_robust",
     ] {
         for seed in 1..=2 {
-            let mut estimator = build(name, &vehicle, [("mass0_kg", 15_000.0)]).unwrap();
+            let mut estimator = build(name, &vehicle, [("mass0_kg", 15_000.0.into())]).unwrap();
             let world = World {
                 grade: |s| 8f64.to_radians() * smooth((s - 20.0) / 8.0),
                 speed: |t| (0.25 * (t - 1.0)).clamp(0.0, 1.0) - (0.25 * (t - 90.0)).clamp(0.0, 1.9),

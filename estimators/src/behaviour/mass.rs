@@ -5,8 +5,12 @@ use super::*;
 #[test]
 fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degree() {
     for seed in 1..=10 {
-        let mut estimator =
-            build("dffrls_aekf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator = build(
+            "dffrls_aekf_robust",
+            &vehicle(),
+            [("mass0_kg", 12_000.0.into())],
+        )
+        .unwrap();
         let rows = world(seed).run(&mut estimator);
         let (mass, slope) = (mass_error(&rows, 50.0), grade_error_deg(&rows, 10.0));
         std::println!("seed {seed}: mass {:.3} %, slope {slope:.3}°", 100.0 * mass);
@@ -157,8 +161,12 @@ fn another_load_is_another_running_resistance() {
 #[test]
 fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
     let run = |mu: Real, seed: u64| {
-        let mut estimator =
-            build("mmrls_sh_stf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator = build(
+            "mmrls_sh_stf_robust",
+            &vehicle(),
+            [("mass0_kg", 12_000.0.into())],
+        )
+        .unwrap();
         let rows = World { mu, ..world(seed) }.run(&mut estimator);
         let last = rows.last().unwrap().estimate.total_mass_kg;
         (
@@ -253,7 +261,7 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
         seconds: 180.0,
         ..world(seed)
     };
-    let mean = |settings: &[(&str, Real)]| {
+    let mean = |settings: &[(&str, Setting)]| {
         let (mut mass, mut slope) = (0.0, 0.0);
         for seed in 1..=10 {
             let settings = settings.iter().copied();
@@ -268,7 +276,7 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
         );
         (mass, slope)
     };
-    let (knows, ignores) = (mean(&[]), mean(&[("curve_sd_m", 0.0)]));
+    let (knows, ignores) = (mean(&[]), mean(&[("curve_sd_m", 0.0.into())]));
     assert!(knows.0 < 0.02 && knows.1 < 0.3, "{knows:?}");
     assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
 }
@@ -291,7 +299,7 @@ fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
                 mass_range_kg,
                 ..vehicle()
             };
-            let mut estimator = build(name, &told, [("mass0_kg", 15_000.0)]).unwrap();
+            let mut estimator = build(name, &told, [("mass0_kg", 15_000.0.into())]).unwrap();
             let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
             World { speed, ..world(3) }.run(&mut estimator)
         };

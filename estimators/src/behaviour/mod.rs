@@ -7,6 +7,7 @@ mod mass;
 mod slope;
 
 use crate::api::estimator::Estimator;
+use crate::api::params::Setting;
 use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
 use crate::registry::*;
 use crate::testing::Random;
@@ -19,7 +20,7 @@ pub fn mass_statistics(name: &str, worlds: impl Fn(u64) -> World) -> (Real, Real
     let count = 40;
     let (mut bias, mut square, mut normalised) = (0.0, 0.0, 0.0);
     for seed in 1..=count {
-        let mut estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0.into())]).unwrap();
         let rows = worlds(seed).run(&mut estimator);
         let last = rows.last().unwrap();
         let error = last.estimate.total_mass_kg.value / last.mass - 1.0;
@@ -31,7 +32,7 @@ pub fn mass_statistics(name: &str, worlds: impl Fn(u64) -> World) -> (Real, Real
 }
 
 /// Root-mean-square grade error, deg, over ten seeds.
-pub fn grade_rms(name: &str, settings: &[(&str, Real)], worlds: impl Fn(u64) -> World) -> Real {
+pub fn grade_rms(name: &str, settings: &[(&str, Setting)], worlds: impl Fn(u64) -> World) -> Real {
     let errors: Vec<Real> = (1..=10)
         .map(|seed| {
             let mut estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
@@ -70,7 +71,7 @@ impl<E: Estimator, F: Fn(&mut Measurements, &mut Command)> Estimator for Tampere
 }
 
 pub fn tampered(name: &str, tamper: impl Fn(&mut Measurements, &mut Command)) -> Vec<Row> {
-    let estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+    let estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0.into())]).unwrap();
     world(1).run(&mut Tampered { estimator, tamper })
 }
 

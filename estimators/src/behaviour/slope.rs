@@ -7,8 +7,8 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
     let rms = |name: &str, worlds: &dyn Fn(u64) -> World| {
         let (mut mass, mut slope) = (0.0, 0.0);
         for seed in 1..=10 {
-            let rows =
-                worlds(seed).run(&mut build(name, &vehicle(), [("mass0_kg", 12_000.0)]).unwrap());
+            let rows = worlds(seed)
+                .run(&mut build(name, &vehicle(), [("mass0_kg", 12_000.0.into())]).unwrap());
             mass += mass_error(&rows, 50.0) / 10.0;
             slope += grade_error_deg(&rows, 10.0) / 10.0;
         }
@@ -41,10 +41,10 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
 fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mistuned() {
     let right = grade_rms("dffrls_ukf_robust", &[], world);
     assert!(right < 0.25, "{right}");
-    let gyro = grade_rms("dffrls_ukf_robust", &[("gyro", 1.0)], world);
+    let gyro = grade_rms("dffrls_ukf_robust", &[("gyro", Setting::Flag(true))], world);
     assert!(2.0 * gyro < right, "{gyro} {right}");
     // Noise told ten times too large: adaptation takes most of the loss back.
-    let wrong = [("wheel_speed_sd_mps", 0.05)];
+    let wrong = [("wheel_speed_sd_mps", 0.05.into())];
     let (fixed, adaptive) = (
         grade_rms("dffrls_ukf_robust", &wrong, world),
         grade_rms("dffrls_aukf_robust", &wrong, world),
@@ -57,7 +57,11 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
     };
     let (with, without) = (
         grade_rms("dffrls_ukf_robust", &[], wavy),
-        grade_rms("dffrls_ukf_robust", &[("curvature_sd_per_m", 1e-4)], wavy),
+        grade_rms(
+            "dffrls_ukf_robust",
+            &[("curvature_sd_per_m", 1e-4.into())],
+            wavy,
+        ),
     );
     assert!(with < 0.7 * without, "{with} {without}");
     // An accelerometer bias is a slope error, b/g, and nothing here can see it.
@@ -71,15 +75,15 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
 
 #[test]
 fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
-    let slope = grade_rms("imm_stf_robust", &[("mass0_kg", 15_000.0)], world);
+    let slope = grade_rms("imm_stf_robust", &[("mass0_kg", 15_000.0.into())], world);
     assert!(slope < 0.25, "{slope}");
     // A mass told wrongly misleads the dynamic model; the kinematic one keeps the slope.
     let misled = grade_rms(
         "imm_stf_robust",
         &[
-            ("mass0_kg", 10_000.0),
-            ("mass_sd", 0.05),
-            ("force_gate_mps2", 10.0),
+            ("mass0_kg", 10_000.0.into()),
+            ("mass_sd", 0.05.into()),
+            ("force_gate_mps2", 10.0.into()),
         ],
         world,
     );
@@ -92,7 +96,12 @@ fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_d
         ..world(seed)
     };
     for seed in 1..=5 {
-        let mut estimator = build("imm_stf_robust", &vehicle(), [("mass0_kg", 12_000.0)]).unwrap();
+        let mut estimator = build(
+            "imm_stf_robust",
+            &vehicle(),
+            [("mass0_kg", 12_000.0.into())],
+        )
+        .unwrap();
         let rows = jerky(seed).run(&mut estimator);
         let error = mass_error(&rows, 100.0);
         std::println!("imm_stf_robust mass, seed {seed}: {:.1} %", 100.0 * error);
@@ -102,7 +111,11 @@ fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_d
 
 #[test]
 fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_husa() {
-    let settings = [("mass0_kg", 15_000.0), ("mass_sd", 0.01), ("q_theta", 1e-7)];
+    let settings = [
+        ("mass0_kg", 15_000.0.into()),
+        ("mass_sd", 0.01.into()),
+        ("q_theta", 1e-7.into()),
+    ];
     let watch = |world: World, name: &str| {
         let mut watched = Watched::new(
             build("mmrls_sh_stf_robust", &vehicle(), settings).unwrap(),

@@ -34,7 +34,7 @@ params! {
         jerk_sd_mps3 ["m/s³"] = 0.1, 1e-3 => 100.0, "Expected residual of the derivative of f − v̇.";
         curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature before any measurement.";
         curvature_max_per_m ["1/m"] = 0.25, 1e-3 => 1.0, "Largest curvature a rail has.";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the curvature is not learnt; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the curvature is not learnt; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing before learning resumes.";
     }
 }
@@ -63,6 +63,7 @@ impl DynamicForgetting {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature<const N: usize> {
     params: CurvatureParams,
+    standstill_mps: Real,
     smoother: AdaptiveSmoother<2>,
     force: MatchedFilter,
     speed: MatchedFilter,
@@ -86,16 +87,13 @@ impl<const N: usize> Curvature<N> {
         offset_sd_mps3: Real,
         policy: Forgetting<N>,
     ) -> Self {
-        let params = CurvatureParams {
-            standstill_mps: vehicle.standstill_mps(params.standstill_mps),
-            ..params
-        };
         let calm = params.smoothing_hz;
         let sd = first_then(params.curvature_sd_per_m, offset_sd_mps3);
         let prior = Gaussian::independent(SVector::zeros(), sd);
         let filter = MatchedFilter::new(params.cutoff_hz);
         Self {
             params,
+            standstill_mps: vehicle.standstill_mps(params.standstill_mps),
             smoother: AdaptiveSmoother::new(
                 [calm, 3.0 * calm, 10.0 * calm],
                 params.smoothing_noise_mps2,
@@ -132,7 +130,7 @@ impl<const N: usize> Curvature<N> {
         self.excess.step(force - self.speed.rate(), dt);
         self.speed_again.step(speed, dt);
 
-        self.running_s = if v.abs() > self.params.standstill_mps {
+        self.running_s = if v.abs() > self.standstill_mps {
             self.running_s + dt
         } else {
             0.0
@@ -169,7 +167,7 @@ impl<const N: usize> Curvature<N> {
 
     /// Speed below which the train counts as standing, m/s.
     pub fn standstill_mps(&self) -> Real {
-        self.params.standstill_mps
+        self.standstill_mps
     }
 
     /// Whether the train has moved long enough for the regression to learn.
@@ -198,7 +196,7 @@ fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
     SVector::from_fn(|i, _| if i == 0 { first } else { then })
 }
 
-state!(@[const N: usize] Curvature<N> { smoother, force, speed, excess, speed_again, rls, fresh, running_s, since_sample_s, outcome; params });
+state!(@[const N: usize] Curvature<N> { smoother, force, speed, excess, speed_again, rls, fresh, running_s, since_sample_s, outcome; params, standstill_mps });
 
 #[cfg(test)]
 mod tests {

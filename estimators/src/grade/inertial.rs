@@ -44,7 +44,7 @@ params! {
         accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filter cannot see.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
-        gyro ["-"] = 0.0, 0.0 => 1.0, "0: the curvature carries the slope forward; 1: the pitch gyro does.";
+        gyro [flag] = false, "The pitch gyro carries the slope forward, not the curvature.";
     }
 }
 
@@ -89,7 +89,7 @@ impl<const N: usize> CurvatureSlope<N> {
                 kappa: sigma.kappa_ukf,
             }),
             standstill_mps: curvature.standstill_mps(),
-            train: DistributedTrain::new(vehicle, curvature.standstill_mps()),
+            train: DistributedTrain::new(vehicle, Some(curvature.standstill_mps())),
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
             belief: Gaussian::independent(x, sd),
@@ -109,7 +109,7 @@ impl<const N: usize> CurvatureSlope<N> {
 
     fn predict(&mut self, reading: &Reading, dt: Real) {
         let rho = self.curvature.per_m().0;
-        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro >= 0.5);
+        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro);
         let f = reading.specific_force_mps2;
         let q_theta = if gyro.is_some() {
             self.params.q_theta_gyro

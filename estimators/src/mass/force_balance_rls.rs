@@ -21,7 +21,7 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use crate::Real;
-use crate::api::params::params;
+use crate::api::params::{choices, params};
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
@@ -35,24 +35,25 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::MassEstimator;
 use crate::preprocess::resampler::Resampler;
 
-/// What stands for the acceleration beside the mass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AccelSource {
-    /// The accelerometer, which reads v̇ + g sin θ.
-    SpecificForce,
-    /// The derivative of wheel speed, v̇.
-    Kinematic,
+choices! {
+    /// What stands for the acceleration beside the mass.
+    AccelSource {
+        /// The accelerometer, which reads v̇ + g sin θ.
+        SpecificForce = "specific_force",
+        /// The derivative of wheel speed, v̇.
+        Kinematic = "kinematic",
+    }
 }
 
 params! {
     /// Parameters of the mass regression.
     MassParams {
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
         accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
-        kinematic ["-"] = 0.0, 0.0 => 1.0, "0: regress on the specific force; 1: on the derivative of wheel speed, which needs a constant slope.";
+        acceleration [choice AccelSource] = AccelSource::SpecificForce, "What the regression takes for acceleration: the specific force, or the derivative of wheel speed, which needs a constant slope.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
@@ -60,10 +61,10 @@ params! {
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
         excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
         unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
-        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
+        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
     }
 }
 
@@ -99,10 +100,9 @@ impl ForceBalanceRls {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
         // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
-        let free_sd = if params.kinematic < 0.5 {
-            params.accel_bias_sd_mps2
-        } else {
-            0.1 * GRAVITY
+        let free_sd = match params.acceleration {
+            AccelSource::SpecificForce => params.accel_bias_sd_mps2,
+            AccelSource::Kinematic => 0.1 * GRAVITY,
         };
         let sd = vector![
             params.mass_sd,
@@ -111,7 +111,7 @@ impl ForceBalanceRls {
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
-        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root >= 0.5);
+        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root);
         Self {
             params,
             rls,
@@ -144,11 +144,7 @@ impl ForceBalanceRls {
 
     /// Which acceleration stands beside the mass.
     pub fn source(&self) -> AccelSource {
-        if self.params.kinematic < 0.5 {
-            AccelSource::SpecificForce
-        } else {
-            AccelSource::Kinematic
-        }
+        self.params.acceleration
     }
 
     /// Covariance, widened if the residuals are larger than expected or hang together.

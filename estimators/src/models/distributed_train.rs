@@ -77,7 +77,7 @@ impl LastKnown {
 
 impl DistributedTrain {
     /// From the vehicle's nominal values.
-    pub fn new(vehicle: &Vehicle, standstill_mps: Real) -> Self {
+    pub fn new(vehicle: &Vehicle, standstill_mps: Option<Real>) -> Self {
         Self {
             train: MappedTrain::new(vehicle),
             point: vehicle.tare_span_m == [0.0; 2]

@@ -24,43 +24,33 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
+use crate::api::params::choices;
 use crate::api::real::{GRAVITY, cos, sin, sqrt};
 use crate::mass::force_balance_rls::AccelSource;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::resampler::ResampledSample;
 
-/// Which regression.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regressor {
-    /// R-A: inverse mass and slope from the acceleration.
-    Coupled,
-    /// R-B: running resistance of a known mass.
-    Resistance,
-    /// R-C: mass from changes.
-    Differenced,
-    /// R-D: mass driving straight.
-    Straight,
-    /// R-E: mass in a bend.
-    Turning,
-    /// R-F: vertical curvature of the rail.
-    Curvature,
-    /// R-G: mass from the specific force, running resistance known.
-    KnownResistance,
-    /// R-H: mass from the specific force, running resistance free.
-    FreeResistance,
+choices! {
+    /// Which regression.
+    Regressor {
+        /// R-A: inverse mass and slope from the acceleration.
+        Coupled = "coupled",
+        /// R-B: running resistance of a known mass.
+        Resistance = "resistance",
+        /// R-C: mass from changes.
+        Differenced = "differenced",
+        /// R-D: mass driving straight.
+        Straight = "straight",
+        /// R-E: mass in a bend.
+        Turning = "turning",
+        /// R-F: vertical curvature of the rail.
+        Curvature = "curvature",
+        /// R-G: mass from the specific force, running resistance known.
+        KnownResistance = "known_resistance",
+        /// R-H: mass from the specific force, running resistance free.
+        FreeResistance = "free_resistance",
+    }
 }
-
-/// All of them, in the order of their ids.
-pub const ALL: [Regressor; 8] = [
-    Regressor::Coupled,
-    Regressor::Resistance,
-    Regressor::Differenced,
-    Regressor::Straight,
-    Regressor::Turning,
-    Regressor::Curvature,
-    Regressor::KnownResistance,
-    Regressor::FreeResistance,
-];
 
 /// What χ₁ of a regression is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,7 +222,7 @@ mod tests {
         for source in [AccelSource::SpecificForce, AccelSource::Kinematic] {
             for v in [1.2, -0.7 as Real] {
                 for (a, theta) in [(0.3, 0.0 as Real), (-0.2, 0.25), (0.1, -0.4)] {
-                    for regressor in ALL {
+                    for &regressor in Regressor::ALL {
                         let direction = v.signum();
                         // R-D has a constant for 1 + J/M: right only at the mass it is for.
                         let mass0_kg = match regressor {
@@ -308,12 +298,18 @@ mod tests {
             turning: (0.0, 0.0),
             jerk: None,
         };
-        assert!(ALL.iter().all(|r| r.row(&signals, &known).is_none()));
+        assert!(
+            Regressor::ALL
+                .iter()
+                .all(|r| r.row(&signals, &known).is_none())
+        );
         let wheels = Known {
             source: AccelSource::Kinematic,
             ..known
         };
-        let count = ALL.iter().filter(|r| r.row(&signals, &wheels).is_some());
+        let count = Regressor::ALL
+            .iter()
+            .filter(|r| r.row(&signals, &wheels).is_some());
         assert_eq!(count.count(), 6); // all but the differences and the curvature
     }
 }

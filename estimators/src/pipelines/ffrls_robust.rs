@@ -28,15 +28,15 @@ params! {
     /// Parameters of the coupled regression.
     Own {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Constant forgetting factor, per regression sample.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.5, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         sine_sd ["-"] = 0.1, 0.001 => 1.0, "Standard deviation of the sine of the grade angle at the start.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
-        square_root ["-"] = 0.0, 0.0 => 1.0, "1: carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision); 0: as it is.";
+        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
     }
 }
 
@@ -49,6 +49,7 @@ param_groups! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ffrls {
     params: Own,
+    standstill_mps: Real,
     balance: ForceBalance,
     mu: Real,
     mass0_kg: Real,
@@ -66,21 +67,19 @@ pub struct Ffrls {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
-    let own = Own {
-        standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
-        ..params.own
-    };
+    let own = params.own;
     let mass0_kg = vehicle.first_mass_kg(own.mass0_kg);
     let mu = vehicle.running_resistance;
     let prior = Gaussian::independent(vector![1.0, mu], vector![own.mass_sd, own.sine_sd]);
     Ffrls {
         params: own,
+        standstill_mps: vehicle.standstill_mps(own.standstill_mps),
         balance: ForceBalance::new(vehicle),
         mu,
         mass0_kg,
         range_kg: vehicle.mass_range_kg,
         rls: Rls::new(prior, Forgetting::Constant(own.lambda0))
-            .in_square_root_form(own.square_root >= 0.5),
+            .in_square_root_form(own.square_root),
         signals: Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
         train: DistributedTrain::new(vehicle, own.standstill_mps),
         direction: 1.0,
@@ -121,7 +120,7 @@ impl Pipeline for Ffrls {
     const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.params.standstill_mps);
+        let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
         self.train.step(&self.signals, None, reading, dt);
@@ -183,4 +182,4 @@ impl Pipeline for Ffrls {
         State::visit(self, archive);
     }
 }
-state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome; params, balance, mu, mass0_kg, range_kg });
+state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome; params, standstill_mps, balance, mu, mass0_kg, range_kg });

@@ -32,9 +32,9 @@ params! {
     /// What `joint_ekf_robust` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
     /// slope does for a matter of mass, and is sure of it.
     Own {
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
         q_theta ["rad²/s"] = 3e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
@@ -64,6 +64,7 @@ const SCALE: Real = 1e4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointEkf {
     params: Params,
+    standstill_mps: Real,
     balance: ForceBalance,
     mu: Real,
     range_kg: [Real; 2],
@@ -92,12 +93,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         w0 * params.own.mass_sd
     ];
     JointEkf {
-        params: Params {
-            own: Own {
-                standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
-                ..params.own
-            },
-        },
+        params: *params,
+        standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
         balance: ForceBalance::new(vehicle),
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
@@ -214,7 +211,7 @@ impl Pipeline for JointEkf {
         &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.params.own.standstill_mps);
+        let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
         if let Some(speed) = reading.speed_mps {
@@ -275,7 +272,7 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { belief, signals, train, earned, speed, excited, started, saturated, last; params, balance, mu, range_kg });
+state!(JointEkf { belief, signals, train, earned, speed, excited, started, saturated, last; params, standstill_mps, balance, mu, range_kg });
 
 #[cfg(test)]
 mod tests {

@@ -7,7 +7,7 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
-use crate::api::params::{param_groups, params};
+use crate::api::params::{choices, param_groups, params};
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
@@ -19,18 +19,33 @@ use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::AccelSource;
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
-use crate::models::regressors;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, TwoStage};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 
+choices! {
+    /// How a regression forgets.
+    Policy {
+        /// Not at all (RLS).
+        Never = "never",
+        /// By one constant factor (FFRLS).
+        Constant = "constant",
+        /// By the residual (DFFRLS).
+        Dynamic = "dynamic",
+        /// Each parameter by its own factor (RLS-MFF).
+        Multiple = "multiple",
+        /// By the patent's time law.
+        TimeLaw = "time_law",
+    }
+}
+
 params! {
     /// Parameters of `regression_bench`.
     RegressionParams {
-        regressor ["-"] = 6.0, 0.0 => 7.0, "Which regression: 0 R-A coupled, 1 R-B running resistance, 2 R-C differenced, 3 R-D straight, 4 R-E turning, 5 R-F curvature, 6 R-G specific force with known resistance, 7 R-H with free resistance.";
-        policy ["-"] = 0.0, 0.0 => 4.0, "How it forgets: 0 not at all (RLS), 1 constantly (FFRLS), 2 by the residual (DFFRLS), 3 each parameter by its own factor (RLS-MFF), 4 by the patent's time law.";
-        kinematic ["-"] = 0.0, 0.0 => 1.0, "0: the acceleration is the specific force of the accelerometer; 1: that of the wheels.";
+        regressor [choice Regressor] = Regressor::KnownResistance, "Which regression: R-A coupled, R-B running resistance, R-C differenced, R-D straight, R-E turning, R-F curvature, R-G specific force with known resistance, R-H with free resistance.";
+        policy [choice Policy] = Policy::Never, "How it forgets: never (RLS), constantly (FFRLS), by the residual (DFFRLS), each parameter by its own factor (RLS-MFF), or by the patent's time law.";
+        acceleration [choice AccelSource] = AccelSource::SpecificForce, "What is taken for acceleration: the specific force of the accelerometer, or the derivative of wheel speed.";
         lambda ["-"] = 0.99, 0.5 => 1.0, "Constant factor, or that of χ₁ of several, per regression sample.";
         lambda2 ["-"] = 0.95, 0.5 => 1.0, "Factor of χ₂ with several.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Factor by the residual until its size is known.";
@@ -38,7 +53,7 @@ params! {
         sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast it falls with the residual in units of its standard deviation.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start, for R-B and R-F the known mass; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start, for R-B and R-F the known mass; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.5, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         resistance_sd ["-"] = 0.5, 1e-4 => 1.0, "Standard deviation of the running-resistance coefficient that R-B starts from.";
         curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature that R-F starts from.";
@@ -47,7 +62,7 @@ params! {
         wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate in R-E, where the vehicle has no sensor for it.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -101,22 +116,17 @@ pub struct OneRegression {
     outcome: Outcome,
 }
 
-/// The whole number that a choice is.
-fn choice(value: Real) -> usize {
-    (value + 0.5) as usize
-}
-
 fn policy(params: &RegressionParams) -> Forgetting<2> {
-    match choice(params.policy) {
-        0 => Forgetting::None,
-        1 => Forgetting::Constant(params.lambda),
-        2 => Forgetting::Dynamic {
+    match params.policy {
+        Policy::Never => Forgetting::None,
+        Policy::Constant => Forgetting::Constant(params.lambda),
+        Policy::Dynamic => Forgetting::Dynamic {
             floor: params.delta,
             sharpness: params.sigma,
             first: params.lambda0,
         },
-        3 => Forgetting::Multiple([params.lambda, params.lambda2]),
-        _ => Forgetting::TimeLaw {
+        Policy::Multiple => Forgetting::Multiple([params.lambda, params.lambda2]),
+        Policy::TimeLaw => Forgetting::TimeLaw {
             loss: params.loss,
             decay: params.decay,
         },
@@ -125,15 +135,7 @@ fn policy(params: &RegressionParams) -> Forgetting<2> {
 
 impl OneRegression {
     fn new(vehicle: &Vehicle, params: RegressionParams) -> Self {
-        let regressor = regressors::ALL
-            .get(choice(params.regressor))
-            .copied()
-            .unwrap_or(Regressor::FreeResistance);
-        let source = if params.kinematic < 0.5 {
-            AccelSource::SpecificForce
-        } else {
-            AccelSource::Kinematic
-        };
+        let regressor = params.regressor;
         let mu = vehicle.running_resistance;
         let (mean, sd) = match regressor.finds() {
             Finds::Resistance => (0.0, params.resistance_sd),
@@ -152,7 +154,7 @@ impl OneRegression {
                 mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
                 mu,
                 rotating_mass_kg: vehicle.rotating_mass_kg,
-                source,
+                source: params.acceleration,
             },
             noise: params.residual_sd_mps2 * params.residual_sd_mps2,
             wheelbase_m: params.wheelbase_m,

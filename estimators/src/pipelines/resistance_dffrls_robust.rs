@@ -34,7 +34,7 @@ use crate::{Error, Real, Time};
 params! {
     /// Parameters of the identification of running resistance.
     ResistanceParams {
-        known_mass_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass, known; 0 = the middle of the vehicle's mass range.";
+        known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         known_mass_sd ["-"] = 0.01, 0.0 => 1.0, "Standard deviation of mass and torque together, as a share; only widens what is reported.";
         accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias (of g times the slope in a survey); only widens what is reported.";
         resistance0 ["-"] = 0.0, 0.0 => 1.0, "Running-resistance coefficient at the start.";
@@ -45,7 +45,7 @@ params! {
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression; λ is per such sample.";
-        standstill_mps ["m/s"] = 0.0, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; 0 = 0.05 on a rail, 0.3 on a road.";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
     }
 }
@@ -62,6 +62,7 @@ const MAX_COEFFICIENT: Real = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance {
     params: ResistanceParams,
+    standstill_mps: Real,
     balance: ForceBalance,
     mass_kg: Real,
     rls: Rls<1>,
@@ -76,10 +77,7 @@ pub struct Resistance {
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
-    let own = ResistanceParams {
-        standstill_mps: vehicle.standstill_mps(params.resistance.standstill_mps),
-        ..params.resistance
-    };
+    let own = params.resistance;
     let prior = Gaussian::independent(vector![own.resistance0], vector![own.resistance0_sd]);
     let policy = Forgetting::Dynamic {
         floor: own.delta,
@@ -88,6 +86,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
     };
     Resistance {
         params: own,
+        standstill_mps: vehicle.standstill_mps(own.standstill_mps),
         balance: ForceBalance::new(vehicle),
         mass_kg: vehicle.first_mass_kg(own.known_mass_kg),
         rls: Rls::new(prior, policy),
@@ -111,7 +110,7 @@ impl Resistance {
 
     /// One step. In a `survey` the specific force of the reading is not the accelerometer's but g sin θ.
     fn step(&mut self, reading: &Reading, survey: bool, dt: Real) -> (bool, bool) {
-        let (moving, running) = motion(reading, self.params.standstill_mps);
+        let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
         let place = self.signals.at_place().map(|[u, curvature]| {
@@ -180,7 +179,7 @@ impl Resistance {
             total_mass_kg: Value {
                 value: self.mass_kg,
                 sd: self.params.known_mass_sd * self.mass_kg,
-                valid: self.params.known_mass_kg > 0.0,
+                valid: self.params.known_mass_kg.is_some(),
             },
             grade_rad: grade(here, 0.0),
             effective_grade_rad: grade(mean, doubt),
@@ -310,4 +309,4 @@ impl SpeedPrediction {
         self.speed_mps
     }
 }
-state!(Resistance { rls, signals, train, waiting, load, outcome; params, balance, mass_kg });
+state!(Resistance { rls, signals, train, waiting, load, outcome; params, standstill_mps, balance, mass_kg });

@@ -97,7 +97,7 @@ impl<M: MassEstimator> TwoStage<M> {
         train: DistributedTrain,
         mass: M,
         slope: ForceBalanceEkf,
-        standstill_mps: Real,
+        standstill_mps: Option<Real>,
     ) -> Self {
         Self {
             balance: ForceBalance::new(vehicle),

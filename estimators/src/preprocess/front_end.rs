@@ -52,7 +52,7 @@ impl FrontEnd {
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             drives: vehicle.drives.min(MAX_DRIVES),
-            vote: WheelSpeedVote::new(vehicle.standstill_mps(0.0)),
+            vote: WheelSpeedVote::new(vehicle.standstill_mps(None)),
             check: InputCheck::default(),
             torque: Default::default(),
             speed: Default::default(),

@@ -22,18 +22,18 @@ use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::published::guo_2024_mass::{DifferencesPrinted, MassFromDifferences};
-use crate::published::{Says, printed, usable};
+use crate::published::{Erratum, Says, usable};
 use crate::{Real, Time};
 
 params! {
     /// Switches and constants of `imm_stf_printed`.
     Own {
-        eq1 ["-"] = 1.0, 0.0 => 1.0, "1: traction times η, always.";
-        eq10 ["-"] = 1.0, 0.0 => 1.0, "1: derivative of the accelerometer as input.";
-        eq11 ["-"] = 1.0, 0.0 => 1.0, "1: full difference a_sen − a as input.";
-        eq16 ["-"] = 1.0, 0.0 => 1.0, "1: force balance in the row of i.";
-        eq23 ["-"] = 1.0, 0.0 => 1.0, "1: models do not mix.";
-        eq28 ["-"] = 1.0, 0.0 => 1.0, "1: fading by raw traces, without end; 0: whitened, limited, on alarm.";
+        eq1 [choice Erratum] = Erratum::Printed, "Printed: traction times η, always.";
+        eq10 [choice Erratum] = Erratum::Printed, "Printed: derivative of the accelerometer as input.";
+        eq11 [choice Erratum] = Erratum::Printed, "Printed: full difference a_sen − a as input.";
+        eq16 [choice Erratum] = Erratum::Printed, "Printed: force balance in the row of i.";
+        eq23 [choice Erratum] = Erratum::Printed, "Printed: models do not mix.";
+        eq28 [choice Erratum] = Erratum::Printed, "Printed: fading by raw traces, without end; corrected: whitened, limited, on alarm.";
         stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model, at the start.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Memory λ of the innovation covariance.";
         weakening ["-"] = 1.0, 1.0 => 100.0, "Weakening factor α.";
@@ -149,7 +149,7 @@ impl ImmStfPrinted {
                 Matrix3::from_diagonal(&vector![v, a, i]),
             );
         }
-        if printed(own.eq16) {
+        if own.eq16.is_printed() {
             let A = matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, -1.0 / GRAVITY, 0.0];
             let u = vector![0.0, 0.0, (force / m - resistance) / GRAVITY];
             return (A, u, Matrix3::from_diagonal(&vector![v, a, i]));
@@ -184,10 +184,10 @@ impl ImmStfPrinted {
                 direction,
                 dt,
             );
-            if printed(own.eq10) && !dynamic {
+            if own.eq10.is_printed() && !dynamic {
                 u.z += (felt_rate * dt - (from.x.y - model.last_a)) / GRAVITY;
             }
-            if printed(own.eq11) {
+            if own.eq11.is_printed() {
                 // a_sen and a of the step before.
                 let away = self.last_felt.unwrap_or(z.x) - from.x.y;
                 u += vector![dt * away, away, 0.0];
@@ -197,7 +197,7 @@ impl ImmStfPrinted {
             belief.x = A * from.x + u;
             let y = z - H * belief.x;
             let carried = A * from.P * A.transpose();
-            if printed(own.eq28) {
+            if own.eq28.is_printed() {
                 let square = y * y.transpose();
                 let V = model
                     .V
@@ -241,7 +241,7 @@ impl ImmStfPrinted {
     /// Eq. 22–24.
     fn mix(&self, predicted: &Vector2<Real>) -> [Gaussian<3>; 2] {
         let beliefs = self.models.map(|model| model.belief);
-        if printed(self.own.eq23) {
+        if self.own.eq23.is_printed() {
             return beliefs;
         }
         let mut mixed = beliefs;
@@ -282,7 +282,7 @@ impl Pipeline for ImmStfPrinted {
             self.since_s = 0.0;
             let across = reading.lateral_force_mps2.unwrap_or(0.0);
             let total = sqrt(felt * felt + across * across);
-            let eta = if printed(self.own.eq1) && total > 0.0 {
+            let eta = if self.own.eq1.is_printed() && total > 0.0 {
                 felt.abs() / total
             } else {
                 1.0

@@ -1,21 +1,21 @@
 //! Mass of `imm_stf_printed`: Guo, Wang, Zhao & Dai 2024, eq. 2–7, as printed.
 //!
 //! - `eq3`: the rotating masses are left in: what is found is M + J
-//! - `eq4`: differences of one sample of the raw signals; right (0): of a quarter of a second, low-passed, while the slope stays
+//! - `eq4`: differences of one sample of the raw signals; corrected: of a quarter of a second, low-passed, while the slope stays
 
 use crate::Real;
 use crate::api::params::params;
 use crate::api::signals::Vehicle;
 use crate::filters::low_pass::MatchedFilter;
-use crate::published::printed;
+use crate::published::Erratum;
 
 params! {
     /// Switches and constants of the mass of `imm_stf_printed`.
     DifferencesPrinted {
-        eq3 ["-"] = 1.0, 0.0 => 1.0, "1: rotating masses left in the mass.";
-        eq4 ["-"] = 1.0, 0.0 => 1.0, "1: differences of one raw sample.";
+        eq3 [choice Erratum] = Erratum::Printed, "Printed: rotating masses left in the mass.";
+        eq4 [choice Erratum] = Erratum::Printed, "Printed: differences of one raw sample.";
         omega ["-"] = 0.999, 0.5 => 1.0, "Forgetting factor ω.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         p0 ["kg²s⁴/m²"] = 1e9, 1.0 => 1e15, "P₀ of the mass, in units of the residual.";
         force_gate_n ["N"] = 100.0, 0.0 => 1e6, "Smallest change of force that counts as considerable.";
     }
@@ -57,7 +57,7 @@ impl MassFromDifferences {
         let first_kg = vehicle.first_mass_kg(own.mass0_kg);
         Self {
             own,
-            rotating_mass_kg: if printed(own.eq3) {
+            rotating_mass_kg: if own.eq3.is_printed() {
                 0.0
             } else {
                 vehicle.rotating_mass_kg
@@ -84,7 +84,7 @@ impl MassFromDifferences {
         let phi = now.rate - before.rate;
         let change = now.force - before.force;
         let steady =
-            printed(self.own.eq4) || (now.felt - before.felt - phi).abs() < RIGHT_SLOPE_GATE;
+            self.own.eq4.is_printed() || (now.felt - before.felt - phi).abs() < RIGHT_SLOPE_GATE;
         if change.abs() < self.own.force_gate_n || !steady {
             return;
         }
@@ -102,7 +102,7 @@ impl MassFromDifferences {
 
     fn sample(&mut self, force: Real, speed: Real, felt: Real, dt: Real) -> Option<Sample> {
         let last_speed = self.last_speed.replace(speed);
-        if printed(self.own.eq4) {
+        if self.own.eq4.is_printed() {
             let rate = (speed - last_speed?) / dt;
             return Some(Sample { force, rate, felt });
         }

@@ -1,9 +1,9 @@
 //! `dffrls_aukf_printed`: "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests), as printed.
 //!
 //! - `eq6`: the cosine missing in the curvature model, a′ − v̇′ = g v ρ
-//! - `eq9`: smoothing with the gain (1 − Γₐ/Γ) m₀ once Γ passes the amplitude Γₐ of the noise at rest ([`Smoother`]); 2: eq. 10, whose last
+//! - `eq9`: smoothing with the gain (1 − Γₐ/Γ) m₀ once Γ passes the amplitude Γₐ of the noise at rest ([`Smoother`]); `other`: eq. 10, whose last
 //!   branch adds to a gain that is never taken back
-//! - `eq14`: state [v̇, θ′] with the accelerometer as input where its derivative belongs; 2: with the derivative. Either way the curvature never
+//! - `eq14`: state [v̇, θ′] with the accelerometer as input where its derivative belongs; `other`: with the derivative. Either way the curvature never
 //!   enters, and θ is the open sum of θ′
 //! - `eq19`: weight of the centre in covariances W_m0 + 1 − α² − β
 //! - `eq26`: mean of the predicted measurement with the weights of covariances
@@ -22,18 +22,18 @@ use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting}
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
-use crate::published::{Says, other_reading, printed, usable};
+use crate::published::{Erratum, PrintReading, Says, usable};
 use crate::{Real, Time};
 
 params! {
     /// Switches and constants of `dffrls_aukf_printed`.
     Own {
-        eq6 ["-"] = 1.0, 0.0 => 1.0, "1: no cosine in the curvature model.";
-        eq9 ["-"] = 1.0, 0.0 => 2.0, "1: smoothing by eq. 9; 2: by eq. 10; 0: none of the print's.";
-        eq14 ["-"] = 1.0, 0.0 => 2.0, "1: state [v̇, θ′], input a; 2: input a′; 0: state [v, θ], input a and ρ v.";
-        eq19 ["-"] = 1.0, 0.0 => 1.0, "1: − β in the weight of the centre.";
-        eq26 ["-"] = 1.0, 0.0 => 1.0, "1: mean of the measurement by the weights of covariances.";
-        eq34 ["-"] = 1.0, 0.0 => 1.0, "1: printed Sage-Husa for Q and R; 0: noise fixed.";
+        eq6 [choice Erratum] = Erratum::Printed, "Printed: no cosine in the curvature model.";
+        eq9 [choice PrintReading] = PrintReading::Printed, "Printed: smoothing by eq. 9; other: by eq. 10; corrected: none of the print's.";
+        eq14 [choice PrintReading] = PrintReading::Printed, "Printed: state [v̇, θ′], input a; other: input a′; corrected: state [v, θ], input a and ρ v.";
+        eq19 [choice Erratum] = Erratum::Printed, "Printed: − β in the weight of the centre.";
+        eq26 [choice Erratum] = Erratum::Printed, "Printed: mean of the measurement by the weights of covariances.";
+        eq34 [choice Erratum] = Erratum::Printed, "Printed: printed Sage-Husa for Q and R; corrected: noise fixed.";
         m0 ["-"] = 0.15, 0.01 => 1.0, "Smoothing gain m₀ at rest.";
         m_step ["-"] = 0.1, 0.0 => 1.0, "What eq. 10 adds to it, Δ₁ = Δ₂.";
         rest_amplitude_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Amplitude Γₐ = Γ₀ at rest.";
@@ -162,7 +162,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
         own,
         mass_kg: 0.5 * (low + high),
         smoother: Smoother::new(
-            other_reading(own.eq9),
+            own.eq9 == PrintReading::Other,
             own.m0,
             own.m_step,
             own.rest_amplitude_mps2,
@@ -190,7 +190,7 @@ impl DffrlsAukfPrinted {
         let own = &self.own;
         let scale = own.alpha * own.alpha * (2.0 + own.kappa_ukf);
         let centre = (scale - 2.0) / scale;
-        let tail = if printed(own.eq19) {
+        let tail = if own.eq19.is_printed() {
             -own.beta
         } else {
             own.beta
@@ -215,7 +215,7 @@ impl DffrlsAukfPrinted {
         let P_prior = carried_P + Q;
 
         let redrawn = points(&x_prior, &P_prior)?;
-        let mean_weight = if printed(own.eq26) {
+        let mean_weight = if own.eq26.is_printed() {
             weights[1]
         } else {
             weights[0]
@@ -246,7 +246,7 @@ impl DffrlsAukfPrinted {
             innovation,
             nis: innovation * innovation / S,
         };
-        if printed(own.eq34) {
+        if own.eq34.is_printed() {
             let d = (1.0 - own.b) / (1.0 - pow(own.b, k as Real + 1.0));
             let moved = K * innovation;
             next.Q = Some(Q * (1.0 - d) + (moved * moved.transpose() + P - carried_P) * d);
@@ -261,8 +261,8 @@ impl DffrlsAukfPrinted {
             return;
         };
         let (rho, rate) = (self.curvature.per_m().0, self.speed.rate());
-        let next = if printed(self.own.eq14) {
-            let input = if other_reading(self.own.eq14) {
+        let next = if self.own.eq14.is_printed() {
+            let input = if self.own.eq14 == PrintReading::Other {
                 self.force.rate()
             } else {
                 force
@@ -288,17 +288,17 @@ impl DffrlsAukfPrinted {
             Some(next) => self.now = next,
             None => {
                 self.now = self.start;
-                self.now.x.x = if printed(self.own.eq14) { rate } else { v };
+                self.now.x.x = if self.own.eq14.is_printed() { rate } else { v };
                 self.breakdowns += 1.0;
             }
         }
-        if printed(self.own.eq14) {
+        if self.own.eq14.is_printed() {
             self.angle = (self.angle + dt * self.now.x.y).clamp(-1e3, 1e3);
         }
     }
 
     fn grade(&self) -> Real {
-        if printed(self.own.eq14) {
+        if self.own.eq14.is_printed() {
             self.angle
         } else {
             self.now.x.y
@@ -331,7 +331,7 @@ impl Pipeline for DffrlsAukfPrinted {
         let (moving, _) = motion(reading, STANDSTILL_MPS);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
         let mut smoothed = *reading;
-        if printed(self.own.eq9) {
+        if self.own.eq9.is_printed() {
             smoothed.specific_force_mps2 = reading
                 .specific_force_mps2
                 .map(|f| self.smoother.step(f))
@@ -341,7 +341,7 @@ impl Pipeline for DffrlsAukfPrinted {
                 self.breakdowns += 1.0;
             }
         }
-        let theta = if printed(self.own.eq6) {
+        let theta = if self.own.eq6.is_printed() {
             0.0
         } else {
             self.grade()

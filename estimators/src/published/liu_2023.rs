@@ -1,11 +1,11 @@
 //! `dffrls_aekf_printed`: Liu et al. 2023, eq. 6–30, as printed.
 //!
 //! - `eq6`: inertia factor 1 + 4 J g/(R² M) (also in eq. 7, 17, 23, 24): the rotating masses count g times
-//! - `eq16`: what the accelerometer reads, v̇ + g sin θ, stands where v̇ belongs, on the left and in α₁ (1); or v̇ of the wheels in both
+//! - `eq16`: what the accelerometer reads, v̇ + g sin θ, stands where v̇ belongs, on the left and in α₁; or v̇ of the wheels in both
 //!   places (2); right is the specific force on the left and v̇ in α₁
 //! - `eq21`: λ of the step before in gain and covariance
 //! - `eq23`: sin θ ≈ θ, cos θ ≈ 1
-//! - `eq30`: Sage-Husa for q, Q, w and W at once ([`slope_ekf`](crate::published::slope_ekf)); 2: to the letter
+//! - `eq30`: Sage-Husa for q, Q, w and W at once ([`slope_ekf`](crate::published::slope_ekf)); `other`: to the letter
 //!
 //! λ is found from the a-priori residual also here: that of eq. 19 is of the estimate it serves to find. P₀ and σ are not given.
 
@@ -20,21 +20,21 @@ use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::published::slope_ekf::{Balance, Noise, SlopeEkf, Told};
-use crate::published::{Says, mass_from_inverse, other_reading, printed, usable};
+use crate::published::{Erratum, PrintReading, Says, mass_from_inverse, usable};
 use crate::{Real, Time};
 
 params! {
     /// Switches and constants of `dffrls_aekf_printed`.
     Own {
-        eq6 ["-"] = 1.0, 0.0 => 1.0, "1: rotating masses times g.";
-        eq16 ["-"] = 1.0, 0.0 => 2.0, "1: the accelerometer for v̇; 2: wheels for both; 0: specific force and v̇ each where it belongs.";
-        eq21 ["-"] = 1.0, 0.0 => 1.0, "1: λ of the step before.";
-        eq23 ["-"] = 1.0, 0.0 => 1.0, "1: θ for sin θ and 1 for cos θ.";
-        eq30 ["-"] = 1.0, 0.0 => 2.0, "1: printed Sage-Husa, dimensions mended; 2: to the letter; 0: noise fixed.";
+        eq6 [choice Erratum] = Erratum::Printed, "Printed: rotating masses times g.";
+        eq16 [choice PrintReading] = PrintReading::Printed, "Printed: the accelerometer for v̇; other: wheels for both; corrected: specific force and v̇ each where it belongs.";
+        eq21 [choice Erratum] = Erratum::Printed, "Printed: λ of the step before.";
+        eq23 [choice Erratum] = Erratum::Printed, "Printed: θ for sin θ and 1 for cos θ.";
+        eq30 [choice PrintReading] = PrintReading::Printed, "Printed: printed Sage-Husa, dimensions mended; other: to the letter; corrected: noise fixed.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "First forgetting factor.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ, per sample.";
         sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast λ falls with the residual.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         p0 ["-"] = 100.0, 1e-6 => 1e6, "P₀ of both parameters, 1/M over its first value and the sine.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
         kappa ["-"] = 0.966, 0.5 => 0.99999, "Forgetting factor κ of the noise.";
@@ -89,9 +89,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
         P: Matrix2::identity() * own.p0,
         lambda: own.lambda0,
     };
-    let noise = if other_reading(own.eq30) {
+    let noise = if own.eq30 == PrintReading::Other {
         Noise::Literal
-    } else if printed(own.eq30) {
+    } else if own.eq30.is_printed() {
         Noise::Printed
     } else {
         Noise::Fixed
@@ -99,7 +99,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
     DffrlsAekfPrinted {
         own,
         balance: ForceBalance::new(vehicle),
-        rotating_mass_kg: vehicle.rotating_mass_kg * if printed(own.eq6) { GRAVITY } else { 1.0 },
+        rotating_mass_kg: vehicle.rotating_mass_kg
+            * if own.eq6.is_printed() { GRAVITY } else { 1.0 },
         mu,
         mass0_kg: vehicle.first_mass_kg(own.mass0_kg),
         mass: start,
@@ -113,7 +114,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
             grade0_sd_deg: own.grade0_sd_deg,
             fading: own.kappa,
             noise,
-            small_angles: printed(own.eq23),
+            small_angles: own.eq23.is_printed(),
         }),
         since_s: 0.0,
         breakdowns: 0.0,
@@ -127,9 +128,9 @@ impl DffrlsAekfPrinted {
 
     /// Eq. 16–22.
     fn learn(&mut self, force: Real, felt: Real, rate: Real) {
-        let (y, beside_inertia) = if other_reading(self.own.eq16) {
+        let (y, beside_inertia) = if self.own.eq16 == PrintReading::Other {
             (rate, rate)
-        } else if printed(self.own.eq16) {
+        } else if self.own.eq16.is_printed() {
             (felt, felt)
         } else {
             (felt, rate)
@@ -142,7 +143,7 @@ impl DffrlsAekfPrinted {
         let residual = y - alpha.dot(&chi);
         let next_lambda =
             self.own.delta + (1.0 - self.own.delta) * exp(-self.own.sigma * residual.abs());
-        let used = if printed(self.own.eq21) {
+        let used = if self.own.eq21.is_printed() {
             lambda
         } else {
             next_lambda

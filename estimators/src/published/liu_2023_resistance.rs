@@ -13,19 +13,19 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
-use crate::published::{Says, printed, usable};
+use crate::published::{Erratum, Says, usable};
 use crate::{Real, Time};
 
 params! {
     /// Switches and constants of `resistance_dffrls_printed`.
     Own {
-        eq9 ["-"] = 1.0, 0.0 => 1.0, "1: rotating masses times g.";
-        eq14 ["-"] = 1.0, 0.0 => 1.0, "1: the gain without its inverse.";
+        eq9 [choice Erratum] = Erratum::Printed, "Printed: rotating masses times g.";
+        eq14 [choice Erratum] = Erratum::Printed, "Printed: the gain without its inverse.";
         p0 ["-"] = 1.0, 1e-9 => 1e6, "P₀, not given.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "First forgetting factor.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ, per sample.";
         sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast φ falls with the residual.";
-        known_mass_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass, known; 0 = the middle of the vehicle's mass range.";
+        known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
     }
 }
@@ -64,7 +64,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ResistancePrinted {
     ResistancePrinted {
         own,
         balance: ForceBalance::new(vehicle),
-        rotating_mass_kg: vehicle.rotating_mass_kg * if printed(own.eq9) { GRAVITY } else { 1.0 },
+        rotating_mass_kg: vehicle.rotating_mass_kg
+            * if own.eq9.is_printed() { GRAVITY } else { 1.0 },
         mass_kg: vehicle.first_mass_kg(own.known_mass_kg),
         mu: 0.0,
         P: own.p0,
@@ -88,7 +89,7 @@ impl ResistancePrinted {
         let size = self.residual.abs();
         self.lambda = self.own.delta + (1.0 - self.own.delta) * exp(-self.own.sigma * size);
         let S = self.lambda + h * self.P * h;
-        let K = if printed(self.own.eq14) {
+        let K = if self.own.eq14.is_printed() {
             self.P * h * S
         } else {
             self.P * h / S

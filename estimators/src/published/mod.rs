@@ -3,9 +3,9 @@
 //! One file for each document, [`slope_ekf`] for the filter that two of them print alike; nothing outside this folder uses it but the
 //! registry. Behind the cargo feature `printed`.
 //!
-//! Every erratum that can be executed is a parameter named after its equation: 1 as printed, 0 in the form that is right; where the print
-//! can be read in two ways, 2 is the other reading. All default to 1. With all at 0 but one, that one stands alone. Slips of notation, and
-//! what cannot be executed, have no switch; the book lists them.
+//! Every erratum that can be executed is a parameter named after its equation: `printed`, or `corrected`; where the print can be read in
+//! two ways, `other` is the other reading. All default to `printed`. With all `corrected` but one, that one stands alone. Slips of
+//! notation, and what cannot be executed, have no switch; the book lists them.
 //!
 //! | name | document |
 //! |---|---|
@@ -27,6 +27,7 @@ pub mod liu_2023_resistance;
 pub mod patent;
 pub mod slope_ekf;
 
+use crate::api::params::choices;
 use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::{Real, Time};
@@ -34,14 +35,38 @@ use crate::{Real, Time};
 /// Beyond this a number is no estimate of anything here.
 const USABLE: Real = 1e6;
 
-/// Whether a switch is at 1 or 2: as printed.
-fn printed(switch: Real) -> bool {
-    switch >= 0.5
+choices! {
+    /// The reading of an equation with an erratum.
+    Erratum {
+        /// Letter by letter.
+        Printed = "printed",
+        /// In the form that is right.
+        Corrected = "corrected",
+    }
 }
 
-/// Whether a switch is at 2: the other reading of the print.
-fn other_reading(switch: Real) -> bool {
-    switch >= 1.5
+choices! {
+    /// The reading of an equation that can be read in two ways, neither of them right.
+    PrintReading {
+        /// Letter by letter.
+        Printed = "printed",
+        /// The other reading of the print.
+        Other = "other",
+        /// In the form that is right.
+        Corrected = "corrected",
+    }
+}
+
+impl Erratum {
+    fn is_printed(self) -> bool {
+        self == Self::Printed
+    }
+}
+
+impl PrintReading {
+    fn is_printed(self) -> bool {
+        self != Self::Corrected
+    }
 }
 
 /// Whether all are numbers that can still be used.

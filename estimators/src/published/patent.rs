@@ -19,18 +19,18 @@ use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::published::slope_ekf::{Balance, Noise, SlopeEkf, Told};
-use crate::published::{Says, printed};
+use crate::published::{Erratum, Says};
 use crate::{Real, Time};
 
 params! {
     /// Switches and constants of `mmrls_sh_stf_printed`.
     Own {
-        eq20 ["-"] = 1.0, 0.0 => 1.0, "1: slope of the own filter in the regression.";
-        eq22 ["-"] = 1.0, 0.0 => 1.0, "1: turning model without slope and resistance, always weighed.";
-        eq26 ["-"] = 1.0, 0.0 => 1.0, "1: sigmoid of the signed residual in N.";
-        eq28 ["-"] = 1.0, 0.0 => 1.0, "1: variance of the residual (1 − K h) P (1 − K h).";
-        eq46 ["-"] = 1.0, 0.0 => 1.0, "1: printed Sage-Husa; 0: noise fixed.";
-        mass0_kg ["kg"] = 0.0, 0.0 => 1e6, "Total mass at the start; 0 = the middle of the vehicle's mass range.";
+        eq20 [choice Erratum] = Erratum::Printed, "Printed: slope of the own filter in the regression.";
+        eq22 [choice Erratum] = Erratum::Printed, "Printed: turning model without slope and resistance, always weighed.";
+        eq26 [choice Erratum] = Erratum::Printed, "Printed: sigmoid of the signed residual in N.";
+        eq28 [choice Erratum] = Erratum::Printed, "Printed: variance of the residual (1 − K h) P (1 − K h).";
+        eq46 [choice Erratum] = Erratum::Printed, "Printed: printed Sage-Husa; corrected: noise fixed.";
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         p0 ["kg²s⁴/m²"] = 1e4, 1e-6 => 1e12, "P₀ of both masses, in units of the residual.";
         residual_sd_n ["N"] = 500.0, 1.0 => 1e6, "Size of the residual, for the right forms.";
         wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate, where there is no sensor for it.";
@@ -75,7 +75,7 @@ impl Mass {
         self.m += K * (y - h * self.m);
         self.P = (1.0 - K * h) * self.P / forget;
         self.e = y - h * self.m;
-        self.S = if printed(own.eq28) {
+        self.S = if own.eq28.is_printed() {
             (1.0 - K * h) * self.P * (1.0 - K * h)
         } else {
             S / noise
@@ -84,7 +84,7 @@ impl Mass {
 
     /// Eq. 26 and 30.
     fn likelihood(&self, own: &Own) -> Real {
-        let size = if printed(own.eq26) {
+        let size = if own.eq26.is_printed() {
             1.0 / (1.0 + exp(-self.e))
         } else {
             tanh(self.e.abs() / (2.0 * own.residual_sd_n))
@@ -143,7 +143,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
             q: [own.q_v, own.q_theta],
             grade0_sd_deg: own.grade0_sd_deg,
             fading: own.b,
-            noise: if printed(own.eq46) {
+            noise: if own.eq46.is_printed() {
                 Noise::Printed
             } else {
                 Noise::Fixed
@@ -170,7 +170,7 @@ impl MmrlsShStfPrinted {
         let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
         let inertia = self.balance.rotating_mass_kg / self.first.m * rate;
         let resistance = direction * self.mu * GRAVITY;
-        let felt = if printed(self.own.eq20) {
+        let felt = if self.own.eq20.is_printed() {
             GRAVITY * self.slope.belief().0.y + rate
         } else {
             f
@@ -183,7 +183,7 @@ impl MmrlsShStfPrinted {
         let (mut straight, mut turning) = (self.straight, self.turning);
         straight.learn(now.force_n, resistance + felt + inertia, forget, &self.own);
         let turning_force = now.force_n * cos(steer) - 0.5 * self.mass_kg() * across * sin(steer);
-        let weight = if printed(self.own.eq22) {
+        let weight = if self.own.eq22.is_printed() {
             turning.learn(turning_force, rate, forget, &self.own);
             weight(&straight, &turning, &self.own)
         } else if steer.abs() < STRAIGHT {

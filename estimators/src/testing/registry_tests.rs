@@ -1,7 +1,7 @@
 //! What holds for every named estimator.
 
 use crate::api::estimator::Estimator;
-use crate::api::params::{Key, ParamError};
+use crate::api::params::{Key, Kind, Name, ParamError};
 use crate::api::signals::Sample;
 use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle};
 use crate::registry::*;
@@ -23,33 +23,51 @@ fn every_key_has_a_default_in_its_range_and_a_unique_name() {
     for name in NAMES {
         let keys: Vec<&Key> = keys(name).unwrap().collect();
         for key in &keys {
-            let [low, high] = key.range;
-            assert!((low..=high).contains(&key.default), "{name}.{}", key.name);
-            assert!(!key.doc.is_empty() && !key.unit.is_empty());
+            assert!(!key.doc.is_empty(), "{name}.{}", key.name);
             assert_eq!(
                 keys.iter().filter(|other| other.name == key.name).count(),
                 1,
                 "{name}.{}",
                 key.name
             );
-            build(name, &vehicle(), [(key.name, key.default)]).unwrap();
-            assert_eq!(
-                build(name, &vehicle(), [(key.name, high * 2.0 + 1.0)]),
-                Err(ParamError::OutOfRange(key))
-            );
-            assert_eq!(
-                build(name, &vehicle(), [(key.name, Real::NAN)]),
-                Err(ParamError::OutOfRange(key))
-            );
+            let set = |value| build(name, &vehicle(), [(key.name, value)]);
+            assert!(key.default().is_none_or(|value| set(value).is_ok()));
+            match key.kind {
+                Kind::Number {
+                    unit,
+                    range: [low, high],
+                    ..
+                } => {
+                    assert!(!unit.is_empty() && low < high, "{name}.{}", key.name);
+                    let beyond = high * 2.0 + 1.0;
+                    assert_eq!(set(beyond.into()), Err(ParamError::OutOfRange(key, beyond)));
+                    assert!(
+                        matches!(set(Real::NAN.into()), Err(ParamError::OutOfRange(of, _)) if of == *key)
+                    );
+                    assert_eq!(set(true.into()), Err(ParamError::OtherKind(key)));
+                }
+                Kind::Flag { .. } => {
+                    assert!(set(true.into()).is_ok() && set(false.into()).is_ok());
+                    assert_eq!(set(1.0.into()), Err(ParamError::OtherKind(key)));
+                }
+                Kind::Choice { choices, .. } => {
+                    assert!(choices.iter().all(|&word| set(word.into()).is_ok()));
+                    assert_eq!(
+                        set("any".into()),
+                        Err(ParamError::NotAChoice(key, Name::new("any")))
+                    );
+                    assert_eq!(set(1.0.into()), Err(ParamError::OtherKind(key)));
+                }
+            }
         }
         assert_eq!(
-            build(name, &vehicle(), [("lamda0", 1.0)]),
-            Err(ParamError::UnknownKey)
+            build(name, &vehicle(), [("lamda0", 1.0.into())]),
+            Err(ParamError::UnknownKey(Name::new("lamda0")))
         );
     }
     assert_eq!(
         build("dffrls", &vehicle(), []),
-        Err(ParamError::UnknownEstimator)
+        Err(ParamError::UnknownEstimator(Name::new("dffrls")))
     );
     assert!(keys("dffrls").is_none());
 }

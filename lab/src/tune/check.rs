@@ -80,27 +80,28 @@ fn parameters(study: &Study) -> Result<(), Error> {
     }
     for (key, r) in &file.parameters {
         let at = format!("parameters.{key}");
-        known::parameter(&file.estimator, key).map_err(|w| study.error(&at, w))?;
+        known::number(&file.estimator, key).map_err(|w| study.error(&at, w))?;
         range(r).map_err(|(part, w)| study.error(format!("{at}{part}"), w))?;
         let ends = [r.from, r.to].into_iter().flatten();
         for x in ends.chain(r.choices.iter().flatten().copied()) {
-            known::value(&file.estimator, key, x.get()).map_err(|w| study.error(&at, w))?;
+            known::value(&file.estimator, key, x.get().into()).map_err(|w| study.error(&at, w))?;
         }
     }
-    for (section, values) in [("fixed", &file.fixed), ("published", &file.published)] {
-        for (key, x) in values {
-            let at = format!("{section}.{key}");
-            known::value(&file.estimator, key, x.get()).map_err(|w| study.error(&at, w))?;
-            let varies = file.parameters.contains_key(key);
-            if section == "fixed" && varies {
-                return Err(study.error(
-                    at,
-                    wrong(
-                        format!("`{key}` is among the parameters that vary"),
-                        "remove one of the two",
-                    ),
-                ));
-            }
+    for (key, x) in &file.published {
+        known::value(&file.estimator, key, x.get().into())
+            .map_err(|w| study.error(format!("published.{key}"), w))?;
+    }
+    for (key, x) in &file.fixed {
+        let at = format!("fixed.{key}");
+        known::value(&file.estimator, key, x.setting()).map_err(|w| study.error(&at, w))?;
+        if file.parameters.contains_key(key) {
+            return Err(study.error(
+                at,
+                wrong(
+                    format!("`{key}` is among the parameters that vary"),
+                    "remove one of the two",
+                ),
+            ));
         }
     }
     Ok(())

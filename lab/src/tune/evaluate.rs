@@ -10,7 +10,8 @@ use monorig_sim::checked::Finite;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
 use monorig_sim::run;
-use monorig_sim::scenario::{Scenario, Settings};
+use monorig_sim::scenario::{ParameterValue, Scenario, Settings};
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -29,7 +30,7 @@ pub struct Wanted {
 /// Runs ready to be evaluated.
 pub struct Bench {
     estimator: String,
-    fixed: Values,
+    fixed: BTreeMap<String, ParameterValue>,
     runs: Vec<OneRun>,
     /// Threads.
     pub jobs: usize,
@@ -98,10 +99,9 @@ impl Bench {
                 }),
             }
         }
-        let fixed = study.file.fixed.iter();
         Ok(Some(Self {
             estimator: study.file.estimator.clone(),
-            fixed: fixed.map(|(k, x)| (k.clone(), x.get())).collect(),
+            fixed: study.file.fixed.clone(),
             runs,
             jobs,
         }))
@@ -161,10 +161,10 @@ impl Bench {
     }
 
     fn run(&self, run: &OneRun, values: &Values) -> Result<Series, String> {
-        let settings = || self.fixed.iter().chain(values);
         match &run.source {
             Source::Replay(columns) => {
-                let named = settings().map(|(k, x)| (k.as_str(), *x));
+                let fixed = self.fixed.iter().map(|(k, x)| (k.as_str(), x.setting()));
+                let named = fixed.chain(values.iter().map(|(k, x)| (k.as_str(), (*x).into())));
                 let estimator = registry::build(&self.estimator, &columns.vehicle, named)
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
@@ -176,8 +176,10 @@ impl Bench {
             }
             Source::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
-                let all = settings().map(|(k, x)| Ok((k.clone(), Finite::try_from(*x)?)));
-                let all = all.collect::<Result<_, String>>()?;
+                let mut all = self.fixed.clone();
+                for (key, x) in values {
+                    all.insert(key.clone(), ParameterValue::Number(Finite::try_from(*x)?));
+                }
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
                 let mut rig = Rig::build(scenario, run.seed).map_err(|e| e.to_string())?;

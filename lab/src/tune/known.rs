@@ -1,8 +1,8 @@
 //! Which estimators, parameters and metrics there are, and what to say to one that is not.
 
 use crate::metrics::{METRICS, RUN_METRICS};
+use monorig_estimators::api::params::{Key, Kind, Setting};
 use monorig_estimators::registry;
-use monorig_estimators::api::params::Key;
 use monorig_sim::error::Error;
 use monorig_sim::file::{input_error, nearest};
 use monorig_sim::scenario::ParameterFile;
@@ -35,16 +35,26 @@ pub fn parameter(estimator: &str, key: &str) -> Result<&'static Key, Wrong> {
 }
 
 /// A value that the parameter may have.
-pub fn value(estimator: &str, key: &str, value: f64) -> Result<(), Wrong> {
+pub fn value(estimator: &str, key: &str, value: Setting) -> Result<(), Wrong> {
     let key = parameter(estimator, key)?;
-    let [low, high] = key.range;
-    if (low..=high).contains(&value) {
-        return Ok(());
+    key.check(value).map_err(|_| {
+        (
+            format!("{value} is not {} ({})", key.kind, key.doc),
+            format!("{}", key.kind),
+        )
+    })
+}
+
+/// A parameter that is a number: the only kind that can be searched.
+pub fn number(estimator: &str, key: &str) -> Result<(), Wrong> {
+    let found = parameter(estimator, key)?;
+    match found.kind {
+        Kind::Number { .. } => Ok(()),
+        kind => Err((
+            format!("`{key}` is {kind}, not a number: there is nothing to search"),
+            format!("a number; or give it under `fixed`: `fixed: {{{key}: …}}`"),
+        )),
     }
-    Err((
-        format!("{value} is outside {low}…{high} ({})", key.doc),
-        format!("a value from {low} to {high}"),
-    ))
 }
 
 /// The metric's name must be one of an estimator or, where trials move the train, one of the run.
@@ -76,7 +86,8 @@ pub fn parameter_file(path: &Path) -> Result<ParameterFile, Error> {
     let at = |key: &str, (message, help): Wrong| input_error(path, key, message, help);
     estimator(&file.estimator).map_err(|w| at("estimator", w))?;
     for (key, x) in &file.parameters {
-        value(&file.estimator, key, x.get()).map_err(|w| at(&format!("parameters.{key}"), w))?;
+        value(&file.estimator, key, x.setting())
+            .map_err(|w| at(&format!("parameters.{key}"), w))?;
     }
     Ok(file)
 }

@@ -324,8 +324,10 @@ impl Space<'_> {
         match self.scale(name) {
             Scale::Memory => format!("{name}: 1/(1 − x), samples"),
             _ => {
-                let unit =
-                    super::known::parameter(&self.0.file.estimator, name).map_or("", |k| k.unit);
+                let unit = super::known::parameter(&self.0.file.estimator, name)
+                    .ok()
+                    .and_then(|k| k.number())
+                    .map_or("", |(_, unit)| unit);
                 if unit == "-" {
                     name.to_owned()
                 } else {

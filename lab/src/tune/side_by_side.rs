@@ -7,7 +7,8 @@ use monorig_sim::bank::Member;
 use monorig_sim::checked::Finite;
 use monorig_sim::error::Error;
 use monorig_sim::rig::Rig;
-use monorig_sim::scenario::Settings;
+use monorig_sim::scenario::{ParameterValue, Settings};
+use std::collections::BTreeMap;
 
 /// The rig of the first validation run. Its bank is the study's estimator as `default`, as `published` if the study names such
 /// constants, and as `winner`; before them the one that the controller hears, if it hears one, because it decides the motion.
@@ -17,9 +18,7 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
     };
     let (mut scenario, estimator) = (group.scenario.clone(), &study.file.estimator);
     if study.file.evaluation == Evaluation::ClosedLoop {
-        let all =
-            settings(study, winner).map(|(k, x)| Some((k.clone(), Finite::try_from(x).ok()?)));
-        let all = all.flatten().collect();
+        let all = settings(study, winner);
         let bank = &mut scenario.file.estimators;
         bank.insert(estimator.clone(), Settings::new(all));
     }
@@ -34,7 +33,8 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
     ];
     for (name, values) in sets {
         let Some(values) = values else { continue };
-        let named = settings(study, &values).map(|(k, x)| (k.as_str(), x));
+        let all = settings(study, &values);
+        let named = all.iter().map(|(k, x)| (k.as_str(), x.setting()));
         let built = registry::build(estimator, &rig.vehicle, named).map_err(|e| {
             let help = "values that fit the vehicle of the validation runs".to_owned();
             study.error("parameters", (format!("{name}: {e}"), help))
@@ -47,7 +47,12 @@ pub fn rig(study: &Study, winner: &Values) -> Result<Option<Rig>, Error> {
 }
 
 /// What every trial has, and what this one has of its own.
-fn settings<'a>(study: &'a Study, values: &'a Values) -> impl Iterator<Item = (&'a String, f64)> {
-    let fixed = study.file.fixed.iter().map(|(k, x)| (k, x.get()));
-    fixed.chain(values.iter().map(|(k, x)| (k, *x)))
+fn settings(study: &Study, values: &Values) -> BTreeMap<String, ParameterValue> {
+    let mut all = study.file.fixed.clone();
+    for (key, x) in values {
+        if let Ok(x) = Finite::try_from(*x) {
+            all.insert(key.clone(), ParameterValue::Number(x));
+        }
+    }
+    all
 }

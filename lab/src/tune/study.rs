@@ -1,12 +1,13 @@
 //! The study file, and the study read from it.
 
 use super::known;
+use monorig_estimators::api::params::{Key, Setting};
 use monorig_sim::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::error::Error;
 use monorig_sim::file::{Document, named};
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
-use monorig_sim::scenario::{Scenario, Seeds};
+use monorig_sim::scenario::{ParameterValue, Scenario, Seeds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,7 +27,7 @@ pub struct StudyFile {
     pub parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
     #[serde(default)]
-    pub fixed: BTreeMap<String, Finite>,
+    pub fixed: BTreeMap<String, ParameterValue>,
     /// Published constants to compare with (those of `parameters` not named here keep their default).
     #[serde(default)]
     pub published: BTreeMap<String, Finite>,
@@ -314,7 +315,13 @@ impl Study {
     /// The defaults of the parameters that vary.
     pub fn defaults(&self) -> BTreeMap<String, f64> {
         let default = |key: &String| {
-            known::parameter(&self.file.estimator, key).map_or(f64::NAN, |k| k.default)
+            known::parameter(&self.file.estimator, key)
+                .ok()
+                .and_then(Key::default)
+                .map_or(f64::NAN, |default| match default {
+                    Setting::Number(number) => number,
+                    _ => f64::NAN,
+                })
         };
         let keys = self.file.parameters.keys();
         keys.map(|key| (key.clone(), default(key))).collect()

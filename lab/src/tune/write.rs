@@ -6,7 +6,7 @@ use super::study::Study;
 use super::validate::Validation;
 use monorig_sim::checked::{Finite, Version1};
 use monorig_sim::error::Error;
-use monorig_sim::scenario::{ParameterFile, Provenance};
+use monorig_sim::scenario::{ParameterFile, ParameterValue, Provenance};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -20,11 +20,13 @@ pub fn winner(
         return Ok(None);
     };
     let file = &study.file;
-    let tuned = trial
-        .parameters
-        .iter()
-        .filter_map(|(k, x)| Some((k.clone(), Finite::try_from(*x).ok()?)));
-    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), *x));
+    let tuned = trial.parameters.iter().filter_map(|(k, x)| {
+        Some((
+            k.clone(),
+            ParameterValue::Number(Finite::try_from(*x).ok()?),
+        ))
+    });
+    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), x.clone()));
     Ok(Some(ParameterFile {
         version: Version1,
         why: format!("Winner of the study {}: {}", study.name, file.why.trim()),

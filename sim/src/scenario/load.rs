@@ -3,6 +3,7 @@
 use super::{ParameterFile, ScenarioFile, check};
 use crate::error::Error;
 use crate::file::{Document, Sets, input_error, nearest};
+use monorig_estimators::api::params::Setting;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -136,7 +137,7 @@ impl Scenario {
         &self,
         names: &[&str],
         keys: &dyn Fn(&str) -> Vec<&'static str>,
-        accept: &dyn Fn(&str, &str, f64) -> Result<(), String>,
+        accept: &dyn Fn(&str, &str, Setting) -> Result<(), String>,
     ) -> Result<(), Error> {
         for (name, parameters) in &self.file.estimators {
             let at = format!("estimators.{name}");
@@ -161,7 +162,7 @@ impl Scenario {
                         suggestion(key, &known, "its parameters"),
                     ));
                 }
-                accept(name, key, value.get()).map_err(|message| {
+                accept(name, key, value.setting()).map_err(|message| {
                     wrong(
                         message,
                         format!("see the parameters of {name} in the scenario reference"),

@@ -3,6 +3,7 @@
 use crate::checked::{Finite, Version1};
 use crate::error::Error;
 use crate::file::{input_error, read_yaml};
+use monorig_estimators::api::params::Setting;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -12,20 +13,84 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
+/// The value of a parameter: a number, `true` or `false`, or a word.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ParameterValue {
+    /// A number.
+    Number(Finite),
+    /// Yes or no.
+    Flag(bool),
+    /// One word of several.
+    Choice(String),
+}
+
+impl ParameterValue {
+    /// As the estimators take it.
+    pub fn setting(&self) -> Setting<'_> {
+        match self {
+            Self::Number(number) => Setting::Number(number.get()),
+            Self::Flag(flag) => Setting::Flag(*flag),
+            Self::Choice(word) => Setting::Choice(word),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for ParameterValue {
+    fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
+        struct Value;
+        impl Visitor<'_> for Value {
+            type Value = ParameterValue;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, true or false, or a word")
+            }
+            fn visit_bool<E: serde::de::Error>(self, flag: bool) -> Result<Self::Value, E> {
+                Ok(ParameterValue::Flag(flag))
+            }
+            fn visit_f64<E: serde::de::Error>(self, x: f64) -> Result<Self::Value, E> {
+                let number = Finite::try_from(x).map_err(E::custom)?;
+                Ok(ParameterValue::Number(number))
+            }
+            fn visit_i64<E: serde::de::Error>(self, x: i64) -> Result<Self::Value, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_u64<E: serde::de::Error>(self, x: u64) -> Result<Self::Value, E> {
+                self.visit_f64(x as f64)
+            }
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+                Ok(ParameterValue::Choice(word.to_owned()))
+            }
+        }
+        de.deserialize_any(Value)
+    }
+}
+
+impl JsonSchema for ParameterValue {
+    fn schema_name() -> Cow<'static, str> {
+        "ParameterValue".into()
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "number", "minimum": -1e12, "maximum": 1e12 }, { "type": "boolean" }, { "type": "string" }] })
+    }
+}
+
 /// Parameters of one estimator of a scenario: those of the file named `from`, if any, with the others in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Parameter file, relative to the scenario.
     pub from: Option<String>,
     /// Parameters by name; once the scenario is loaded, those of the file too.
-    pub values: BTreeMap<String, Finite>,
+    pub values: BTreeMap<String, ParameterValue>,
     /// Which of them are the file's.
     inherited: BTreeSet<String>,
 }
 
 impl Settings {
     /// These values, and no file.
-    pub fn new(values: BTreeMap<String, Finite>) -> Self {
+    pub fn new(values: BTreeMap<String, ParameterValue>) -> Self {
         Self {
             values,
             ..Self::default()
@@ -41,7 +106,7 @@ impl Settings {
     pub(super) fn include(&mut self, file: &ParameterFile) {
         for (key, value) in &file.parameters {
             if !self.values.contains_key(key) {
-                self.values.insert(key.clone(), *value);
+                self.values.insert(key.clone(), value.clone());
                 self.inherited.insert(key.clone());
             }
         }
@@ -59,7 +124,7 @@ pub struct ParameterFile {
     /// The estimator they are for.
     pub estimator: String,
     /// Parameters by name.
-    pub parameters: BTreeMap<String, Finite>,
+    pub parameters: BTreeMap<String, ParameterValue>,
     /// Where they come from, when `monorig tune` has found them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
@@ -159,7 +224,7 @@ impl JsonSchema for Settings {
             "description": "Parameters by name; `from` names a parameter file, relative to the scenario, for those not given here.",
             "type": "object",
             "properties": { "from": { "type": "string" } },
-            "additionalProperties": { "type": "number", "minimum": -1e12, "maximum": 1e12 }
+            "additionalProperties": { "anyOf": [{ "type": "number", "minimum": -1e12, "maximum": 1e12 }, { "type": "boolean" }, { "type": "string" }] }
         })
     }
 }

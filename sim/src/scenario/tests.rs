@@ -1,5 +1,6 @@
 use super::*;
 use crate::error::Error;
+use monorig_estimators::api::params::Setting;
 use std::path::PathBuf;
 
 const GOOD: &str = "\
@@ -104,8 +105,8 @@ fn estimators_are_checked_against_those_there_are() {
         "dffrls_aekf_robust" => vec!["lambda0", "delta"],
         _ => vec![],
     };
-    let accept = |_: &str, key: &str, x: f64| match x {
-        x if x <= 1.0 => Ok(()),
+    let accept = |_: &str, key: &str, x: Setting| match x {
+        Setting::Number(x) if x <= 1.0 => Ok(()),
         _ => Err(format!("{key} is at most 1")),
     };
     let check = |sets: &[(&str, &str)]| {
