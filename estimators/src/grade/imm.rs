@@ -34,7 +34,7 @@ use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::Pipeline;
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::{Real, Time};
 
 params! {

@@ -23,7 +23,7 @@ use crate::grade::curvature_rls::Curvature;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::runner::{Pipeline, copy_into};
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::{Real, Time};
 
 params! {
