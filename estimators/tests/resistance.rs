@@ -6,7 +6,7 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Parameters, Setting};
-use monorig_estimators::api::signals::{Command, Measurements, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Vehicle, VehicleData};
 use monorig_estimators::pipelines::resistance_dffrls_robust;
 use monorig_estimators::pipelines::resistance_dffrls_robust::{SpeedPrediction, Surveyed};
 use monorig_estimators::{Real, registry};
@@ -18,19 +18,21 @@ const MASS_KG: Real = 50_000.0;
 const MU: Real = 0.024;
 
 fn train() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         running_resistance: MU,
         mass_range_kg: [10_000.0, 60_000.0],
-        ..vehicle(2)
-    }
+        ..vehicle(2).data()
+    })
+    .unwrap()
 }
 
 /// What the estimators are told: everything but the resistance.
 fn told() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         running_resistance: 0.0,
-        ..train()
-    }
+        ..train().data()
+    })
+    .unwrap()
 }
 
 /// 1 200 m of a grade between 2° and 8°, rad.

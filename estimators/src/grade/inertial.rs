@@ -10,6 +10,7 @@
 
 use nalgebra::{Matrix1, Matrix2, matrix, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -174,12 +175,12 @@ impl<const N: usize> CurvatureSlope<N> {
 }
 
 impl<const N: usize> Pipeline for CurvatureSlope<N> {
-    const INTERNALS: &'static [&'static str] = &[
-        "curvature_per_m",
-        "curvature_sd_per_m",
-        "lambda",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("curvature_per_m", "1/m"),
+        Internal::new("curvature_sd_per_m", "1/m"),
+        Internal::new("lambda", "-"),
+        Internal::new("wheel_speed_sd_mps", "m/s"),
+        Internal::new("slope_filter_sd_rad", "rad"),
     ];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {

@@ -20,6 +20,7 @@
 use nalgebra::vector;
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
@@ -213,13 +214,13 @@ fn log_likelihood(rls: &Rls<1>, outcome: &Outcome, a: Real, r: Real) -> Real {
 }
 
 impl MassEstimator for MultiModelMass {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "load_changes",
-        "straight_weight",
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("straight_mass_kg", "kg"),
+        Internal::new("turning_mass_kg", "kg"),
+        Internal::new("load_changes", "-"),
+        Internal::new("straight_weight", "-"),
     ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
@@ -330,10 +331,7 @@ mod tests {
         let value = stage.mass_kg().value;
         assert!(value < straight && value > right, "{value}");
         // On a rail there is only the straight model.
-        let rail = turning(&Vehicle {
-            road: None,
-            ..car()
-        });
+        let rail = turning(&car().without_road());
         assert_eq!(rail.straight_weight, 1.0);
         assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
     }

@@ -7,6 +7,7 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, param_groups, params};
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -217,8 +218,14 @@ impl OneRegression {
 }
 
 impl MassEstimator for OneRegression {
-    const INTERNALS: &'static [&'static str; 6] =
-        &["lambda", "residual", "chi1", "chi1_sd", "chi2", "chi2_sd"];
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("residual", "-"),
+        Internal::new("chi1", "-"),
+        Internal::new("chi1_sd", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("chi2_sd", "-"),
+    ];
 
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
         let sample = self.signals.step(reading, balance, running, dt);

@@ -1,5 +1,6 @@
 //! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
 
+use crate::api::estimator::Internal;
 use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
@@ -22,7 +23,7 @@ pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
 /// A first stage: something that learns the mass while the train runs.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
-    const INTERNALS: &'static [&'static str; 6];
+    const INTERNALS: &'static [Internal; 6];
 
     /// One step. `running` tells that the force balance holds now: moving, brake released.
     fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real);
@@ -80,7 +81,7 @@ pub struct TwoStage<M> {
 }
 
 impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
-    const INTERNALS: &'static [&'static str] = {
+    const INTERNALS: &'static [Internal] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
             a,
@@ -89,9 +90,9 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
             d,
             e,
             f,
-            "wheel_speed_sd_mps",
-            "slope_filter_sd_rad",
-            "fading",
+            Internal::new("wheel_speed_sd_mps", "m/s"),
+            Internal::new("slope_filter_sd_rad", "rad"),
+            Internal::new("fading", "-"),
         ]
     };
 
