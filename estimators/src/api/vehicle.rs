@@ -167,6 +167,16 @@ impl Vehicle {
         })
     }
 
+    /// The same as a point: nothing of it before or behind the IMU.
+    pub fn as_point(&self) -> Self {
+        Self(VehicleData {
+            tare_span_m: [0.0; 2],
+            load_span_m: [0.0; 2],
+            imu_arm_m: 0.0,
+            ..self.0
+        })
+    }
+
     /// The speed below which the vehicle counts as standing, m/s: the one given, or what suits a rail or a road.
     pub fn standstill_mps(&self, given_mps: Option<Real>) -> Real {
         let [rail, road] = STANDSTILL_MPS;

@@ -7,7 +7,7 @@ use crate::api::params::Parameters;
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::{self, Archive, Origin, SnapshotError, State};
 use crate::api::vehicle::Vehicle;
-use crate::preprocess::sample_hold::{Reading, SampleHold};
+use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::{Error, Real, Time};
 
 /// The work of a pipeline, once its input is checked and merged. Plain data.
@@ -40,7 +40,7 @@ pub struct Runner<P, Q> {
     build: fn(&Vehicle, &Q) -> P,
     vehicle: Vehicle,
     params: Q,
-    signals: SampleHold,
+    signals: FrontEnd,
     pipeline: P,
 }
 
@@ -57,7 +57,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
             build,
             vehicle: *vehicle,
             params: *params,
-            signals: SampleHold::new(vehicle),
+            signals: FrontEnd::new(vehicle),
             pipeline: build(vehicle, params),
         }
     }
@@ -109,7 +109,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     }
 
     fn reset(&mut self) {
-        self.signals = SampleHold::new(&self.vehicle);
+        self.signals = FrontEnd::new(&self.vehicle);
         self.pipeline = (self.build)(&self.vehicle, &self.params);
     }
 

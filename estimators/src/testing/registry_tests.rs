@@ -301,9 +301,9 @@ fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves
 fn an_estimator_is_kept_once() {
     use crate::pipelines::dffrls_aekf_robust::{DffrlsAekf, Params};
     use crate::pipelines::runner::Runner;
-    use crate::preprocess::sample_hold::SampleHold;
+    use crate::preprocess::front_end::FrontEnd;
     let parts = size_of::<DffrlsAekf>()
-        + size_of::<SampleHold>()
+        + size_of::<FrontEnd>()
         + size_of::<Params>()
         + size_of::<Vehicle>();
     std::println!(

@@ -5,7 +5,7 @@ use crate::api::estimator::Estimator;
 use crate::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 
