@@ -10,14 +10,18 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
-use crate::pipelines::runner::Runner;
-use crate::pipelines::{
-    dffrls_aekf_inclination_robust, dffrls_aekf_robust, dffrls_aukf_robust, dffrls_ukf_robust,
-    dynamic_stf_robust, ffrls_aukf_robust, ffrls_robust, imm_ekf_fixed_robust, imm_ekf_robust,
-    imm_stf_fixed_robust, imm_stf_no_lateral_robust, imm_stf_robust, joint_ekf_robust,
-    kinematic_stf_robust, mmrls_sh_stf_robust, regression, resistance_dffrls_robust,
-    rls_ekf_robust, rls_mff_aukf_robust,
+use crate::pipelines::guo_2024_robust::{
+    dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
+    imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
 };
+use crate::pipelines::huainan_robust::{
+    dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
+    rls_mff_aukf_robust,
+};
+use crate::pipelines::liu_2023_robust::{dffrls_aekf_robust, rls_ekf_robust};
+use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
+use crate::pipelines::runner::Runner;
+use crate::pipelines::{ffrls_robust, joint_ekf_robust, regression, resistance_robust};
 #[cfg(feature = "printed")]
 use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{Error, Real};
@@ -135,7 +139,7 @@ registry! {{
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf_robust" => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls_robust" => resistance_dffrls_robust::Resistance,
+    "resistance_dffrls_robust" => resistance_robust::Resistance,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
     "regression_bench" => regression::Regression,
 } as printed: {

@@ -7,8 +7,8 @@ use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Parameters, Setting};
 use monorig_estimators::api::signals::{Command, Measurements, Vehicle, VehicleData};
-use monorig_estimators::pipelines::resistance_dffrls_robust;
-use monorig_estimators::pipelines::resistance_dffrls_robust::{SpeedPrediction, Surveyed};
+use monorig_estimators::pipelines::resistance_robust;
+use monorig_estimators::pipelines::resistance_robust::{SpeedPrediction, Surveyed};
 use monorig_estimators::{Real, registry};
 
 const GRAVITY: Real = 9.81;
@@ -68,7 +68,7 @@ fn identified(direction: Real, bias: Real, settings: &[(&str, Setting)]) -> (Rea
 
 /// The same with a survey in place of the accelerometer, off by `error_rad`.
 fn surveyed(direction: Real, error_rad: Real) -> (Real, Real) {
-    let mut params = resistance_dffrls_robust::Params::default();
+    let mut params = resistance_robust::Params::default();
     params.set("known_mass_kg", MASS_KG.into()).unwrap();
     let mut estimator = Surveyed::new(&told(), &params);
     let mut last = (0.0, 0.0);
@@ -164,7 +164,7 @@ fn the_coefficient_predicts_the_speed_of_a_descent_and_a_wrong_one_does_not() {
 
 #[test]
 fn a_survey_that_is_not_a_number_is_refused_and_changes_nothing() {
-    let mut estimator = Surveyed::new(&told(), &resistance_dffrls_robust::Params::default());
+    let mut estimator = Surveyed::new(&told(), &resistance_robust::Params::default());
     let before = estimator;
     let z = Crane::new(train(), MASS_KG, 1).step(1.0, DT);
     assert!(

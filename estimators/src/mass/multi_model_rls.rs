@@ -305,9 +305,15 @@ mod tests {
         };
         let mut stage = MultiModelMass::new(vehicle, params);
         let balance = ForceBalance::new(vehicle);
+        let mut signals = MultiModelMass::resampler(&params);
+        let mut train = DistributedTrain::new(vehicle, params.standstill_mps);
         let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
         for _ in 0..6000 {
-            stage.step(&reading, &balance, true, 0.01);
+            let sample = signals.step(&reading, &balance, true, 0.01);
+            stage.step(&reading, &balance, &signals, 0.0, 0.01);
+            if let Some(ready) = train.step(&signals, sample, &reading, 0.01) {
+                stage.sample(&ready, &balance, &train);
+            }
         }
         stage
     }
