@@ -174,9 +174,10 @@ const _: () = assert!(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     pub fn vehicle() -> Vehicle {
-        Vehicle {
+        Vehicle::new(VehicleData {
             tare_kg: 5000.0,
             drives: 2,
             wheel_radius_m: 0.17,
@@ -189,7 +190,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        }
+        })
+        .unwrap()
     }
 
     /// Every stream there and not there, commands that change and that stay.

@@ -124,6 +124,10 @@ impl Simulation {
             Some(car) => car.nominal_vehicle(&s.vehicle, gravity),
             None => nominal_vehicle::vehicle(&scenario, &train, imu),
         };
+        let vehicle = Vehicle::new(vehicle).map_err(|e| {
+            let help = "values that the data sheet of a vehicle can have";
+            scenario.error("vehicle", e.to_string(), help)
+        })?;
         let guess = s
             .vehicle
             .total_mass_guess_kg

@@ -1,6 +1,6 @@
 //! Estimators side by side on the same measurements.
 
-use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::estimator::{Estimator, Internal};
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::registry::AnyEstimator;
 
@@ -52,14 +52,14 @@ impl RunningEstimator {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
     }
 
-    /// Names of its internals.
-    pub fn internal_names(&self) -> &'static [&'static str] {
+    /// Its internals, by name and unit.
+    pub fn list_internals(&self) -> &[Internal] {
         self.estimator.internals()
     }
 
     /// One of its internals now; none if it has none of that name.
     pub fn internal(&self, name: &str) -> Option<f64> {
-        let place = self.internal_names().iter().position(|n| *n == name)?;
+        let place = self.list_internals().iter().position(|i| i.name == name)?;
         let mut values = [f64::NAN; MAX_INTERNALS];
         self.estimator.internal_values(&mut values);
         values.get(place).copied()
@@ -68,7 +68,7 @@ impl RunningEstimator {
     /// Its internals now, appended to `row` in the order of their names.
     pub fn internals(&self, row: &mut Vec<f64>) {
         let from = row.len();
-        row.resize(from + self.internal_names().len(), f64::NAN);
+        row.resize(from + self.list_internals().len(), f64::NAN);
         self.estimator.internal_values(&mut row[from..]);
     }
 }

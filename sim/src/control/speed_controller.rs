@@ -135,9 +135,10 @@ impl SpeedController {
 mod tests {
     use super::*;
     use crate::config::scenario::FeedForward;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     fn controller() -> SpeedController {
-        let vehicle = Vehicle {
+        let vehicle = Vehicle::new(VehicleData {
             tare_kg: 9000.0,
             drives: 8,
             wheel_radius_m: 0.17,
@@ -150,7 +151,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        };
+        })
+        .unwrap();
         let pi = Pi {
             feedforward: FeedForward::Truth,
             ..Pi::default()
