@@ -2,11 +2,90 @@
 //!
 //! - predict: x⁻ = f(x), P⁻ = F P Fᵀ + Q, with F = ∂f/∂x at x
 //! - update: y = z − h(x⁻), then [`Gaussian::correct`] with H = ∂h/∂x at x⁻
+//!
+//! [`Ekf`] does this for any [`Model`]; [`predict`] and [`update`] are its two halves for who has the numbers.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
+use crate::api::snapshot::{Archive, State};
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::model::{Filter, Model};
+
+/// The extended Kalman filter of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ekf<T, const N: usize> {
+    /// The model.
+    pub model: T,
+    /// What is known of its state.
+    pub belief: Gaussian<N>,
+}
+
+impl<T, const N: usize> Ekf<T, N> {
+    /// Starts from a `belief` about the state.
+    pub fn new(model: T, belief: Gaussian<N>) -> Self {
+        Self { model, belief }
+    }
+
+    /// Carries the belief over `dt` seconds.
+    #[inline]
+    pub fn predict<const M: usize>(&mut self, u: &T::Input, dt: Real)
+    where
+        T: Model<N, M>,
+    {
+        let (model, x) = (&self.model, self.belief.x);
+        let (x_next, F, Q) = (model.f(&x, u, dt), model.F(&x, u, dt), model.Q(u, dt));
+        predict(&mut self.belief, x_next, &F, &Q);
+    }
+
+    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation covariance is not
+    /// positive definite.
+    #[inline]
+    pub fn update<const M: usize>(
+        &mut self,
+        z: SVector<Real, M>,
+        R: &SMatrix<Real, M, M>,
+    ) -> Option<Correction<M, N>>
+    where
+        T: Model<N, M>,
+    {
+        let x = self.belief.x;
+        let (h, H) = (self.model.h(&x), self.model.H(&x));
+        update(&mut self.belief, z, h, &H, R)
+    }
+}
+
+impl<T: Model<N, M>, const N: usize, const M: usize> Filter<N, M> for Ekf<T, N> {
+    type Model = T;
+
+    fn model(&self) -> &T {
+        &self.model
+    }
+
+    fn belief(&self) -> &Gaussian<N> {
+        &self.belief
+    }
+
+    fn belief_mut(&mut self) -> &mut Gaussian<N> {
+        &mut self.belief
+    }
+
+    fn predict(&mut self, u: &T::Input, dt: Real) -> Option<()> {
+        Ekf::predict(self, u, dt);
+        Some(())
+    }
+
+    fn update(&mut self, z: SVector<Real, M>, R: &SMatrix<Real, M, M>) -> Option<Correction<M, N>> {
+        Ekf::update(self, z, R)
+    }
+}
+
+/// The model is built, the belief remembered.
+impl<T, const N: usize> State for Ekf<T, N> {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.belief.visit(archive);
+    }
+}
 
 /// Carries a belief over one time step: `x_next` = f(x), `F` its Jacobian at x, `Q` the process noise of the step.
 #[inline]

@@ -8,6 +8,7 @@ pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
 pub mod low_pass;
+pub mod model;
 pub mod ring_buffer;
 pub mod rls;
 pub mod sage_husa;

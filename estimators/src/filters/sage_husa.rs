@@ -16,8 +16,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::api::real::{pow, sqrt};
-use crate::api::snapshot::state;
+use crate::api::snapshot::{Archive, State, state};
 use crate::filters::gaussian::{Correction, Gaussian, is_covariance};
+use crate::filters::model::{Filter, Model};
 
 /// A noise covariance that follows the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,6 +124,82 @@ impl<const M: usize> SageHusa<M> {
 
 state!(@[const M: usize] SageHusa<M> { covariance, power, limited; least, most, fading }
     where |this| is_covariance(&this.covariance) && (0.0..1.0).contains(&this.power));
+
+/// Measurement noise R of a filter: known, or found from the residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)]
+pub enum Noise<const M: usize> {
+    /// Known once and for all.
+    Known(SMatrix<Real, M, M>),
+    /// Follows the residuals.
+    SageHusa(SageHusa<M>),
+}
+
+impl<const M: usize> Noise<M> {
+    /// R to use now.
+    #[inline]
+    pub fn R(&self) -> &SMatrix<Real, M, M> {
+        match self {
+            Noise::Known(R) => R,
+            Noise::SageHusa(noise) => noise.covariance(),
+        }
+    }
+
+    /// Whether a limit acted at the last observation.
+    pub fn limited(&self) -> bool {
+        matches!(self, Noise::SageHusa(noise) if noise.limited())
+    }
+}
+
+impl<const M: usize> State for Noise<M> {
+    fn visit(&mut self, archive: &mut Archive) {
+        if let Noise::SageHusa(noise) = self {
+            noise.visit(archive);
+        }
+    }
+}
+
+/// A filter that adapts its measurement noise: over [`Ekf`](crate::filters::ekf::Ekf) the AEKF, over
+/// [`Ukf`](crate::filters::ukf::Ukf) the AUKF, with [`Noise::Known`] the plain filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive<T, const M: usize> {
+    /// The filter.
+    pub filter: T,
+    /// Its measurement noise.
+    pub noise: Noise<M>,
+}
+
+/// Extended Kalman filter with adapted measurement noise.
+pub type Aekf<T, const N: usize, const M: usize> = Adaptive<crate::filters::ekf::Ekf<T, N>, M>;
+
+/// Unscented Kalman filter with adapted measurement noise.
+pub type Aukf<T, const N: usize, const M: usize> = Adaptive<crate::filters::ukf::Ukf<T, N>, M>;
+
+impl<T, const M: usize> Adaptive<T, M> {
+    /// Corrects the belief by a measurement with the noise found so far. `None`, and nothing changed, if the innovation covariance is
+    /// not positive definite.
+    #[inline]
+    pub fn update<const N: usize>(&mut self, z: SVector<Real, M>) -> Option<Correction<M, N>>
+    where
+        T: Filter<N, M>,
+    {
+        self.filter.update(z, self.noise.R())
+    }
+
+    /// Lets the noise learn from the residual ε = z − h(x⁺) that [`Adaptive::update`] by the same measurement has left.
+    #[inline]
+    pub fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
+    where
+        T: Filter<N, M>,
+    {
+        if let Noise::SageHusa(noise) = &mut self.noise {
+            let (model, belief) = (self.filter.model(), self.filter.belief());
+            noise.observe_residual(&(z - model.h(&belief.x)), &model.H(&belief.x), belief);
+        }
+    }
+}
+
+state!(@[T: State, const M: usize] Adaptive<T, M> { filter, noise; });
 
 #[cfg(test)]
 mod tests {

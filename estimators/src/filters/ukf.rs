@@ -12,7 +12,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::api::real::sqrt;
+use crate::api::snapshot::{Archive, State};
 use crate::filters::gaussian::{Correction, Gaussian, cholesky};
+use crate::filters::model::{Filter, Model};
 
 /// The three constants of the scaled transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +25,52 @@ pub struct Spread {
     pub beta: Real,
     /// Second distance; often 3 − n.
     pub kappa: Real,
+}
+
+/// The unscented Kalman filter of a model. The Jacobians of the model are not used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ukf<T, const N: usize> {
+    /// The model.
+    pub model: T,
+    /// What is known of its state.
+    pub belief: Gaussian<N>,
+    /// Where the sigma points lie.
+    pub spread: Spread,
+}
+
+impl<T: Model<N, M>, const N: usize, const M: usize> Filter<N, M> for Ukf<T, N> {
+    type Model = T;
+
+    fn model(&self) -> &T {
+        &self.model
+    }
+
+    fn belief(&self) -> &Gaussian<N> {
+        &self.belief
+    }
+
+    fn belief_mut(&mut self) -> &mut Gaussian<N> {
+        &mut self.belief
+    }
+
+    #[inline]
+    fn predict(&mut self, u: &T::Input, dt: Real) -> Option<()> {
+        let (model, Q) = (&self.model, self.model.Q(u, dt));
+        predict(&mut self.belief, &self.spread, |x| model.f(x, u, dt), &Q)
+    }
+
+    #[inline]
+    fn update(&mut self, z: SVector<Real, M>, R: &SMatrix<Real, M, M>) -> Option<Correction<M, N>> {
+        let model = &self.model;
+        update(&mut self.belief, &self.spread, z, |x| model.h(x), R)
+    }
+}
+
+/// The model and the sigma points are built, the belief remembered.
+impl<T, const N: usize> State for Ukf<T, N> {
+    fn visit(&mut self, archive: &mut Archive) {
+        self.belief.visit(archive);
+    }
 }
 
 /// What a function makes of a belief: mean, and covariance in two parts.

@@ -8,15 +8,16 @@
 //! lags a change of slope by about a second, as a slope must first change the speed; standing or braking it knows nothing new.
 //! The accelerometer, which reads the slope directly, is not used.
 
-use nalgebra::{Matrix1, Matrix2, Vector2, matrix, vector};
+use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, sqrt};
+use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::filters::ekf;
+use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::sage_husa::SageHusa;
+use crate::filters::model::Model;
+use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 
@@ -57,6 +58,46 @@ pub struct Drive {
     pub resistance: Real,
 }
 
+/// The force balance as a model: state [v, θ], measurement wheel speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceBalanceModel {
+    /// Constants of the balance.
+    pub balance: ForceBalance,
+    /// Process noise of v (m²/s³) and θ (rad²/s).
+    pub q: [Real; 2],
+}
+
+impl Model<2, 1> for ForceBalanceModel {
+    type Input = Drive;
+
+    fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
+        let v_dot = self
+            .balance
+            .acceleration(u.traction_n, u.mass_kg, x.y, u.resistance);
+        vector![x.x + dt * v_dot, x.y]
+    }
+
+    fn F(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Matrix2<Real> {
+        let by_theta = self
+            .balance
+            .acceleration_by_theta(u.mass_kg, x.y, u.resistance);
+        matrix![1.0, dt * by_theta; 0.0, 1.0]
+    }
+
+    fn Q(&self, _: &Drive, dt: Real) -> Matrix2<Real> {
+        let [q_v, q_theta] = self.q;
+        Matrix2::from_diagonal(&vector![q_v * dt, q_theta * dt])
+    }
+
+    fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
+        vector![x.x]
+    }
+
+    fn H(&self, _: &Vector2<Real>) -> SMatrix<Real, 1, 2> {
+        matrix![1.0, 0.0]
+    }
+}
+
 /// How the filter meets a noise or a slope it was not told of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Adaptation {
@@ -94,11 +135,9 @@ const MAX_FADING: Real = 50.0;
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceBalanceEkf {
-    params: GradeParams,
-    balance: ForceBalance,
-    belief: Gaussian<2>,
-    R: Matrix1<Real>,
-    adaptive: Option<SageHusa<1>>,
+    /// Nominal standard deviation of wheel speed, m/s.
+    wheel_speed_sd_mps: Real,
+    aekf: Aekf<ForceBalanceModel, 2, 1>,
     tracking: Option<(StrongTracking<1>, Alarm<1>)>,
     fading: Real,
     /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking needs.
@@ -119,10 +158,10 @@ impl ForceBalanceEkf {
         let rad = PI / 180.0;
         let x = vector![0.0, params.grade0_deg * rad];
         let R = Matrix1::new(sd * sd);
-        let adaptive = match adaptation {
-            Adaptation::None => None,
+        let noise = match adaptation {
+            Adaptation::None => Noise::Known(R),
             Adaptation::SageHusa { fading } | Adaptation::Switched { fading, .. } => {
-                Some(SageHusa::new(R, fading, [0.01, 100.0]))
+                Noise::SageHusa(SageHusa::new(R, fading, [0.01, 100.0]))
             }
         };
         let tracking = match adaptation {
@@ -137,12 +176,17 @@ impl ForceBalanceEkf {
             )),
             _ => None,
         };
-        Self {
-            params,
+        let model = ForceBalanceModel {
             balance,
-            belief: Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]),
-            R,
-            adaptive,
+            q: [params.q_v, params.q_theta],
+        };
+        let belief = Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]);
+        Self {
+            wheel_speed_sd_mps: sd,
+            aekf: Aekf {
+                filter: Ekf::new(model, belief),
+                noise,
+            },
             tracking,
             fading: 1.0,
             carried: Matrix2::identity(),
@@ -157,92 +201,69 @@ impl ForceBalanceEkf {
     /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says nothing: the
     /// slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
+        let Ekf { model, belief } = &mut self.aekf.filter;
         let Some(drive) = drive else {
-            self.belief.P.m12 = 0.0;
-            self.belief.P.m21 = 0.0;
+            belief.P.m12 = 0.0;
+            belief.P.m21 = 0.0;
             (self.carried, self.process) = (Matrix2::identity(), 0.0);
-            self.belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
+            belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
             return;
         };
-        let (x_next, F) = self.transition(&self.belief.x, &drive, dt);
-        let Q = Matrix2::from_diagonal(&vector![self.params.q_v * dt, self.params.q_theta * dt]);
-        ekf::predict(&mut self.belief, x_next, &F, &Q);
-        self.carried = F * self.carried;
-        self.process += Q.m11;
+        self.carried = model.F(&belief.x, &drive, dt) * self.carried;
+        self.process += model.Q(&drive, dt).m11;
+        self.aekf.filter.predict(&drive, dt);
     }
 
     /// Moving dead_reckoning (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
     pub fn drift(&mut self, dt: Real) {
         self.dead_reckoning = true;
-        self.belief.P.m22 =
-            (self.belief.P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
-    }
-
-    /// f(x) and its Jacobian (Liu et al. 2023, eq. 24 and 28).
-    fn transition(
-        &self,
-        x: &Vector2<Real>,
-        drive: &Drive,
-        dt: Real,
-    ) -> (Vector2<Real>, Matrix2<Real>) {
-        let (v, theta) = (x.x, x.y);
-        let v_dot =
-            self.balance
-                .acceleration(drive.traction_n, drive.mass_kg, theta, drive.resistance);
-        let by_theta = self
-            .balance
-            .acceleration_by_theta(drive.mass_kg, theta, drive.resistance);
-        (
-            vector![v + dt * v_dot, theta],
-            matrix![1.0, dt * by_theta; 0.0, 1.0],
-        )
+        let P = &mut self.aekf.filter.belief.P;
+        P.m22 = (P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
     }
 
     /// Corrects by a wheel speed. `adapt` lets the measurement noise learn from it.
     pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) {
         if !self.started {
-            self.belief.x.x = wheel_speed_mps;
+            self.aekf.filter.belief.x.x = wheel_speed_mps;
             self.started = true;
         }
-        let H = matrix![1.0, 0.0];
-        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
         let z = vector![wheel_speed_mps];
-        let tracking = adapt && self.track(wheel_speed_mps, &R);
-        let z_predicted = H * self.belief.x;
+        let tracking = adapt && self.track(wheel_speed_mps);
         (self.carried, self.process) = (Matrix2::identity(), 0.0);
-        let Some(correction) = ekf::update(&mut self.belief, z, z_predicted, &H, &R) else {
+        let Some(correction) = self.aekf.update(z) else {
             return;
         };
         self.last = Some(correction);
-        self.dead_reckoning &= self.belief.P.m22 > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
-        let inside = self.belief.x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
-        self.saturated = inside != self.belief.x.y;
-        self.belief.x.y = inside;
-        if let Some(noise) = self.adaptive.as_mut().filter(|_| adapt && !tracking) {
-            noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
-            self.saturated |= noise.limited();
+        let Gaussian { x, P } = &mut self.aekf.filter.belief;
+        self.dead_reckoning &= P.m22 > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
+        let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
+        self.saturated = inside != x.y;
+        x.y = inside;
+        if adapt && !tracking {
+            self.aekf.adapt(z);
+            self.saturated |= self.aekf.noise.limited();
         }
     }
 
     /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
-    fn track(&mut self, wheel_speed_mps: Real, R: &Matrix1<Real>) -> bool {
+    fn track(&mut self, wheel_speed_mps: Real) -> bool {
         let Some((tracking, alarm)) = self.tracking.as_mut() else {
             return false;
         };
-        let y = wheel_speed_mps - self.belief.x.x;
-        let explained = Matrix1::new((self.belief.P.m11 - self.process).max(0.0));
-        let active = alarm.active(&vector![y], &Matrix1::new(self.belief.P.m11 + R.x));
+        let (R, belief) = (self.aekf.noise.R(), &mut self.aekf.filter.belief);
+        let y = wheel_speed_mps - belief.x.x;
+        let explained = Matrix1::new((belief.P.m11 - self.process).max(0.0));
+        let active = alarm.active(&vector![y], &Matrix1::new(belief.P.m11 + R.x));
         let lambda = tracking.fading(&vector![y], &explained, &Matrix1::new(self.process), R);
         self.fading = if active { lambda } else { 1.0 };
         // As if the slope had faded at the last update and been carried since.
-        let mut jump =
-            Gaussian::independent(Vector2::zeros(), vector![0.0, sqrt(self.belief.P.m22)]);
+        let mut jump = Gaussian::independent(Vector2::zeros(), vector![0.0, sqrt(belief.P.m22)]);
         let unfaded = jump.P;
         fade(&mut jump, &vector![1.0, self.fading]);
-        self.belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
-        self.belief.symmetrise();
+        belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
+        belief.symmetrise();
         // Fading step upon step would grow without end while measurements make no sense.
-        self.belief.limit_variance(&vector![
+        belief.limit_variance(&vector![
             MAX_SPEED_MPS * MAX_SPEED_MPS,
             MAX_GRADE_RAD * MAX_GRADE_RAD
         ]);
@@ -251,7 +272,7 @@ impl ForceBalanceEkf {
 
     /// Belief about [v in m/s, θ in rad].
     pub fn belief(&self) -> &Gaussian<2> {
-        &self.belief
+        &self.aekf.filter.belief
     }
 
     /// Innovation (m/s) and NIS of the last measurement.
@@ -261,7 +282,7 @@ impl ForceBalanceEkf {
 
     /// Standard deviation of wheel speed in use, m/s.
     pub fn measurement_sd(&self) -> Real {
-        sqrt(self.adaptive.map_or(self.R, |noise| *noise.covariance()).x)
+        sqrt(self.aekf.noise.R().x)
     }
 
     /// Whether the slope has been found again since the train last moved dead_reckoning.
@@ -272,7 +293,7 @@ impl ForceBalanceEkf {
     /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
     /// standard deviation then rises to several times the nominal one.
     pub fn wheel_speed_consistent(&self) -> bool {
-        self.measurement_sd() < MAX_CONSISTENT_SD_RATIO * self.params.wheel_speed_sd_mps
+        self.measurement_sd() < MAX_CONSISTENT_SD_RATIO * self.wheel_speed_sd_mps
     }
 
     /// Fading factor of the last update, 1 while strong tracking is off.
@@ -287,21 +308,16 @@ impl ForceBalanceEkf {
 
     /// Traction that keeps the speed at the estimated slope, N: what the slope's uncertainty is reckoned at.
     pub fn steady_traction_n(&self, drive: &Drive) -> Real {
-        let theta = self.belief.x.y;
-        drive.mass_kg
-            * GRAVITY
-            * (crate::api::real::sin(theta) + drive.resistance * crate::api::real::cos(theta))
+        let theta = self.belief().x.y;
+        drive.mass_kg * GRAVITY * (sin(theta) + drive.resistance * cos(theta))
     }
 }
 
 impl State for ForceBalanceEkf {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
-            params: _,
-            balance: _,
-            R: _,
-            belief,
-            adaptive,
+            wheel_speed_sd_mps: _,
+            aekf,
             tracking,
             fading,
             carried,
@@ -311,8 +327,7 @@ impl State for ForceBalanceEkf {
             dead_reckoning,
             last,
         } = self;
-        belief.visit(archive);
-        visit_built(adaptive, archive);
+        aekf.visit(archive);
         visit_built(tracking, archive);
         fading.visit(archive);
         carried.visit(archive);
@@ -336,26 +351,6 @@ mod tests {
             GradeParams::default(),
             adaptation,
         )
-    }
-
-    #[test]
-    fn jacobian_equals_central_differences() {
-        let filter = filter(Adaptation::None);
-        let drive = Drive {
-            traction_n: 2e4,
-            mass_kg: 2e4,
-            resistance: 0.02,
-        };
-        for theta in [-0.4, 0.0, 0.3] {
-            let x = vector![0.7, theta];
-            let (_, F) = filter.transition(&x, &drive, 0.1);
-            for (column, step) in [vector![1e-5, 0.0], vector![0.0, 1e-5]].iter().enumerate() {
-                let difference = (filter.transition(&(x + step), &drive, 0.1).0
-                    - filter.transition(&(x - step), &drive, 0.1).0)
-                    / 2e-5;
-                assert!((F.column(column) - difference).norm() < 1e-8);
-            }
-        }
     }
 
     #[test]
@@ -386,9 +381,10 @@ mod tests {
                 theta += (params.q_theta * dt).sqrt() * random.normal();
                 filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
             }
-            let error = filter.belief.x - vector![v, theta];
-            nees +=
-                error.dot(&filter.belief.P.cholesky().unwrap().solve(&error)) / 2.0 / runs as Real;
+            let error = filter.belief().x - vector![v, theta];
+            nees += error.dot(&filter.belief().P.cholesky().unwrap().solve(&error))
+                / 2.0
+                / runs as Real;
         }
         let (low, high) = chi_square_band(2 * runs);
         assert!((low..high).contains(&nees), "{nees} not in {low}…{high}");
@@ -406,12 +402,12 @@ mod tests {
             filter.predict(Some(drive), 0.01);
             filter.update(0.5, true);
         }
-        let theta = filter.belief.x.y;
+        let theta = filter.belief().x.y;
         assert!(theta != 0.0);
         for k in 0..1000 {
             filter.predict(None, 0.01);
             filter.update(0.01 * (k % 3) as Real, false);
         }
-        assert_eq!(filter.belief.x.y, theta);
+        assert_eq!(filter.belief().x.y, theta);
     }
 }

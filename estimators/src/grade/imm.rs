@@ -24,15 +24,17 @@ use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
+use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
+use crate::filters::model::Model;
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::mass::differenced_rls::{DifferencedMass, DifferencedParams};
 use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::Pipeline;
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::{Real, Time};
 
 params! {
@@ -72,7 +74,7 @@ const MAX_GRADE_RAD: Real = 0.87;
 
 /// How a model says the acceleration goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Model {
+pub enum Acceleration {
     /// At random.
     Kinematic,
     /// By the force balance.
@@ -83,7 +85,7 @@ pub enum Model {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice<const K: usize> {
     /// The models, one filter each.
-    pub models: [Model; K],
+    pub models: [Acceleration; K],
     /// Probability of staying in a model, and whether the transitions lean to the likelier model.
     pub stay: Real,
     /// Whether they do.
@@ -98,7 +100,7 @@ pub struct Choice<const K: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeModels<const K: usize> {
     params: ModelParams,
-    models: [Model; K],
+    models: [SlopeModel; K],
     balance: ForceBalance,
     mu: Real,
     standstill_mps: Real,
@@ -113,17 +115,65 @@ pub struct SlopeModels<const K: usize> {
     last: Option<Correction<2, 3>>,
 }
 
-/// One model at one instant: x⁻ = A x + u.
-#[derive(Clone, Copy)]
-struct Linear {
-    A: Matrix3<Real>,
-    u: Vector3<Real>,
-    Q: Matrix3<Real>,
+/// The force balance of one step, divided by the mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// Acceleration on level track, m/s².
+    pub level_mps2: Real,
+    /// 1 + J/M.
+    pub inertia: Real,
+    /// Standard deviation of the acceleration, m/s².
+    pub sd_mps2: Real,
 }
 
-/// z = [f, v] = H x.
-fn measurement() -> SMatrix<Real, 2, 3> {
-    matrix![0.0, 1.0, GRAVITY; 1.0, 0.0, 0.0]
+/// One model: state [v, a, i], i = sin θ; measurement [f, v] with the specific force f = a + g i.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeModel {
+    /// How the acceleration goes on.
+    pub acceleration: Acceleration,
+    /// Process noise of v (m²/s³), of a where it walks at random (m²/s⁵) and of i (1/s).
+    pub q: [Real; 3],
+}
+
+impl SlopeModel {
+    /// The force balance, where this model goes by it.
+    fn push<'a>(&self, u: &'a Option<Push>) -> Option<&'a Push> {
+        u.as_ref()
+            .filter(|_| self.acceleration == Acceleration::Dynamic)
+    }
+}
+
+impl Model<3, 2> for SlopeModel {
+    /// `None` where there is no force balance: the dynamic model is then the kinematic one.
+    type Input = Option<Push>;
+
+    fn f(&self, x: &Vector3<Real>, u: &Option<Push>, dt: Real) -> Vector3<Real> {
+        let a = self
+            .push(u)
+            .map_or(x.y, |u| -GRAVITY / u.inertia * x.z + u.level_mps2);
+        vector![x.x + dt * x.y, a, x.z]
+    }
+
+    fn F(&self, _: &Vector3<Real>, u: &Option<Push>, dt: Real) -> Matrix3<Real> {
+        let [by_a, by_i] = self
+            .push(u)
+            .map_or([1.0, 0.0], |u| [0.0, -GRAVITY / u.inertia]);
+        matrix![1.0, dt, 0.0; 0.0, by_a, by_i; 0.0, 0.0, 1.0]
+    }
+
+    fn Q(&self, u: &Option<Push>, dt: Real) -> Matrix3<Real> {
+        let [q_v, q_a, q_i] = self.q;
+        let a = self.push(u).map_or(q_a * dt, |u| u.sd_mps2 * u.sd_mps2);
+        Matrix3::from_diagonal(&vector![q_v * dt, a, q_i * dt])
+    }
+
+    fn h(&self, x: &Vector3<Real>) -> Vector2<Real> {
+        vector![x.y + GRAVITY * x.z, x.x]
+    }
+
+    fn H(&self, _: &Vector3<Real>) -> SMatrix<Real, 2, 3> {
+        matrix![0.0, 1.0, GRAVITY; 1.0, 0.0, 0.0]
+    }
 }
 
 impl<const K: usize> SlopeModels<K> {
@@ -144,7 +194,10 @@ impl<const K: usize> SlopeModels<K> {
         });
         Self {
             params,
-            models: choice.models,
+            models: choice.models.map(|acceleration| SlopeModel {
+                acceleration,
+                q: [params.q_v, params.q_a, params.q_i],
+            }),
             balance: ForceBalance::new(vehicle),
             mu: vehicle.running_resistance,
             standstill_mps: vehicle.standstill_mps(mass.standstill_mps),
@@ -163,18 +216,8 @@ impl<const K: usize> SlopeModels<K> {
         }
     }
 
-    fn kinematic(&self, dt: Real) -> Linear {
-        let params = &self.params;
-        Linear {
-            A: matrix![1.0, dt, 0.0; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0],
-            u: Vector3::zeros(),
-            Q: Matrix3::from_diagonal(&vector![params.q_v * dt, params.q_a * dt, params.q_i * dt]),
-        }
-    }
-
-    /// The force balance linearised in i = sin θ, with the cosine of the combined estimate. `net_n` is what drives: traction less
-    /// drag and bend.
-    fn dynamic(&self, net_n: Real, direction: Real, sine: Real, dt: Real) -> Linear {
+    /// The force balance with the cosine of the combined estimate. `net_n` is what drives: traction less drag and bend.
+    fn push(&self, net_n: Real, direction: Real, sine: Real) -> Push {
         let params = &self.params;
         let mass = self.mass.mass_kg().value;
         let inertia = 1.0 + self.balance.rotating_mass_kg / mass;
@@ -185,42 +228,27 @@ impl<const K: usize> SlopeModels<K> {
         let ahead = self.mass.ahead();
         let doubt = GRAVITY * ahead.sd;
         let sd =
-            sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass + doubt * doubt)
-                / inertia;
-        Linear {
-            A: matrix![1.0, dt, 0.0; 0.0, 0.0, -GRAVITY / inertia; 0.0, 0.0, 1.0],
-            u: vector![
-                0.0,
-                (net_n / mass - resistance + GRAVITY * ahead.unit) / inertia,
-                0.0
-            ],
-            Q: Matrix3::from_diagonal(&vector![params.q_v * dt, sd * sd, params.q_i * dt]),
+            sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass + doubt * doubt);
+        Push {
+            level_mps2: (net_n / mass - resistance + GRAVITY * ahead.unit) / inertia,
+            inertia,
+            sd_mps2: sd / inertia,
         }
     }
 
-    /// The models as they are now, at a wheel speed.
-    fn linear(&self, reading: &Reading, running: bool, speed: Real, dt: Real) -> [Linear; K] {
-        let kinematic = self.kinematic(dt);
-        let dynamic = reading
-            .motor_torque_nm
-            .filter(|_| running)
-            .map_or(kinematic, |torque| {
-                let direction = if speed < 0.0 { -1.0 } else { 1.0 };
-                let sine = self.imm.combined().x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
-                let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
-                let net_n = self.balance.net_traction(torque, speed) - bend_n;
-                self.dynamic(net_n, direction, sine, dt)
-            });
-        self.models.map(|model| match model {
-            Model::Kinematic => kinematic,
-            Model::Dynamic => dynamic,
-        })
+    /// The force balance as it is now, at a wheel speed; `None` where there is none.
+    fn push_now(&self, reading: &Reading, running: bool, speed: Real) -> Option<Push> {
+        let torque = reading.motor_torque_nm.filter(|_| running)?;
+        let direction = if speed < 0.0 { -1.0 } else { 1.0 };
+        let sine = self.imm.combined().x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
+        let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
+        let net_n = self.balance.net_traction(torque, speed) - bend_n;
+        Some(self.push(net_n, direction, sine))
     }
 
     /// One cycle of interacting models on the specific force and a wheel speed.
-    fn cycle(&mut self, models: [Linear; K], z: &Vector2<Real>) {
+    fn cycle(&mut self, push: &Option<Push>, z: &Vector2<Real>, dt: Real) {
         let params = self.params;
-        let H = measurement();
         let R = Matrix2::from_diagonal(&vector![
             params.accel_sd_mps2 * params.accel_sd_mps2,
             params.wheel_speed_sd_mps * params.wheel_speed_sd_mps
@@ -237,27 +265,31 @@ impl<const K: usize> SlopeModels<K> {
             .imm
             .beliefs
             .iter_mut()
-            .zip(models)
+            .zip(self.models)
             .zip(&mut self.tracking)
             .zip(&mut self.fading);
         let mut best = Real::NEG_INFINITY;
         for ((((belief, model), tracking), fading), log) in filters.zip(logs.iter_mut()) {
-            belief.x = model.A * belief.x + model.u;
-            let y = z - H * belief.x;
+            let mut ekf = Ekf::new(model, *belief);
             if let Some((tracking, alarm)) = tracking {
-                let carried_P = model.A * belief.P * model.A.transpose();
-                let (carried, process) =
-                    (H * carried_P * H.transpose(), H * model.Q * H.transpose());
+                let x = ekf.belief.x;
+                let (F, H) = (model.F(&x, push, dt), model.H(&x));
+                let y = z - model.h(&model.f(&x, push, dt));
+                let carried_P = F * ekf.belief.P * F.transpose();
+                let carried = H * carried_P * H.transpose();
+                let process = H * model.Q(push, dt) * H.transpose();
                 let lambda = tracking.fading(&y, &carried, &process, &R);
                 let jumped = alarm.active(&y, &(carried + process + R));
                 *fading = if jumped { lambda } else { 1.0 };
-                fade(belief, &vector![1.0, 1.0, *fading]);
+                fade(&mut ekf.belief, &vector![1.0, 1.0, *fading]);
             }
-            belief.P = model.A * belief.P * model.A.transpose() + model.Q;
+            ekf.predict(push, dt);
             // Fading step upon step would grow without end while measurements make no sense.
-            belief.limit_variance(&vector![100.0, 100.0, MAX_GRADE_RAD * MAX_GRADE_RAD]);
-            belief.symmetrise();
-            let Some(correction) = belief.correct(y, &H, &R) else {
+            ekf.belief
+                .limit_variance(&vector![100.0, 100.0, MAX_GRADE_RAD * MAX_GRADE_RAD]);
+            let correction = ekf.update(*z, &R);
+            *belief = ekf.belief;
+            let Some(correction) = correction else {
                 continue;
             };
             *log = correction.log_likelihood;
@@ -298,8 +330,9 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         if let Some((speed, f)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
-            let models = self.linear(reading, running, speed, period);
-            self.cycle(models, &vector![f + self.mass.bend().drift_mps2, speed]);
+            let push = self.push_now(reading, running, speed);
+            let z = vector![f + self.mass.bend().drift_mps2, speed];
+            self.cycle(&push, &z, period);
         }
 
         let Gaussian { x, P } = self.imm.combined();

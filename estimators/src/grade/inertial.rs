@@ -8,21 +8,22 @@
 //! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its slope is never
 //! better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is several times better.
 
-use nalgebra::{Matrix1, Matrix2, matrix, vector};
+use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
-use crate::api::snapshot::{Archive, State, visit_built};
+use crate::api::snapshot::{Archive, State, state};
+use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::sage_husa::SageHusa;
-use crate::filters::ukf::Spread;
-use crate::filters::{ekf, ukf};
+use crate::filters::model::{Filter, Model};
+use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
+use crate::filters::ukf::{Spread, Ukf};
 use crate::grade::curvature_rls::Curvature;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::runner::{Pipeline, copy_into};
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::{Real, Time};
 
 params! {
@@ -48,18 +49,94 @@ params! {
     }
 }
 
+/// What carries the state of [`InertialModel`] on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Specific force f along the train, m/s²; `None` while the accelerometer is not heard.
+    pub specific_force_mps2: Option<Real>,
+    /// How the grade angle changes.
+    pub turn: Turn,
+}
+
+/// How the grade angle changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Turn {
+    /// With the curvature ρ of the rail, 1/m: θ̇ = ρ v.
+    Curvature(Real),
+    /// At the rate of a pitch gyro, rad/s.
+    Gyro(Real),
+}
+
+/// The model: state [v, θ], measurement wheel speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InertialModel {
+    /// Process noise of speed, m²/s³.
+    pub q_v: Real,
+    /// Process noise of the grade angle, rad²/s, by the curvature and by the gyro.
+    pub q_theta: [Real; 2],
+}
+
+/// Process noise of speed without an accelerometer, m²/s³: it may do anything, up to 1 m/s² or so.
+const BLIND_Q_V: Real = 1.0;
+
+impl Model<2, 1> for InertialModel {
+    type Input = Motion;
+
+    fn f(&self, x: &Vector2<Real>, u: &Motion, dt: Real) -> Vector2<Real> {
+        let v_dot = u
+            .specific_force_mps2
+            .map_or(0.0, |f| f - GRAVITY * sin(x.y));
+        let theta_dot = match u.turn {
+            Turn::Curvature(rho) => rho * x.x,
+            Turn::Gyro(rate) => rate,
+        };
+        vector![x.x + dt * v_dot, x.y + dt * theta_dot]
+    }
+
+    fn F(&self, x: &Vector2<Real>, u: &Motion, dt: Real) -> Matrix2<Real> {
+        let by_theta = u
+            .specific_force_mps2
+            .map_or(0.0, |_| -dt * GRAVITY * cos(x.y));
+        let by_v = match u.turn {
+            Turn::Curvature(rho) => dt * rho,
+            Turn::Gyro(_) => 0.0,
+        };
+        matrix![1.0, by_theta; by_v, 1.0]
+    }
+
+    fn Q(&self, u: &Motion, dt: Real) -> Matrix2<Real> {
+        let q_v = u.specific_force_mps2.map_or(BLIND_Q_V, |_| self.q_v);
+        let [by_curvature, by_gyro] = self.q_theta;
+        let q_theta = match u.turn {
+            Turn::Curvature(_) => by_curvature,
+            Turn::Gyro(_) => by_gyro,
+        };
+        Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt
+    }
+
+    fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
+        vector![x.x]
+    }
+
+    fn H(&self, _: &Vector2<Real>) -> SMatrix<Real, 1, 2> {
+        matrix![1.0, 0.0]
+    }
+}
+
+/// Extended Kalman filter of the inertial model.
+pub type InertialEkf = Ekf<InertialModel, 2>;
+
+/// Unscented Kalman filter of the inertial model.
+pub type InertialUkf = Ukf<InertialModel, 2>;
+
 /// The filter with its curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvatureSlope<const N: usize> {
+pub struct CurvatureSlope<T, const N: usize> {
     params: InertialParams,
-    /// Sigma points; `None`: extended.
-    spread: Option<Spread>,
     curvature: Curvature<N>,
     train: DistributedTrain,
     mass_range_kg: [Real; 2],
-    belief: Gaussian<2>,
-    R: Matrix1<Real>,
-    adaptive: Option<SageHusa<1>>,
+    slope: Adaptive<T, 1>,
     mass: Value,
     standstill_mps: Real,
     started: bool,
@@ -67,34 +144,74 @@ pub struct CurvatureSlope<const N: usize> {
     last: Option<Correction<1, 2>>,
 }
 
-impl<const N: usize> CurvatureSlope<N> {
-    /// Unscented with sigma points or extended without; with a constant measurement noise, or with one adapted with the `fading`
-    /// factor of Sage & Husa.
-    pub fn new(
+impl<const N: usize> CurvatureSlope<InertialUkf, N> {
+    /// Unscented with sigma points; with a constant measurement noise, or with one adapted with the `fading` factor of Sage & Husa.
+    pub fn unscented(
         vehicle: &Vehicle,
         params: InertialParams,
         curvature: Curvature<N>,
-        sigma: Option<SigmaParams>,
+        sigma: SigmaParams,
+        fading: Option<Real>,
+    ) -> Self {
+        let filter = Ukf {
+            model: model(&params),
+            belief: prior(&params),
+            spread: Spread {
+                alpha: sigma.alpha,
+                beta: sigma.beta,
+                kappa: sigma.kappa_ukf,
+            },
+        };
+        Self::new(vehicle, params, curvature, filter, fading)
+    }
+}
+
+impl<const N: usize> CurvatureSlope<InertialEkf, N> {
+    /// The same with an extended filter.
+    pub fn extended(
+        vehicle: &Vehicle,
+        params: InertialParams,
+        curvature: Curvature<N>,
+        fading: Option<Real>,
+    ) -> Self {
+        let filter = Ekf::new(model(&params), prior(&params));
+        Self::new(vehicle, params, curvature, filter, fading)
+    }
+}
+
+fn model(params: &InertialParams) -> InertialModel {
+    InertialModel {
+        q_v: params.q_v,
+        q_theta: [params.q_theta, params.q_theta_gyro],
+    }
+}
+
+fn prior(params: &InertialParams) -> Gaussian<2> {
+    let x = vector![0.0, params.grade0_deg * PI / 180.0];
+    let sd = vector![params.wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
+    Gaussian::independent(x, sd)
+}
+
+impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N> {
+    fn new(
+        vehicle: &Vehicle,
+        params: InertialParams,
+        curvature: Curvature<N>,
+        filter: T,
         fading: Option<Real>,
     ) -> Self {
         let [low, high] = vehicle.mass_range_kg;
         let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
-        let x = vector![0.0, params.grade0_deg * PI / 180.0];
-        let sd = vector![params.wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
+        let noise = fading.map_or(Noise::Known(R), |b| {
+            Noise::SageHusa(SageHusa::new(R, b, [0.01, 100.0]))
+        });
         Self {
             params,
-            spread: sigma.map(|sigma| Spread {
-                alpha: sigma.alpha,
-                beta: sigma.beta,
-                kappa: sigma.kappa_ukf,
-            }),
             standstill_mps: curvature.standstill_mps(),
             train: DistributedTrain::new(vehicle, Some(curvature.standstill_mps())),
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
-            belief: Gaussian::independent(x, sd),
-            R,
-            adaptive: fading.map(|b| SageHusa::new(R, b, [0.01, 100.0])),
+            slope: Adaptive { filter, noise },
             // It estimates no mass: all it says is the vehicle's range (a uniform distribution).
             mass: Value {
                 value: 0.5 * (low + high),
@@ -108,72 +225,44 @@ impl<const N: usize> CurvatureSlope<N> {
     }
 
     fn predict(&mut self, reading: &Reading, dt: Real) {
-        let rho = self.curvature.per_m().0;
         let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro);
-        let f = reading.specific_force_mps2;
-        let q_theta = if gyro.is_some() {
-            self.params.q_theta_gyro
-        } else {
-            self.params.q_theta
+        let motion = Motion {
+            specific_force_mps2: reading.specific_force_mps2,
+            turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),
         };
-        // Without an accelerometer the speed may do anything, up to 1 m/s² or so.
-        let q_v = if f.is_some() { self.params.q_v } else { 1.0 };
-        let Q = Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt;
-        let next = |x: &nalgebra::Vector2<Real>| {
-            let acceleration = f.map_or(0.0, |f| f - GRAVITY * sin(x.y));
-            vector![
-                x.x + dt * acceleration,
-                x.y + dt * gyro.unwrap_or(rho * x.x)
-            ]
-        };
-        if let Some(spread) = &self.spread {
-            // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
-            let _ = ukf::predict(&mut self.belief, spread, next, &Q);
-        } else {
-            let x = self.belief.x;
-            let by_theta = f.map_or(0.0, |_| -dt * GRAVITY * cos(x.y));
-            let by_v = gyro.map_or(dt * rho, |_| 0.0);
-            let F = matrix![1.0, by_theta; by_v, 1.0];
-            ekf::predict(&mut self.belief, next(&x), &F, &Q);
-        }
+        // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
+        let _ = self.slope.filter.predict(&motion, dt);
         self.saturated = false;
         self.limit();
     }
 
     /// No rail is steeper than the limit, whatever an instrument says.
     fn limit(&mut self) {
-        let inside = self.belief.x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
-        self.saturated |= inside != self.belief.x.y;
-        self.belief.x.y = inside;
+        let x = &mut self.slope.filter.belief_mut().x;
+        let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
+        self.saturated |= inside != x.y;
+        x.y = inside;
     }
 
     fn update(&mut self, speed: Real) {
         if !self.started {
-            self.belief.x.x = speed;
+            self.slope.filter.belief_mut().x.x = speed;
             self.started = true;
         }
-        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
-        let (z, H) = (vector![speed], matrix![1.0, 0.0]);
-        let correction = match &self.spread {
-            Some(spread) => ukf::update(&mut self.belief, spread, z, |x| vector![x.x], &R),
-            None => {
-                let z_predicted = H * self.belief.x;
-                ekf::update(&mut self.belief, z, z_predicted, &H, &R)
-            }
-        };
-        let Some(correction) = correction else {
+        let z = vector![speed];
+        let Some(correction) = self.slope.update(z) else {
             return;
         };
         self.last = Some(correction);
         self.limit();
-        if let Some(noise) = self.adaptive.as_mut() {
-            noise.observe_residual(&(z - H * self.belief.x), &H, &self.belief);
-            self.saturated |= noise.limited();
-        }
+        self.slope.adapt(z);
+        self.saturated |= self.slope.noise.limited();
     }
 }
 
-impl<const N: usize> Pipeline for CurvatureSlope<N> {
+impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipeline
+    for CurvatureSlope<T, N>
+{
     const INTERNALS: &'static [&'static str] = &[
         "curvature_per_m",
         "curvature_sd_per_m",
@@ -183,7 +272,8 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
     ];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
-        self.curvature.step(reading, self.belief.x.y, dt);
+        self.curvature
+            .step(reading, self.slope.filter.belief().x.y, dt);
         let (place, delayed_mps) = self.curvature.at_place();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.train.roll(place, delayed_mps, speed, dt);
@@ -191,7 +281,7 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
         }
-        let Gaussian { x, P } = self.belief;
+        let Gaussian { x, P } = *self.slope.filter.belief();
         let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
@@ -232,15 +322,14 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
 
     fn internal_values(&self, values: &mut [Real]) {
         let (rho, rho_sd) = self.curvature.per_m();
-        let R = self.adaptive.map_or(self.R, |noise| *noise.covariance());
         copy_into(
             values,
             &[
                 rho,
                 rho_sd,
                 self.curvature.lambda(),
-                sqrt(R.x),
-                sqrt(self.belief.P.m22),
+                sqrt(self.slope.noise.R().x),
+                sqrt(self.slope.filter.belief().P.m22),
             ],
         );
     }
@@ -249,30 +338,5 @@ impl<const N: usize> Pipeline for CurvatureSlope<N> {
         State::visit(self, archive);
     }
 }
-impl<const N: usize> State for CurvatureSlope<N> {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            params: _,
-            standstill_mps: _,
-            spread: _,
-            R: _,
-            mass_range_kg: _,
-            train,
-            curvature,
-            belief,
-            adaptive,
-            mass,
-            started,
-            saturated,
-            last,
-        } = self;
-        curvature.visit(archive);
-        train.visit(archive);
-        belief.visit(archive);
-        visit_built(adaptive, archive);
-        mass.visit(archive);
-        started.visit(archive);
-        saturated.visit(archive);
-        last.visit(archive);
-    }
-}
+
+state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last; params, mass_range_kg, standstill_mps });

@@ -23,8 +23,8 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain, GradeOffset};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::{Bend, Bends};
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 params! {
     /// Parameters of the differenced mass regression.

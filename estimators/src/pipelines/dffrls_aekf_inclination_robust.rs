@@ -4,7 +4,7 @@
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
-use crate::grade::inertial::{CurvatureSlope, InertialParams};
+use crate::grade::inertial::{CurvatureSlope, InertialEkf, InertialParams};
 use crate::pipelines::dffrls_aukf_robust::AdaptiveParams;
 
 param_groups! {
@@ -13,12 +13,12 @@ param_groups! {
 }
 
 /// The pipeline.
-pub type DffrlsAekfInclination = CurvatureSlope<1>;
+pub type DffrlsAekfInclination = CurvatureSlope<InertialEkf, 1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfInclination {
     let policy = params.forgetting.policy();
     let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
-    let (sigma, fading) = (None, Some(params.adaptive.b));
-    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+    let fading = Some(params.adaptive.b);
+    CurvatureSlope::extended(vehicle, params.slope, curvature, fading)
 }

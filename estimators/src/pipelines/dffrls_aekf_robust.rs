@@ -13,6 +13,7 @@ use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
+use crate::models::distributed_train::DistributedTrain;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
@@ -43,10 +44,17 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekf {
         sharpness: own.sigma,
         first: own.lambda0,
     };
-    TwoStage {
-        balance,
-        mass: ForceBalanceRls::new(vehicle, params.mass, policy),
-        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::sage_husa(own.kappa)),
-        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
-    }
+    let own = &params.mass;
+    TwoStage::new(
+        vehicle,
+        ForceBalanceRls::resampler(own),
+        DistributedTrain::new(vehicle, own.standstill_mps),
+        ForceBalanceRls::new(vehicle, *own, policy),
+        ForceBalanceEkf::new(
+            balance,
+            params.slope,
+            Adaptation::sage_husa(params.own.kappa),
+        ),
+        own.standstill_mps,
+    )
 }

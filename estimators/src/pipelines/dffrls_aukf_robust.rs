@@ -6,7 +6,7 @@
 use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
-use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
+use crate::grade::inertial::{CurvatureSlope, InertialParams, InertialUkf, SigmaParams};
 
 params! {
     /// How the inertial slope filter adapts.
@@ -21,12 +21,18 @@ param_groups! {
 }
 
 /// The pipeline.
-pub type DffrlsAukf = CurvatureSlope<1>;
+pub type DffrlsAukf = CurvatureSlope<InertialUkf, 1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukf {
     let policy = params.forgetting.policy();
     let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
-    let (sigma, fading) = (Some(params.sigma_points), Some(params.adaptive.b));
-    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+    let fading = Some(params.adaptive.b);
+    CurvatureSlope::unscented(
+        vehicle,
+        params.slope,
+        curvature,
+        params.sigma_points,
+        fading,
+    )
 }

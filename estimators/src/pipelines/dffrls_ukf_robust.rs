@@ -4,7 +4,7 @@
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
-use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
+use crate::grade::inertial::{CurvatureSlope, InertialParams, InertialUkf, SigmaParams};
 
 param_groups! {
     /// Parameters of `dffrls_ukf_robust`.
@@ -12,12 +12,18 @@ param_groups! {
 }
 
 /// The pipeline.
-pub type DffrlsUkf = CurvatureSlope<1>;
+pub type DffrlsUkf = CurvatureSlope<InertialUkf, 1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsUkf {
     let policy = params.forgetting.policy();
     let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
-    let (sigma, fading) = (Some(params.sigma_points), None);
-    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+    let fading = None;
+    CurvatureSlope::unscented(
+        vehicle,
+        params.slope,
+        curvature,
+        params.sigma_points,
+        fading,
+    )
 }

@@ -3,7 +3,7 @@
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
-use crate::grade::imm::{Choice, Model, ModelParams, SlopeModels, TrackingParams};
+use crate::grade::imm::{Acceleration, Choice, ModelParams, SlopeModels, TrackingParams};
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
@@ -17,7 +17,7 @@ pub type DynamicStf = SlopeModels<1>;
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DynamicStf {
     let choice = Choice {
-        models: [Model::Dynamic],
+        models: [Acceleration::Dynamic],
         stay: 1.0,
         time_varying: false,
         tracking: Some(params.tracking),

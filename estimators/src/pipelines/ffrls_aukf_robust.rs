@@ -4,7 +4,7 @@ use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams};
-use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
+use crate::grade::inertial::{CurvatureSlope, InertialParams, InertialUkf, SigmaParams};
 use crate::pipelines::dffrls_aukf_robust::AdaptiveParams;
 
 params! {
@@ -20,12 +20,18 @@ param_groups! {
 }
 
 /// The pipeline.
-pub type FfrlsAukf = CurvatureSlope<1>;
+pub type FfrlsAukf = CurvatureSlope<InertialUkf, 1>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> FfrlsAukf {
     let policy = Forgetting::Constant(params.own.lambda);
     let curvature = Curvature::new(vehicle, params.curvature, 0.0, policy);
-    let (sigma, fading) = (Some(params.sigma_points), Some(params.adaptive.b));
-    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+    let fading = Some(params.adaptive.b);
+    CurvatureSlope::unscented(
+        vehicle,
+        params.slope,
+        curvature,
+        params.sigma_points,
+        fading,
+    )
 }

@@ -20,8 +20,8 @@ use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
 params! {

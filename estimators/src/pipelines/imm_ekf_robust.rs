@@ -3,7 +3,7 @@
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
-use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels};
+use crate::grade::imm::{Acceleration, Choice, ImmParams, ModelParams, SlopeModels};
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
@@ -17,7 +17,7 @@ pub type ImmEkf = SlopeModels<2>;
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ImmEkf {
     let choice = Choice {
-        models: [Model::Kinematic, Model::Dynamic],
+        models: [Acceleration::Kinematic, Acceleration::Dynamic],
         stay: params.imm.stay,
         time_varying: true,
         tracking: None,

@@ -2,7 +2,9 @@
 
 use crate::api::params::param_groups;
 use crate::api::signals::Vehicle;
-use crate::grade::imm::{Choice, ImmParams, Model, ModelParams, SlopeModels, TrackingParams};
+use crate::grade::imm::{
+    Acceleration, Choice, ImmParams, ModelParams, SlopeModels, TrackingParams,
+};
 use crate::mass::differenced_rls::DifferencedParams;
 
 param_groups! {
@@ -16,7 +18,7 @@ pub type ImmStfNoLateral = SlopeModels<2>;
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ImmStfNoLateral {
     let choice = Choice {
-        models: [Model::Kinematic, Model::Dynamic],
+        models: [Acceleration::Kinematic, Acceleration::Dynamic],
         stay: params.imm.stay,
         time_varying: true,
         tracking: Some(params.tracking),

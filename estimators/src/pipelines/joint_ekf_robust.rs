@@ -10,22 +10,23 @@
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
 //! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
 
-use nalgebra::{Matrix1, Matrix3, SMatrix, Vector3, vector};
+use nalgebra::{Matrix1, Matrix3, SMatrix, Vector1, Vector3, matrix, vector};
 
 use crate::api::params::{param_groups, params};
 use crate::api::real::{PI, lag, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
-use crate::filters::ekf;
+use crate::filters::ekf::Ekf;
 use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::model::Model;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
 params! {
@@ -60,6 +61,60 @@ const MAX_RATIO: Real = 100.0;
 /// M w, kg.
 const SCALE: Real = 1e4;
 
+/// What drives a step of [`JointModel`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// Traction at the rims less drag, N.
+    pub traction_n: Real,
+    /// Running resistance with the sign of the speed: sgn(v) μ.
+    pub resistance: Real,
+}
+
+/// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointModel {
+    /// Constants of the balance.
+    pub balance: ForceBalance,
+    /// Process noise of v (m²/s³) and θ (rad²/s).
+    pub q: [Real; 2],
+}
+
+impl Model<3, 1> for JointModel {
+    type Input = Push;
+
+    fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
+        let mass = SCALE / x.z;
+        let v_dot = self
+            .balance
+            .acceleration(u.traction_n, mass, x.y, u.resistance);
+        vector![x.x + dt * v_dot, x.y, x.z]
+    }
+
+    fn F(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Matrix3<Real> {
+        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
+        let v_dot = self
+            .balance
+            .acceleration(u.traction_n, mass, x.y, u.resistance);
+        let by_theta = self.balance.acceleration_by_theta(mass, x.y, u.resistance);
+        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
+        let by_w = (u.traction_n - J * v_dot) / (SCALE + J * x.z);
+        matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
+    }
+
+    fn Q(&self, _: &Push, dt: Real) -> Matrix3<Real> {
+        let [q_v, q_theta] = self.q;
+        Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
+    }
+
+    fn h(&self, x: &Vector3<Real>) -> Vector1<Real> {
+        vector![x.x]
+    }
+
+    fn H(&self, _: &Vector3<Real>) -> SMatrix<Real, 1, 3> {
+        matrix![1.0, 0.0, 0.0]
+    }
+}
+
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointEkf {
@@ -68,7 +123,7 @@ pub struct JointEkf {
     balance: ForceBalance,
     mu: Real,
     range_kg: [Real; 2],
-    belief: Gaussian<3>,
+    ekf: Ekf<JointModel, 3>,
     /// For the grade at the IMU of a long train alone.
     signals: Resampler,
     train: DistributedTrain,
@@ -92,13 +147,18 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         params.own.grade0_sd_deg * rad,
         w0 * params.own.mass_sd
     ];
+    let balance = ForceBalance::new(vehicle);
+    let model = JointModel {
+        balance,
+        q: [params.own.q_v, params.own.q_theta],
+    };
     JointEkf {
         params: *params,
         standstill_mps: vehicle.standstill_mps(params.own.standstill_mps),
-        balance: ForceBalance::new(vehicle),
+        balance,
         mu: vehicle.running_resistance,
         range_kg: vehicle.mass_range_kg,
-        belief: Gaussian::independent(x, sd),
+        ekf: Ekf::new(model, Gaussian::independent(x, sd)),
         signals: Resampler::new(CUTOFF_HZ, 1.0, 0.0),
         train: DistributedTrain::new(vehicle, params.own.standstill_mps),
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
@@ -111,26 +171,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
 }
 
 impl JointEkf {
-    /// f(x) and its Jacobian. `resistance` is sgn(v) μ.
-    fn transition(
-        &self,
-        x: &Vector3<Real>,
-        traction_n: Real,
-        resistance: Real,
-        dt: Real,
-    ) -> (Vector3<Real>, Matrix3<Real>) {
-        let mass = SCALE / x.z;
-        let v_dot = self.balance.acceleration(traction_n, mass, x.y, resistance);
-        let by_theta = self.balance.acceleration_by_theta(mass, x.y, resistance);
-        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
-        let J = self.balance.rotating_mass_kg;
-        let by_w = (traction_n - J * v_dot) / (SCALE + J * x.z);
-        let mut F = Matrix3::identity();
-        F.m12 = dt * by_theta;
-        F.m13 = dt * by_w;
-        (vector![x.x + dt * v_dot, x.y, x.z], F)
-    }
-
     fn predict(&mut self, reading: &Reading, running: bool, dt: Real) {
         let drive = reading
             .motor_torque_nm
@@ -138,58 +178,43 @@ impl JointEkf {
             .filter(|_| running);
         let Some((torque, speed)) = drive else {
             // Without a force balance speed says nothing about slope and mass: cut its tie to them.
-            let v = self.belief.P.m11 + dt;
+            let P = &mut self.ekf.belief.P;
+            let v = P.m11 + dt;
             let mut cut = Matrix3::identity();
             cut.m11 = 0.0;
-            self.belief.P = cut * self.belief.P * cut;
-            self.belief.P.m11 = v;
+            *P = cut * *P * cut;
+            P.m11 = v;
             return;
         };
-        let resistance = if speed < 0.0 { -self.mu } else { self.mu };
-        let (x_next, F) = self.transition(
-            &self.belief.x,
-            self.balance.net_traction(torque, speed),
-            resistance,
-            dt,
-        );
-        let Q = Matrix3::from_diagonal(&vector![
-            self.params.own.q_v * dt,
-            self.params.own.q_theta * dt,
-            0.0
-        ]);
-        ekf::predict(&mut self.belief, x_next, &F, &Q);
+        let push = Push {
+            traction_n: self.balance.net_traction(torque, speed),
+            resistance: if speed < 0.0 { -self.mu } else { self.mu },
+        };
+        self.ekf.predict(&push, dt);
     }
 
     fn update(&mut self, speed: Real) {
         if !self.started {
-            self.belief.x.x = speed;
+            self.ekf.belief.x.x = speed;
             self.started = true;
         }
-        let H = SMatrix::<Real, 1, 3>::new(1.0, 0.0, 0.0);
         let sd = self.params.own.wheel_speed_sd_mps;
-        let z_predicted = H * self.belief.x;
-        let before = self.belief.P.m33;
-        let Some(correction) = ekf::update(
-            &mut self.belief,
-            vector![speed],
-            z_predicted,
-            &H,
-            &Matrix1::new(sd * sd),
-        ) else {
+        let before = self.ekf.belief.P.m33;
+        let Some(correction) = self.ekf.update(vector![speed], &Matrix1::new(sd * sd)) else {
             return;
         };
         if self.excited && before > 0.0 {
-            self.earned *= self.belief.P.m33 / before;
+            self.earned *= self.ekf.belief.P.m33 / before;
         }
         self.last = Some(correction);
         let [low, high] = self.range_kg;
-        let x = self.belief.x;
+        let x = self.ekf.belief.x;
         let theta = within(x.y, -MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = theta != x.y || self.w() != x.z;
         // The range of the mass limits what is told and not the filter: w cut back without the slope it hangs together with would contradict all
         // measurements before. Only where the force balance loses its sense does it stop.
-        self.belief.x.y = theta;
-        self.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
+        self.ekf.belief.x.y = theta;
+        self.ekf.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
     }
 }
 
@@ -197,12 +222,12 @@ impl JointEkf {
     /// w within the range of the mass.
     fn w(&self) -> Real {
         let [low, high] = self.range_kg;
-        within(self.belief.x.z, SCALE / high, SCALE / low)
+        within(self.ekf.belief.x.z, SCALE / high, SCALE / low)
     }
 
     /// Variance of w that can be stood for: what the filter has, or what it has earned, whichever is larger.
     fn known(&self) -> Real {
-        self.belief.P.m33.max(self.earned)
+        self.ekf.belief.P.m33.max(self.earned)
     }
 }
 
@@ -222,7 +247,7 @@ impl Pipeline for JointEkf {
         if let Some(speed) = reading.new_speed_mps {
             self.update(speed);
         }
-        let Gaussian { x, P } = self.belief;
+        let Gaussian { x, P } = self.ekf.belief;
         let [low, high] = self.range_kg;
         let mass = within(SCALE / x.z, low, high);
         let mass_sd = mass * sqrt(self.known()) / self.w();
@@ -262,9 +287,9 @@ impl Pipeline for JointEkf {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let P = self.belief.P;
+        let P = self.ekf.belief.P;
         let correlation = P.m23 / sqrt(P.m22 * P.m33).max(1e-30);
-        copy_into(values, &[self.belief.x.z, sqrt(P.m33), correlation]);
+        copy_into(values, &[self.ekf.belief.x.z, sqrt(P.m33), correlation]);
     }
 
     fn visit(&mut self, archive: &mut Archive) {
@@ -272,28 +297,4 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { belief, signals, train, earned, speed, excited, started, saturated, last; params, standstill_mps, balance, mu, range_kg });
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::vehicles::vehicle;
-
-    #[test]
-    fn jacobian_equals_central_differences() {
-        let filter = new(&vehicle(), &Params::default());
-        for x in [vector![0.5, 0.1, 0.8], vector![-0.5, -0.2, 1.7]] {
-            let f = |x: &Vector3<Real>| filter.transition(x, 2.5e4, 0.02, 0.1);
-            let (_, F) = f(&x);
-            for i in 0..3 {
-                let mut step = Vector3::zeros();
-                step[i] = 1e-5;
-                let difference = (f(&(x + step)).0 - f(&(x - step)).0) / 2e-5;
-                assert!(
-                    (F.column(i) - difference).norm() < 1e-8,
-                    "{i}: {F} {difference}"
-                );
-            }
-        }
-    }
-}
+state!(JointEkf { ekf, signals, train, earned, speed, excited, started, saturated, last; params, standstill_mps, balance, mu, range_kg });

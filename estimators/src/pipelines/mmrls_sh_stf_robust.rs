@@ -8,6 +8,7 @@ use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::multi_model_rls::{MultiModelMass, MultiModelParams};
+use crate::models::distributed_train::DistributedTrain;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
@@ -39,10 +40,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStf {
         weakening: own.weakening,
         alarm: own.alarm,
     };
-    TwoStage {
-        balance,
-        mass: MultiModelMass::new(vehicle, params.mass),
-        slope: ForceBalanceEkf::new(balance, params.slope, adaptation),
-        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
-    }
+    let own = &params.mass;
+    TwoStage::new(
+        vehicle,
+        MultiModelMass::resampler(own),
+        DistributedTrain::new(vehicle, own.standstill_mps),
+        MultiModelMass::new(vehicle, *own),
+        ForceBalanceEkf::new(balance, params.slope, adaptation),
+        own.standstill_mps,
+    )
 }

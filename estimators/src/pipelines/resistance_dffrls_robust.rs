@@ -27,8 +27,8 @@ use crate::models::force_balance::ForceBalance;
 use crate::models::grade_map::MappedTrain;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::{Reading, SampleHold};
 use crate::{Error, Real, Time};
 
 params! {
@@ -228,7 +228,7 @@ impl Pipeline for Resistance {
 /// The same with a slope that the caller knows, as in the paper, in place of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surveyed {
-    front_end: SampleHold,
+    front_end: FrontEnd,
     resistance: Resistance,
 }
 
@@ -236,7 +236,7 @@ impl Surveyed {
     /// From the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, params: &Params) -> Self {
         Self {
-            front_end: SampleHold::new(vehicle),
+            front_end: FrontEnd::new(vehicle),
             resistance: new(vehicle, params),
         }
     }

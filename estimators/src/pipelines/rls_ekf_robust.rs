@@ -7,6 +7,7 @@ use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
+use crate::models::distributed_train::DistributedTrain;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 
@@ -21,10 +22,13 @@ pub type RlsEkf = TwoStage<ForceBalanceRls>;
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> RlsEkf {
     let balance = ForceBalance::new(vehicle);
-    TwoStage {
-        balance,
-        mass: ForceBalanceRls::new(vehicle, params.mass, Forgetting::None),
-        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
-        standstill_mps: vehicle.standstill_mps(params.mass.standstill_mps),
-    }
+    let own = &params.mass;
+    TwoStage::new(
+        vehicle,
+        ForceBalanceRls::resampler(own),
+        DistributedTrain::new(vehicle, own.standstill_mps),
+        ForceBalanceRls::new(vehicle, *own, Forgetting::None),
+        ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
+        own.standstill_mps,
+    )
 }

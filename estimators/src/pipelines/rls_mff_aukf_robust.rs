@@ -6,7 +6,7 @@ use crate::api::params::{param_groups, params};
 use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams};
-use crate::grade::inertial::{CurvatureSlope, InertialParams, SigmaParams};
+use crate::grade::inertial::{CurvatureSlope, InertialParams, InertialUkf, SigmaParams};
 use crate::pipelines::dffrls_aukf_robust::AdaptiveParams;
 
 params! {
@@ -24,12 +24,18 @@ param_groups! {
 }
 
 /// The pipeline.
-pub type RlsMffAukf = CurvatureSlope<2>;
+pub type RlsMffAukf = CurvatureSlope<InertialUkf, 2>;
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> RlsMffAukf {
     let policy = Forgetting::Multiple([params.own.lambda_curvature, params.own.lambda_offset]);
     let curvature = Curvature::new(vehicle, params.curvature, params.own.offset_sd_mps3, policy);
-    let (sigma, fading) = (Some(params.sigma_points), Some(params.adaptive.b));
-    CurvatureSlope::new(vehicle, params.slope, curvature, sigma, fading)
+    let fading = Some(params.adaptive.b);
+    CurvatureSlope::unscented(
+        vehicle,
+        params.slope,
+        curvature,
+        params.sigma_points,
+        fading,
+    )
 }

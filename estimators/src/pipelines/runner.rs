@@ -5,7 +5,7 @@ use core::fmt;
 use crate::api::estimator::Estimator;
 use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
 use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
-use crate::preprocess::sample_hold::{Reading, SampleHold};
+use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::{Error, Real, Time};
 
 /// The work of a pipeline, once its input is checked and merged. Plain data: a copy is a snapshot.
@@ -28,15 +28,15 @@ pub trait Pipeline: Copy {
 /// A pipeline made an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Runner<P> {
-    front_end: SampleHold,
+    front_end: FrontEnd,
     now: P,
-    start: (SampleHold, P),
+    start: (FrontEnd, P),
 }
 
 impl<P: Pipeline> Runner<P> {
     /// Hosts `pipeline`, built for `vehicle`.
     pub fn new(vehicle: &Vehicle, pipeline: P) -> Self {
-        let front_end = SampleHold::new(vehicle);
+        let front_end = FrontEnd::new(vehicle);
         Self {
             front_end,
             now: pipeline,

@@ -20,7 +20,7 @@ use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::published::guo_2024_mass::{DifferencesPrinted, MassFromDifferences};
 use crate::published::{Erratum, Says, usable};
 use crate::{Real, Time};

@@ -21,7 +21,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::grade::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::published::{Erratum, PrintReading, Says, usable};
 use crate::{Real, Time};
 

@@ -18,7 +18,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::published::slope_ekf::{Balance, Noise, SlopeEkf, Told};
 use crate::published::{Erratum, PrintReading, Says, mass_from_inverse, usable};
 use crate::{Real, Time};

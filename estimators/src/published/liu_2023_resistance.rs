@@ -12,7 +12,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::published::{Erratum, Says, usable};
 use crate::{Real, Time};
 

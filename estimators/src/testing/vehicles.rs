@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::estimator::Estimator;
 use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle};
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 

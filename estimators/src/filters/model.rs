@@ -1,0 +1,60 @@
+//! What a Kalman filter is told of the world: a model with its Jacobians, named as in every textbook.
+//!
+//! A filter of this crate is written once, over this trait: [`Ekf`](crate::filters::ekf::Ekf), [`Ukf`](crate::filters::ukf::Ukf), and
+//! over any of them [`Adaptive`](crate::filters::sage_husa::Adaptive). A model is constants and equations; what changes from step to
+//! step is its input.
+//!
+//! Every model is in the list of `testing/jacobians.rs`, which compares `F` and `H` with finite differences and looks through the
+//! sources for one that is missing.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Real;
+use crate::filters::gaussian::{Correction, Gaussian};
+
+/// A state-space model with additive noise, `N` states and `M` measured quantities:
+///
+/// x' = f(x, u) + w, w ~ N(0, Q);  z = h(x) + v, v ~ N(0, R)
+///
+/// R is not part of it: it belongs to the instrument, and a filter may adapt it.
+pub trait Model<const N: usize, const M: usize> {
+    /// What drives a step: forces, rates, known parameters.
+    type Input;
+
+    /// State after `dt` seconds.
+    fn f(&self, x: &SVector<Real, N>, u: &Self::Input, dt: Real) -> SVector<Real, N>;
+
+    /// Its Jacobian ∂f/∂x.
+    fn F(&self, x: &SVector<Real, N>, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
+
+    /// Covariance of the process noise of such a step.
+    fn Q(&self, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
+
+    /// Measurement without noise.
+    fn h(&self, x: &SVector<Real, N>) -> SVector<Real, M>;
+
+    /// Its Jacobian ∂h/∂x.
+    fn H(&self, x: &SVector<Real, N>) -> SMatrix<Real, M, N>;
+}
+
+/// A filter of a model's state: what the extended and the unscented Kalman filter have in common.
+pub trait Filter<const N: usize, const M: usize> {
+    /// The model it filters by.
+    type Model: Model<N, M>;
+
+    /// The model.
+    fn model(&self) -> &Self::Model;
+
+    /// What it knows of the state.
+    fn belief(&self) -> &Gaussian<N>;
+
+    /// The same, to start it or to limit it.
+    fn belief_mut(&mut self) -> &mut Gaussian<N>;
+
+    /// Carries the belief over `dt` seconds. `None`, and nothing changed, if the covariance is not positive definite.
+    fn predict(&mut self, u: &<Self::Model as Model<N, M>>::Input, dt: Real) -> Option<()>;
+
+    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation covariance is not
+    /// positive definite.
+    fn update(&mut self, z: SVector<Real, M>, R: &SMatrix<Real, M, M>) -> Option<Correction<M, N>>;
+}
