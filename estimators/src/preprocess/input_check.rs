@@ -113,10 +113,7 @@ mod tests {
             let refused = check.accept(&good, &u, dt);
             assert!(matches!(refused, Err(Error::TimeStep(_))));
         }
-        let at = |t_s| Measurements {
-            t: Time::from_s(t_s),
-            ..good
-        };
+        let at = |t_s: f64| with_speed(t_s, 1.0);
         for t_s in [1.0, 0.5, -1e9] {
             let refused = check.accept(&at(t_s), &u, 0.01);
             assert!(matches!(refused, Err(Error::OutOfOrder { .. })));
