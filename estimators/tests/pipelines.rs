@@ -4,6 +4,7 @@
 
 mod reference;
 
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
@@ -71,15 +72,18 @@ fn samples(row: &[f64; 11]) -> (Measurements, Command) {
         speed2,
         brake,
     ] = *row;
-    let at = |value| Sample { t_s, value };
+    let at = |value| Sample {
+        t: Time::from_s(t_s),
+        value,
+    };
     let mut z = Measurements {
-        t_s,
+        t: Time::from_s(t_s),
         specific_force_mps2: Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [f, across, 9.81],
         }),
         angular_rate_radps: Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [0.0, 0.0, yaw],
         }),
         steering_angle_rad: Some(at(steer)),

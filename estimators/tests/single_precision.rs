@@ -37,15 +37,15 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
 
 fn narrow(z: &Measurements) -> single::api::signals::Measurements {
     let one = |s: Sample<f64>| single::api::signals::Sample {
-        t_s: s.t_s,
+        t: single::Time::from_ns(s.t.ns()),
         value: s.value as f32,
     };
     let three = |s: Sample<[f64; 3]>| single::api::signals::Sample {
-        t_s: s.t_s,
+        t: single::Time::from_ns(s.t.ns()),
         value: s.value.map(|v| v as f32),
     };
     single::api::signals::Measurements {
-        t_s: z.t_s,
+        t: single::Time::from_ns(z.t.ns()),
         specific_force_mps2: z.specific_force_mps2.map(three),
         angular_rate_radps: z.angular_rate_radps.map(three),
         motor_torque_nm: z.motor_torque_nm.map(|s| s.map(one)),

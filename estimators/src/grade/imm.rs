@@ -327,7 +327,7 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.mass.step(reading, &self.balance, running, dt);
 
@@ -356,7 +356,7 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: self.mass.mass_kg(),
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
             effective_grade_rad: grade(-ahead.unit, ahead.sd),

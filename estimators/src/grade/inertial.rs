@@ -272,7 +272,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
         Internal::new("slope_filter_sd_rad", "rad"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         self.curvature
             .step(reading, self.slope.filter.belief().x.y, dt);
         let (place, delayed_mps) = self.curvature.at_place();
@@ -300,7 +300,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
         };
         let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
         Estimate {
-            t_s,
+            t,
             total_mass_kg: self.mass,
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
             effective_grade_rad: grade(-ahead.unit, doubt),

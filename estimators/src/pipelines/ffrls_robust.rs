@@ -125,7 +125,7 @@ impl Pipeline for Ffrls {
         Internal::new("windup_limit", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
@@ -155,7 +155,7 @@ impl Pipeline for Ffrls {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

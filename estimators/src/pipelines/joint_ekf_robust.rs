@@ -239,7 +239,7 @@ impl Pipeline for JointEkf {
         Internal::new("slope_mass_correlation", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
@@ -267,7 +267,7 @@ impl Pipeline for JointEkf {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

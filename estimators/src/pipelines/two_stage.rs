@@ -214,7 +214,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.learn_mass(reading, running, dt);
         let drive = self.drive(reading, running);
@@ -228,7 +228,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         let speed = self.slope.belief();
         let (innovation, nis) = self.slope.innovation();
         Estimate {
-            t_s,
+            t,
             total_mass_kg,
             grade_rad: self.grade_at_imu(&effective),
             effective_grade_rad: effective,
