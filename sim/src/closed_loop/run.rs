@@ -7,7 +7,7 @@ use crate::config::scenario::FeedForward;
 use crate::control::{Cycle, Perception, Reference, SpeedController};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
-use crate::sensors::{Sensors, Suite};
+use crate::sensors::Suite;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements};
 
 /// State of the loop after a step of the plant, handed to the observers.
@@ -253,7 +253,7 @@ impl Loop {
             ..Measurements::default()
         };
         sensors.measure(truth, &mut self.z)?;
-        self.sampled = any_new(&self.z);
+        self.sampled = self.z.any();
         if self.sampled {
             for (old, new) in self.wheel_speed.iter_mut().zip(&self.z.wheel_speed_mps) {
                 if let Some(s) = new {
@@ -268,13 +268,4 @@ impl Loop {
         }
         Ok(())
     }
-}
-
-fn any_new(z: &Measurements) -> bool {
-    z.specific_force_mps2.is_some()
-        || z.angular_rate_radps.is_some()
-        || z.motor_torque_nm.iter().any(Option::is_some)
-        || z.wheel_speed_mps.iter().any(Option::is_some)
-        || z.clamp_pressure_mpa.iter().any(Option::is_some)
-        || z.steering_angle_rad.is_some()
 }
