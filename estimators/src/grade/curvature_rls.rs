@@ -22,7 +22,7 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::low_pass::MatchedFilter;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::grade_map::AtPlace;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 
 params! {
     /// Parameters of the curvature regression.

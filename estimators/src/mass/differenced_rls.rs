@@ -23,8 +23,8 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain, GradeOffset};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::{Bend, Bends};
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 params! {
     /// Parameters of the differenced mass regression.
@@ -62,10 +62,7 @@ pub struct DifferencedMass {
 impl DifferencedMass {
     /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for.
     pub fn new(vehicle: &Vehicle, params: DifferencedParams, lateral: bool) -> Self {
-        let straight = Vehicle {
-            road: None,
-            ..*vehicle
-        };
+        let straight = vehicle.without_road();
         let bending = if lateral { vehicle } else { &straight };
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {

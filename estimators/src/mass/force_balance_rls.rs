@@ -21,6 +21,7 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -34,7 +35,6 @@ use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::MassEstimator;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 choices! {
     /// What stands for the acceleration beside the mass.
@@ -84,7 +84,6 @@ pub struct ForceBalanceRls {
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
-    signals: Resampler,
     regressor: EwmaVariance,
     load: LoadChangeDetector,
     /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
@@ -92,7 +91,6 @@ pub struct ForceBalanceRls {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    train: DistributedTrain,
     /// Running deviation of the acceleration: what makes the load swing.
     jolts: EwmaVariance,
 }
@@ -122,7 +120,6 @@ impl ForceBalanceRls {
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
-            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
             regressor: EwmaVariance::default(),
             load: LoadChangeDetector::new(params.load_change),
             excited: false,
@@ -131,18 +128,50 @@ impl ForceBalanceRls {
                 lambda: 1.0,
                 ..Outcome::default()
             },
-            train: DistributedTrain::new(vehicle, params.standstill_mps),
             jolts: EwmaVariance::default(),
         }
     }
 
+    /// The resampler that its samples come from.
+    pub fn resampler(params: &MassParams) -> Resampler {
+        Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
+    }
+
+    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        within(self.rls.belief.x.x, low, high)
+    }
+
+    /// Which acceleration stands beside the mass.
+    pub fn source(&self) -> AccelSource {
+        self.params.acceleration
+    }
+
+    /// Covariance, widened if the residuals are larger than expected or hang together.
+    fn covariance(&self) -> Matrix4<Real> {
+        self.rls.widened()
+    }
+}
+
+impl MassEstimator for ForceBalanceRls {
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("running_resistance", "-"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("load_changes", "-"),
+        Internal::new("windup_limit", "-"),
+    ];
+
     fn sample(
         &mut self,
-        AlignedSample { sample: now, felt }: AlignedSample,
+        &AlignedSample { sample: now, felt }: &AlignedSample,
         balance: &ForceBalance,
+        train: &DistributedTrain,
     ) {
         let acceleration = now.acceleration_mps2;
-        let tare = self.train.tare_kg() / self.mass0_kg;
+        let tare = train.tare_kg() / self.mass0_kg;
         // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
         let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
         let (f, known, cosine, doubt) = match (self.source(), felt) {
@@ -209,42 +238,8 @@ impl ForceBalanceRls {
         }
     }
 
-    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
-    fn found(&self) -> Real {
-        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
-        within(self.rls.belief.x.x, low, high)
-    }
-
-    /// Which acceleration stands beside the mass.
-    pub fn source(&self) -> AccelSource {
-        self.params.acceleration
-    }
-
-    /// Covariance, widened if the residuals are larger than expected or hang together.
-    fn covariance(&self) -> Matrix4<Real> {
-        self.rls.widened()
-    }
-}
-
-impl MassEstimator for ForceBalanceRls {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "running_resistance",
-        "accel_bias_mps2",
-        "load_changes",
-        "windup_limit",
-    ];
-
-    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        let sample = self.signals.step(reading, balance, running, dt);
-        let mut ready = self.train.step(&self.signals, sample, reading, dt);
-        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
-            self.sample(next, balance);
-        }
-        if !self.signals.settled() {
-            self.excited = false;
-        }
+    fn pause(&mut self) {
+        self.excited = false;
     }
 
     /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
@@ -259,28 +254,19 @@ impl MassEstimator for ForceBalanceRls {
     }
 
     /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
-    fn running_resistance(&self) -> Real {
+    fn running_resistance(&self, train: &DistributedTrain) -> Real {
         let x = self.rls.belief.x;
-        (self.mu0 + (x.y + x.w * self.train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
+        (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
     }
 
     /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real {
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
         let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
-            + direction * (x.y + x.w * self.train.curvature_per_m()) / (m * m);
+            + direction * (x.y + x.w * train.curvature_per_m()) / (m * m);
         let by_r = -direction / m;
-        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * self.train.curvature_per_m()];
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
         sqrt(gradient.dot(&(self.covariance() * gradient)))
-    }
-
-    fn imu_grade_offset(&self, theta: Real) -> (Real, Real) {
-        self.train.lead(self.found() * self.mass0_kg, theta)
-    }
-
-    fn valid_effective_grade(&mut self, theta: Real, dt: Real) {
-        self.train
-            .valid_effective_grade(self.found() * self.mass0_kg, theta, dt);
     }
 
     fn excited(&self) -> bool {
@@ -291,19 +277,19 @@ impl MassEstimator for ForceBalanceRls {
         self.saturated
     }
 
-    fn internals(&self) -> [Real; 6] {
+    fn internals(&self, train: &DistributedTrain) -> [Real; 6] {
         let bias = -self.rls.belief.x.z / self.found();
         let limited = if self.outcome.limited { 1.0 } else { 0.0 };
         let residual_n = self.outcome.residual * self.mass0_kg;
         [
             self.outcome.lambda,
             residual_n,
-            self.running_resistance(),
+            self.running_resistance(train),
             bias,
             self.load.changes() as Real,
             limited,
         ]
     }
 }
-state!(ForceBalanceRls { rls, signals, regressor, load, before, excited, saturated, outcome, train, jolts;
+state!(ForceBalanceRls { rls, regressor, load, before, excited, saturated, outcome, jolts;
     params, mass0_kg, mu0, range_kg });

@@ -20,6 +20,7 @@
 use nalgebra::vector;
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
@@ -32,8 +33,8 @@ use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
 use crate::pipelines::two_stage::MassEstimator;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
-use crate::preprocess::sample_hold::Reading;
 
 params! {
     /// Parameters of the two-model mass regression.
@@ -60,8 +61,6 @@ const WEIGHTS: (Real, Real) = (0.02, 0.98);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiModelMass {
     params: MultiModelParams,
-    signals: Resampler,
-    train: DistributedTrain,
     bends: Bends,
     start: Rls<1>,
     straight: Rls<1>,
@@ -90,8 +89,6 @@ impl MultiModelMass {
         );
         Self {
             params,
-            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
-            train: DistributedTrain::new(vehicle, params.standstill_mps),
             bends: Bends::new(vehicle, params.cutoff_hz),
             start: rls,
             straight: rls,
@@ -107,64 +104,9 @@ impl MultiModelMass {
         }
     }
 
-    fn sample(
-        &mut self,
-        AlignedSample { sample: now, felt }: AlignedSample,
-        balance: &ForceBalance,
-    ) {
-        let Some(felt) = felt else {
-            return;
-        };
-        let acceleration = now.acceleration_mps2;
-        let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
-        // f with the slope as the load feels it; what the tare feels otherwise is known and goes to the other side.
-        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
-        let f = acceleration + load_u;
-        let tare_kg = self.train.tare_kg();
-        let (u, doubt) = felt.whole(tare_kg, self.fused() * self.mass0_kg);
-        let cosine = ForceBalance::cosine(acceleration + u, acceleration);
-        let a = f + direction * self.mu * GRAVITY * cosine;
-        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 + doubt * doubt;
-        let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
-
-        let y = (now.force_n - inertia) / self.mass0_kg;
-        let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
-            return;
-        };
-        self.outcome = straight;
-        let [first, second] = self.sums;
-        self.sums = [
-            straight.lambda * first + a,
-            straight.lambda * second + a * a,
-        ];
-
-        self.straight_weight = 1.0;
-        let bend = self.bends.filtered();
-        // f reads v_y r too little, which the bend has taken: what is left of the two is the side force.
-        let a_turning = a + bend.taken_mps2 + bend.drift_mps2;
-        let y = (now.force_n + bend.gained_n - inertia) / self.mass0_kg;
-        if bend.turning()
-            && let Some(turning) = self.turning.update(y, &vector![a_turning], r, false)
-        {
-            let (s, t) = (
-                log_likelihood(&self.straight, &straight, a, r),
-                log_likelihood(&self.turning, &turning, a_turning, r),
-            );
-            let (least, most) = WEIGHTS;
-            self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
-        }
-        for rls in [&mut self.straight, &mut self.turning] {
-            rls.clamp_usable();
-        }
-        self.saturated = [&self.straight, &self.turning]
-            .iter()
-            .any(|rls| self.found(rls) != rls.belief.x.x);
-        if self
-            .load
-            .changed(straight.normalised / self.straight.spread().max(1.0))
-        {
-            self.restart();
-        }
+    /// The resampler that its samples come from.
+    pub fn resampler(params: &MultiModelParams) -> Resampler {
+        Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
     }
 
     /// M/M₀ of both models.
@@ -213,22 +155,85 @@ fn log_likelihood(rls: &Rls<1>, outcome: &Outcome, a: Real, r: Real) -> Real {
 }
 
 impl MassEstimator for MultiModelMass {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "load_changes",
-        "straight_weight",
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("straight_mass_kg", "kg"),
+        Internal::new("turning_mass_kg", "kg"),
+        Internal::new("load_changes", "-"),
+        Internal::new("straight_weight", "-"),
     ];
 
-    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+    fn step(
+        &mut self,
+        reading: &Reading,
+        balance: &ForceBalance,
+        _: &Resampler,
+        _: Real,
+        dt: Real,
+    ) {
         let mass_kg = self.fused() * self.mass0_kg;
         self.bends.step(reading, balance, mass_kg, dt);
-        let sample = self.signals.step(reading, balance, running, dt);
-        let mut ready = self.train.step(&self.signals, sample, reading, dt);
-        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
-            self.sample(next, balance);
+    }
+
+    fn sample(
+        &mut self,
+        &AlignedSample { sample: now, felt }: &AlignedSample,
+        balance: &ForceBalance,
+        train: &DistributedTrain,
+    ) {
+        let Some(felt) = felt else {
+            return;
+        };
+        let acceleration = now.acceleration_mps2;
+        let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
+        // f with the slope as the load feels it; what the tare feels otherwise is known and goes to the other side.
+        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+        let f = acceleration + load_u;
+        let tare_kg = train.tare_kg();
+        let (u, doubt) = felt.whole(tare_kg, self.fused() * self.mass0_kg);
+        let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+        let a = f + direction * self.mu * GRAVITY * cosine;
+        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 + doubt * doubt;
+        let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
+
+        let y = (now.force_n - inertia) / self.mass0_kg;
+        let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
+            return;
+        };
+        self.outcome = straight;
+        let [first, second] = self.sums;
+        self.sums = [
+            straight.lambda * first + a,
+            straight.lambda * second + a * a,
+        ];
+
+        self.straight_weight = 1.0;
+        let bend = self.bends.filtered();
+        // f reads v_y r too little, which the bend has taken: what is left of the two is the side force.
+        let a_turning = a + bend.taken_mps2 + bend.drift_mps2;
+        let y = (now.force_n + bend.gained_n - inertia) / self.mass0_kg;
+        if bend.turning()
+            && let Some(turning) = self.turning.update(y, &vector![a_turning], r, false)
+        {
+            let (s, t) = (
+                log_likelihood(&self.straight, &straight, a, r),
+                log_likelihood(&self.turning, &turning, a_turning, r),
+            );
+            let (least, most) = WEIGHTS;
+            self.straight_weight = (1.0 / (1.0 + exp(t - s))).clamp(least, most);
+        }
+        for rls in [&mut self.straight, &mut self.turning] {
+            rls.clamp_usable();
+        }
+        self.saturated = [&self.straight, &self.turning]
+            .iter()
+            .any(|rls| self.found(rls) != rls.belief.x.x);
+        if self
+            .load
+            .changed(straight.normalised / self.straight.spread().max(1.0))
+        {
+            self.restart();
         }
     }
 
@@ -251,40 +256,27 @@ impl MassEstimator for MultiModelMass {
         }
     }
 
-    fn running_resistance(&self) -> Real {
+    fn running_resistance(&self, _: &DistributedTrain) -> Real {
         self.mu
     }
 
     /// Errors of mass and of resistance, taken as independent.
-    fn slope_sd_rad(&self, traction_n: Real, _direction: Real) -> Real {
+    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
         let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
         let by_resistance = self.params.mu_sd * self.mu;
         sqrt(by_mass * by_mass + by_resistance * by_resistance)
     }
 
-    fn imu_grade_offset(&self, theta: Real) -> (Real, Real) {
-        self.train.lead(self.fused() * self.mass0_kg, theta)
-    }
-
-    fn valid_effective_grade(&mut self, theta: Real, dt: Real) {
-        self.train
-            .valid_effective_grade(self.fused() * self.mass0_kg, theta, dt);
-    }
-
     fn bend_n(&self) -> Real {
         self.bends.now().force_n(self.fused() * self.mass0_kg)
-    }
-
-    fn excited(&self) -> bool {
-        self.signals.settled()
     }
 
     fn saturated(&self) -> bool {
         self.saturated
     }
 
-    fn internals(&self) -> [Real; 6] {
+    fn internals(&self, _: &DistributedTrain) -> [Real; 6] {
         let kg = self.mass0_kg;
         [
             self.outcome.lambda,
@@ -297,7 +289,7 @@ impl MassEstimator for MultiModelMass {
     }
 }
 
-state!(MultiModelMass { signals, train, bends, straight, turning, straight_weight, sums, load, saturated, outcome;
+state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, saturated, outcome;
     params, start, mass0_kg, mu, range_kg });
 
 #[cfg(test)]
@@ -313,9 +305,15 @@ mod tests {
         };
         let mut stage = MultiModelMass::new(vehicle, params);
         let balance = ForceBalance::new(vehicle);
+        let mut signals = MultiModelMass::resampler(&params);
+        let mut train = DistributedTrain::new(vehicle, params.standstill_mps);
         let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
         for _ in 0..6000 {
-            stage.step(&reading, &balance, true, 0.01);
+            let sample = signals.step(&reading, &balance, true, 0.01);
+            stage.step(&reading, &balance, &signals, 0.0, 0.01);
+            if let Some(ready) = train.step(&signals, sample, &reading, 0.01) {
+                stage.sample(&ready, &balance, &train);
+            }
         }
         stage
     }
@@ -330,10 +328,7 @@ mod tests {
         let value = stage.mass_kg().value;
         assert!(value < straight && value > right, "{value}");
         // On a rail there is only the straight model.
-        let rail = turning(&Vehicle {
-            road: None,
-            ..car()
-        });
+        let rail = turning(&car().without_road());
         assert_eq!(rail.straight_weight, 1.0);
         assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
     }

@@ -8,8 +8,8 @@ use crate::api::snapshot::{Blank, state};
 use crate::filters::ring_buffer::RingBuffer;
 use crate::models::grade_map::{AtPlace, LoadedGrade, MappedTrain};
 use crate::models::map_gaps::MapGaps;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 
 /// The train with its waiting samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +180,7 @@ impl DistributedTrain {
 
     /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
     /// the instrument.
-    pub fn valid_effective_grade(&mut self, mass_kg: Real, theta: Real, dt: Real) {
+    pub fn learn_bias(&mut self, mass_kg: Real, theta: Real, dt: Real) {
         let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
         let Some(now) = self.now.filter(|_| seen) else {
             return;
@@ -196,7 +196,7 @@ impl DistributedTrain {
     /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
     /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
     /// the bias known from before.
-    pub fn lead(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
+    pub fn imu_offset(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
         let ahead = self.ahead(mass_kg);
         match self.now {
             Some(now)

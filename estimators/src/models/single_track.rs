@@ -22,7 +22,7 @@ use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::{Blank, state};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 
 /// Speed, m/s, below which the slip angles of the model are not defined well; backwards they are others.
 const SLOW_MPS: Real = 1.0;

@@ -16,10 +16,11 @@
 use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, Vector1, Vector2, Vector3, matrix, vector};
 
 use crate::Real;
-use crate::api::params::{param_groups, params};
+use crate::api::estimator::Internal;
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt, within};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
+use crate::api::vehicle::Vehicle;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -27,7 +28,7 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -85,21 +86,26 @@ params! {
     }
 }
 
-methods! { Liu2023:
+variants! {
     /// The method: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    dffrls_aekf::DffrlsAekfPublished(mass: Regression, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.mass, dynamic(&p.forgetting), SlopeBy::Filter(p.slope, Some(p.noise.kappa)));
+    dffrls_aekf: DffrlsAekfPublished = Published<Liu2023>,
+        { mass: Regression, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.mass, dynamic(&p.forgetting), SlopeBy::Filter(p.slope, Some(p.noise.kappa)));
     /// Least squares without forgetting, then an extended Kalman filter.
-    rls_ekf::RlsEkfPublished(mass: Regression, slope: Slope)
-        = |vehicle, p| build(vehicle, &p.mass, Forgetting::None, SlopeBy::Filter(p.slope, None));
+    rls_ekf: RlsEkfPublished = Published<Liu2023>,
+        { mass: Regression, slope: Slope },
+        |vehicle, p| build(vehicle, &p.mass, Forgetting::None, SlopeBy::Filter(p.slope, None));
     /// Mass and slope from one regression with constant forgetting.
-    ffrls::FfrlsPublished(mass: Regression, forgetting: ConstantForgetting)
-        = |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
+    ffrls: FfrlsPublished = Published<Liu2023>,
+        { mass: Regression, forgetting: ConstantForgetting },
+        |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
 }
 
-methods! { Joint:
+variants! {
     /// Mass and slope from one extended Kalman filter.
-    joint_ekf::JointEkfPublished(mass: FirstMass, slope: Slope) = |vehicle, p| joint(vehicle, &p.mass, &p.slope);
+    joint_ekf: JointEkfPublished = Published<Joint>,
+        { mass: FirstMass, slope: Slope },
+        |vehicle, p| joint(vehicle, &p.mass, &p.slope);
 }
 
 /// What drives a step of the slope filter.
@@ -250,12 +256,12 @@ impl Liu2023 {
 }
 
 impl Method for Liu2023 {
-    const INTERNALS: &'static [&'static str] = &[
-        "lambda",
-        "chi1",
-        "chi2",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("chi1", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("wheel_speed_sd_mps", "m/s"),
+        Internal::new("slope_filter_sd_rad", "rad"),
     ];
 
     fn step(&mut self, z: &Signals) {
@@ -457,7 +463,10 @@ impl Joint {
 }
 
 impl Method for Joint {
-    const INTERNALS: &'static [&'static str] = &["inverse_mass", "inverse_mass_sd"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("inverse_mass", "-"),
+        Internal::new("inverse_mass_sd", "-"),
+    ];
 
     fn step(&mut self, z: &Signals) {
         let _ = self.filter(z);

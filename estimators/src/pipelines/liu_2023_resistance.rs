@@ -12,15 +12,16 @@
 use nalgebra::vector;
 
 use crate::Real;
-use crate::api::params::{param_groups, params};
+use crate::api::estimator::Internal;
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, asin, sqrt};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
+use crate::api::vehicle::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -39,9 +40,11 @@ params! {
     }
 }
 
-methods! { Resistance:
+variants! {
     /// The method.
-    resistance_dffrls::ResistancePublished(regression: Regression) = |vehicle, p| build(vehicle, &p.regression);
+    resistance_dffrls: ResistancePublished = Published<Resistance>,
+        { regression: Regression },
+        |vehicle, p| build(vehicle, &p.regression);
 }
 
 /// The regression.
@@ -71,11 +74,11 @@ impl Resistance {
 }
 
 impl Method for Resistance {
-    const INTERNALS: &'static [&'static str] = &[
-        "running_resistance",
-        "running_resistance_sd",
-        "lambda",
-        "residual_mps2",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("running_resistance", "-"),
+        Internal::new("running_resistance_sd", "-"),
+        Internal::new("lambda", "-"),
+        Internal::new("residual_mps2", "m/s²"),
     ];
 
     fn step(&mut self, z: &Signals) {

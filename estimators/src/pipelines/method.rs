@@ -6,15 +6,17 @@
 
 use core::fmt;
 
+use crate::api::estimator::Internal;
 use crate::api::real::{sqrt, within};
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
+use crate::api::vehicle::Vehicle;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::Pipeline;
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 use crate::{Real, Time};
 
 /// The signals of one step.
@@ -63,7 +65,7 @@ pub struct Answer {
 /// A published method.
 pub trait Method: Copy + State {
     /// Names of its internal quantities.
-    const INTERNALS: &'static [&'static str];
+    const INTERNALS: &'static [Internal];
 
     /// One step.
     fn step(&mut self, z: &Signals);
@@ -101,9 +103,9 @@ impl<T> Published<T> {
 }
 
 impl<T: Method + fmt::Debug> Pipeline for Published<T> {
-    const INTERNALS: &'static [&'static str] = T::INTERNALS;
+    const INTERNALS: &'static [Internal] = T::INTERNALS;
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         if moving && let Some(v) = reading.speed_mps {
@@ -138,7 +140,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
         let speed = answer.speed_mps.unwrap_or(by_wheels);
         let (innovation, nis) = answer.innovation;
         Estimate {
-            t_s,
+            t,
             total_mass_kg: mass,
             grade_rad: grade,
             effective_grade_rad: grade,
@@ -180,29 +182,5 @@ fn cut(found: Found, [low, high]: [Real; 2]) -> (Value, bool) {
     };
     (value, limited)
 }
-
-/// Named methods of one source that differ by a line: each a module with its parameters, its type and `new`, as the registry wants them.
-macro_rules! methods {
-    ($pipeline:ty: $($(#[$about:meta])* $name:ident::$type:ident($($group:ident: $params:ident),*) = |$vehicle:ident, $p:ident| $build:expr;)*) => {
-        $($(#[$about])*
-        pub mod $name {
-            use super::*;
-
-            param_groups! {
-                #[doc = concat!("Parameters of `", stringify!($name), "`.")]
-                Params { $($group: $params),* }
-            }
-
-            /// The pipeline.
-            pub type $type = Published<$pipeline>;
-
-            /// From the vehicle's nominal values and the parameters.
-            pub fn new($vehicle: &Vehicle, $p: &Params) -> $type {
-                $build
-            }
-        })*
-    };
-}
-pub(crate) use methods;
 
 state!(@[T: State] Published<T> { method, signals, direction; balance, standstill_mps, range_kg });

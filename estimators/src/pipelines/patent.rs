@@ -17,10 +17,11 @@
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
-use crate::api::params::{param_groups, params};
+use crate::api::estimator::Internal;
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, exp, sin, sqrt, tanh, within};
-use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::state;
+use crate::api::vehicle::{RoadVehicle, Vehicle};
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -29,7 +30,7 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::strong_tracking::StrongTracking;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -59,9 +60,11 @@ params! {
     }
 }
 
-methods! { Patent:
+variants! {
     /// The method.
-    mmrls_sh_stf::MmrlsShStfPublished(mass: Regressions, slope: Slope) = |vehicle, p| build(vehicle, &p.mass, &p.slope);
+    mmrls_sh_stf: MmrlsShStfPublished = Published<Patent>,
+        { mass: Regressions, slope: Slope },
+        |vehicle, p| build(vehicle, &p.mass, &p.slope);
 }
 
 /// What drives a step of the slope filter.
@@ -114,7 +117,8 @@ impl Model<2, 1> for ClimbModel {
 
 /// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
-/// Limits that keep the covariance a number while measurements make no sense: m/s and i.
+/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s and i.
+const MAX_FADING: Real = 1e12;
 const USABLE_SD: [Real; 2] = [100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
@@ -251,14 +255,14 @@ impl Patent {
 }
 
 impl Method for Patent {
-    const INTERNALS: &'static [&'static str] = &[
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "straight_weight",
-        "lambda",
-        "fading",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("straight_mass_kg", "kg"),
+        Internal::new("turning_mass_kg", "kg"),
+        Internal::new("straight_weight", "-"),
+        Internal::new("lambda", "-"),
+        Internal::new("fading", "-"),
+        Internal::new("wheel_speed_sd_mps", "m/s"),
+        Internal::new("slope_filter_sd", "-"),
     ];
 
     fn step(&mut self, z: &Signals) {
@@ -342,7 +346,7 @@ fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> Published<Patent> 
             filter: Ekf::new(model, belief),
             noise: Noise::published(Matrix1::new(v * v), Some(p.b)),
         },
-        tracking: StrongTracking::new(p.memory, p.weakening, Real::INFINITY),
+        tracking: StrongTracking::new(p.memory, p.weakening, MAX_FADING),
         fading: 1.0,
         since_s: 0.0,
         learnt: false,

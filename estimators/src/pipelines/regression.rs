@@ -7,6 +7,7 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, param_groups, params};
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -17,11 +18,12 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::filters::rls::{Outcome, Rls};
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::AccelSource;
+use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, TwoStage};
+use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::preprocess::sample_hold::Reading;
 
 choices! {
     /// How a regression forgets.
@@ -77,12 +79,17 @@ pub type Regression = TwoStage<OneRegression>;
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let balance = ForceBalance::new(vehicle);
-    TwoStage {
-        balance,
-        mass: OneRegression::new(vehicle, params.regression),
-        slope: ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
-        standstill_mps: vehicle.standstill_mps(params.regression.standstill_mps),
-    }
+    let own = &params.regression;
+    // A point: it keeps no map of the rail.
+    let point = vehicle.as_point();
+    TwoStage::new(
+        vehicle,
+        Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
+        DistributedTrain::new(&point, own.standstill_mps),
+        OneRegression::new(vehicle, *own),
+        ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
+        own.standstill_mps,
+    )
 }
 
 /// A regression by choice.
@@ -94,7 +101,6 @@ pub struct OneRegression {
     wheelbase_m: Real,
     range_kg: [Real; 2],
     rls: Rls<2>,
-    signals: Resampler,
     before: Option<ResampledSample>,
     steering: MatchedFilter,
     lateral: MatchedFilter,
@@ -153,7 +159,6 @@ impl OneRegression {
                 Gaussian::independent(vector![mean, free], vector![sd, free_sd]),
                 policy(&params),
             ),
-            signals: Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s),
             before: None,
             steering: filter,
             lateral: filter,
@@ -169,7 +174,73 @@ impl OneRegression {
         }
     }
 
-    fn sample(&mut self, now: ResampledSample) {
+    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg;
+        let first = self.known.mass0_kg;
+        let [least, most] = match self.regressor.finds() {
+            Finds::Mass => [low / first, high / first],
+            Finds::InverseMass => [first / high, first / low],
+            Finds::Resistance | Finds::Curvature => [-1.0, 1.0],
+        };
+        within(self.rls.belief.x.x, least, most)
+    }
+
+    /// Standard deviations of χ.
+    fn sd(&self) -> Vector2<Real> {
+        self.rls.widened().diagonal().map(sqrt)
+    }
+}
+
+impl MassEstimator for OneRegression {
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("residual", "-"),
+        Internal::new("chi1", "-"),
+        Internal::new("chi1_sd", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("chi2_sd", "-"),
+    ];
+
+    fn step(
+        &mut self,
+        reading: &Reading,
+        _: &ForceBalance,
+        signals: &Resampler,
+        grade_rad: Real,
+        dt: Real,
+    ) {
+        self.theta = grade_rad;
+        let turned = reading
+            .yaw_rate_radps
+            .zip(reading.speed_mps)
+            .map(|(rate, v)| self.wheelbase_m * rate / v);
+        let steer = reading.steering_angle_rad.or(turned);
+        if let Some((steer, across)) = steer.zip(reading.lateral_force_mps2) {
+            // Standing, the quotient is anything.
+            self.steering
+                .step(if steer.abs() < 0.5 { steer } else { 0.0 }, dt);
+            self.lateral.step(across, dt);
+        }
+        if let Some([u, _]) = signals.at_place() {
+            self.excess.step(u, dt);
+            self.speed_again.step(signals.speed_mps(), dt);
+        } else {
+            self.excess.empty();
+            self.speed_again.empty();
+        }
+    }
+
+    fn pause(&mut self) {
+        self.before = None;
+    }
+
+    fn sample(
+        &mut self,
+        &AlignedSample { sample: now, .. }: &AlignedSample,
+        _: &ForceBalance,
+        _: &DistributedTrain,
+    ) {
         let before = self.before.replace(now);
         let turned = before.is_some_and(|before| before.speed_mps * now.speed_mps < 0.0);
         if turned && self.regressor.has_free_term() {
@@ -198,56 +269,6 @@ impl OneRegression {
         self.saturated = self.found() != self.rls.belief.x.x;
     }
 
-    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
-    fn found(&self) -> Real {
-        let [low, high] = self.range_kg;
-        let first = self.known.mass0_kg;
-        let [least, most] = match self.regressor.finds() {
-            Finds::Mass => [low / first, high / first],
-            Finds::InverseMass => [first / high, first / low],
-            Finds::Resistance | Finds::Curvature => [-1.0, 1.0],
-        };
-        within(self.rls.belief.x.x, least, most)
-    }
-
-    /// Standard deviations of χ.
-    fn sd(&self) -> Vector2<Real> {
-        self.rls.widened().diagonal().map(sqrt)
-    }
-}
-
-impl MassEstimator for OneRegression {
-    const INTERNALS: &'static [&'static str; 6] =
-        &["lambda", "residual", "chi1", "chi1_sd", "chi2", "chi2_sd"];
-
-    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
-        let sample = self.signals.step(reading, balance, running, dt);
-        let turned = reading
-            .yaw_rate_radps
-            .zip(reading.speed_mps)
-            .map(|(rate, v)| self.wheelbase_m * rate / v);
-        let steer = reading.steering_angle_rad.or(turned);
-        if let Some((steer, across)) = steer.zip(reading.lateral_force_mps2) {
-            // Standing, the quotient is anything.
-            self.steering
-                .step(if steer.abs() < 0.5 { steer } else { 0.0 }, dt);
-            self.lateral.step(across, dt);
-        }
-        if let Some([u, _]) = self.signals.at_place() {
-            self.excess.step(u, dt);
-            self.speed_again.step(self.signals.speed_mps(), dt);
-        } else {
-            self.excess.empty();
-            self.speed_again.empty();
-        }
-        if !self.signals.settled() {
-            self.before = None;
-        }
-        if let Some(sample) = sample {
-            self.sample(sample);
-        }
-    }
-
     fn mass_kg(&self) -> Value {
         let (first, found) = (self.known.mass0_kg, self.found());
         let sd = self.sd().x;
@@ -263,7 +284,7 @@ impl MassEstimator for OneRegression {
         }
     }
 
-    fn running_resistance(&self) -> Real {
+    fn running_resistance(&self, _: &DistributedTrain) -> Real {
         match self.regressor.finds() {
             Finds::Resistance => self.found().max(0.0),
             _ => self.known.mu,
@@ -271,24 +292,16 @@ impl MassEstimator for OneRegression {
     }
 
     /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, _direction: Real) -> Real {
+    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
         traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value)
-    }
-
-    fn stage_two_grade(&mut self, theta: Real) {
-        self.theta = theta;
-    }
-
-    fn excited(&self) -> bool {
-        self.signals.settled()
     }
 
     fn saturated(&self) -> bool {
         self.saturated
     }
 
-    fn internals(&self) -> [Real; 6] {
+    fn internals(&self, _: &DistributedTrain) -> [Real; 6] {
         let (x, sd) = (self.rls.belief.x, self.sd());
         [
             self.outcome.lambda,
@@ -300,5 +313,5 @@ impl MassEstimator for OneRegression {
         ]
     }
 }
-state!(OneRegression { rls, signals, before, steering, lateral, excess, speed_again, theta, mass_sd, saturated, outcome;
+state!(OneRegression { rls, before, steering, lateral, excess, speed_again, theta, mass_sd, saturated, outcome;
     regressor, known, noise, wheelbase_m, range_kg });

@@ -1,13 +1,15 @@
 //! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
 
+use crate::api::estimator::Internal;
 use crate::api::real::sqrt;
-use crate::api::signals::{Estimate, Flags, Value};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
-use crate::models::distributed_train::steeper;
+use crate::models::distributed_train::{AlignedSample, DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
+use crate::preprocess::resampler::Resampler;
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -20,67 +22,184 @@ pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
 }
 
 /// A first stage: something that learns the mass while the train runs.
+///
+/// Its samples come aligned with the rail under the train; the train with its grade map stands beside the stages and is lent to them.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
-    const INTERNALS: &'static [&'static str; 6];
+    const INTERNALS: &'static [Internal; 6];
 
-    /// One step. `running` tells that the force balance holds now: moving, brake released.
-    fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real);
+    /// One step of what the stage filters itself, before the samples of that step. `grade_rad` is the grade angle that the second stage
+    /// had after the step before.
+    fn step(
+        &mut self,
+        _reading: &Reading,
+        _balance: &ForceBalance,
+        _signals: &Resampler,
+        _grade_rad: Real,
+        _dt: Real,
+    ) {
+    }
+
+    /// One sample of the regression.
+    fn sample(&mut self, sample: &AlignedSample, balance: &ForceBalance, train: &DistributedTrain);
+
+    /// The train stands, brakes, or has not run long enough for samples to count.
+    fn pause(&mut self) {}
 
     /// Total mass, kg.
     fn mass_kg(&self) -> Value;
 
     /// Running-resistance coefficient to go with that mass.
-    fn running_resistance(&self) -> Real;
+    fn running_resistance(&self, train: &DistributedTrain) -> Real;
 
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
     /// with the traction (N) and the direction of travel, ±1.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real) -> Real;
+    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real;
 
     /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
     fn bend_n(&self) -> Real {
         0.0
     }
 
-    /// By how much sin θ at the IMU is above that of the effective grade, and the standard deviation of that: 0 for a stage that takes the
-    /// train for a point.
-    ///
-    /// `theta` is that effective grade, rad.
-    fn imu_grade_offset(&self, _theta: Real) -> (Real, Real) {
-        (0.0, 0.0)
+    /// Whether its last sample was excited.
+    fn excited(&self) -> bool {
+        true
     }
-
-    /// An effective grade, rad, that is vouched for, `dt` seconds after the last step.
-    fn valid_effective_grade(&mut self, _theta: Real, _dt: Real) {}
-
-    /// The grade angle, rad, that the second stage has found with this mass; most first stages need none.
-    fn stage_two_grade(&mut self, _theta: Real) {}
-
-    /// Whether it is excited and learns.
-    fn excited(&self) -> bool;
 
     /// Whether a limit acts.
     fn saturated(&self) -> bool;
 
     /// Its own quantities, for plots.
-    fn internals(&self) -> [Real; 6];
+    fn internals(&self, train: &DistributedTrain) -> [Real; 6];
 }
 
-/// Mass first, then slope.
+/// Mass first, then slope, with the grade map of a distributed train beside the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoStage<M> {
     /// Constants of the force balance.
-    pub balance: ForceBalance,
+    balance: ForceBalance,
+    /// Signals of the regression.
+    signals: Resampler,
+    /// The train on its grade map, with the samples that wait for rail not yet read.
+    train: DistributedTrain,
     /// First stage.
-    pub mass: M,
+    mass: M,
     /// Second stage.
-    pub slope: ForceBalanceEkf,
+    slope: ForceBalanceEkf,
     /// Speed below which the train counts as standing, m/s.
-    pub standstill_mps: Real,
+    standstill_mps: Real,
+}
+
+impl<M: MassEstimator> TwoStage<M> {
+    /// From the signals of the regression, the train and the two stages.
+    pub fn new(
+        vehicle: &Vehicle,
+        signals: Resampler,
+        train: DistributedTrain,
+        mass: M,
+        slope: ForceBalanceEkf,
+        standstill_mps: Option<Real>,
+    ) -> Self {
+        Self {
+            balance: ForceBalance::new(vehicle),
+            signals,
+            train,
+            mass,
+            slope,
+            standstill_mps: vehicle.standstill_mps(standstill_mps),
+        }
+    }
+
+    /// First stage: resample, align with the grade map, regress.
+    fn learn_mass(&mut self, reading: &Reading, running: bool, dt: Real) {
+        let balance = &self.balance;
+        let sample = self.signals.step(reading, balance, running, dt);
+        let grade_rad = self.slope.belief().x.y;
+        self.mass
+            .step(reading, balance, &self.signals, grade_rad, dt);
+        let mut ready = self.train.step(&self.signals, sample, reading, dt);
+        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+            self.mass.sample(&next, balance, &self.train);
+        }
+        if !self.signals.settled() {
+            self.mass.pause();
+        }
+    }
+
+    /// What drives the train by the force balance; `None` while it does not hold.
+    fn drive(&self, reading: &Reading, running: bool) -> Option<Drive> {
+        let (torque, speed) = reading
+            .motor_torque_nm
+            .zip(reading.speed_mps)
+            .filter(|_| running)?;
+        Some(Drive {
+            traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
+            mass_kg: self.mass.mass_kg().value,
+            resistance: self.mass.running_resistance(&self.train) * direction(reading),
+        })
+    }
+
+    /// Second stage: predict by the force balance, correct by wheel speed.
+    fn filter_slope(
+        &mut self,
+        reading: &Reading,
+        drive: Option<Drive>,
+        (moving, running): (bool, bool),
+        dt: Real,
+    ) {
+        self.slope.predict(drive, dt);
+        if moving && drive.is_none() {
+            self.slope.drift(dt);
+        }
+        if let Some(speed) = reading.new_speed_mps {
+            self.slope.update(speed, running);
+        }
+    }
+
+    /// Effective grade: that of the second stage, with the uncertainty of what the first one gave it.
+    fn effective_grade(&self, reading: &Reading, drive: Option<Drive>, running: bool) -> Value {
+        let belief = self.slope.belief();
+        let parameters_sd = drive.map_or(0.0, |drive| {
+            let traction_n = self.slope.steady_traction_n(&drive);
+            self.mass
+                .slope_sd_rad(traction_n, direction(reading), &self.train)
+        });
+        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        Value {
+            value: belief.x.y,
+            sd,
+            valid: running
+                && self.mass.mass_kg().valid
+                && sd < 0.05
+                && self.slope.wheel_speed_consistent()
+                && self.slope.grade_observable(),
+        }
+    }
+
+    /// Grade at the IMU, by the grade map.
+    fn grade_at_imu(&self, effective: &Value) -> Value {
+        let mass_kg = self.mass.mass_kg().value;
+        let (offset, offset_sd) = self.train.imu_offset(mass_kg, effective.value);
+        let sd = sqrt(effective.sd * effective.sd + offset_sd * offset_sd);
+        Value {
+            value: steeper(effective.value, offset).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
+            sd,
+            valid: effective.valid && sd < 0.05,
+        }
+    }
+}
+
+/// Sign of the speed, ±1.
+fn direction(reading: &Reading) -> Real {
+    if reading.speed_mps.is_some_and(|v| v < 0.0) {
+        -1.0
+    } else {
+        1.0
+    }
 }
 
 impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
-    const INTERNALS: &'static [&'static str] = {
+    const INTERNALS: &'static [Internal] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
             a,
@@ -89,87 +208,47 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
             d,
             e,
             f,
-            "wheel_speed_sd_mps",
-            "slope_filter_sd_rad",
-            "fading",
+            Internal::new("wheel_speed_sd_mps", "m/s"),
+            Internal::new("slope_filter_sd_rad", "rad"),
+            Internal::new("fading", "-"),
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
-        self.mass.step(reading, &self.balance, running, dt);
-
-        let mass_kg = self.mass.mass_kg();
-        let direction = if reading.speed_mps.is_some_and(|v| v < 0.0) {
-            -1.0
-        } else {
-            1.0
-        };
-        let torque_and_speed = reading
-            .motor_torque_nm
-            .zip(reading.speed_mps)
-            .filter(|_| running);
-        let drive = torque_and_speed.map(|(torque, speed)| Drive {
-            traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
-            mass_kg: mass_kg.value,
-            resistance: self.mass.running_resistance() * direction,
-        });
-        self.slope.predict(drive, dt);
-        if moving && drive.is_none() {
-            self.slope.drift(dt);
+        self.learn_mass(reading, running, dt);
+        let drive = self.drive(reading, running);
+        self.filter_slope(reading, drive, (moving, running), dt);
+        let effective = self.effective_grade(reading, drive, running);
+        let total_mass_kg = self.mass.mass_kg();
+        if effective.valid {
+            self.train
+                .learn_bias(total_mass_kg.value, effective.value, dt);
         }
-        if let Some(speed) = reading.new_speed_mps {
-            self.slope.update(speed, running);
-        }
-
-        let belief = self.slope.belief();
-        self.mass.stage_two_grade(belief.x.y);
-        let parameters_sd = drive.map_or(0.0, |drive| {
-            self.mass
-                .slope_sd_rad(self.slope.steady_traction_n(&drive), direction)
-        });
+        let speed = self.slope.belief();
         let (innovation, nis) = self.slope.innovation();
-        let effective_sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
-        let effective_grade_rad = Value {
-            value: belief.x.y,
-            sd: effective_sd,
-            valid: running
-                && mass_kg.valid
-                && effective_sd < 0.05
-                && self.slope.wheel_speed_consistent()
-                && self.slope.grade_observable(),
-        };
-        if effective_grade_rad.valid {
-            self.mass.valid_effective_grade(belief.x.y, dt);
-        }
-        let (lead, lead_sd) = self.mass.imu_grade_offset(belief.x.y);
-        let grade_sd = sqrt(effective_sd * effective_sd + lead_sd * lead_sd);
         Estimate {
-            t_s,
-            total_mass_kg: mass_kg,
-            grade_rad: Value {
-                value: steeper(belief.x.y, lead).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
-                sd: grade_sd,
-                valid: effective_grade_rad.valid && grade_sd < 0.05,
-            },
-            effective_grade_rad,
+            t,
+            total_mass_kg,
+            grade_rad: self.grade_at_imu(&effective),
+            effective_grade_rad: effective,
             speed_mps: Value {
-                value: belief.x.x,
-                sd: sqrt(belief.P.m11),
+                value: speed.x.x,
+                sd: sqrt(speed.P.m11),
                 valid: reading.speed_mps.is_some(),
             },
             innovation,
             nis,
             flags: Flags {
                 moving,
-                excited: self.mass.excited(),
+                excited: self.signals.settled() && self.mass.excited(),
                 saturated: self.mass.saturated() || self.slope.saturated(),
             },
         }
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let [a, b, c, d, e, f] = self.mass.internals();
+        let [a, b, c, d, e, f] = self.mass.internals(&self.train);
         let slope = &self.slope;
         let now = [
             a,
@@ -190,4 +269,4 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
     }
 }
 
-state!(@[M: State] TwoStage<M> { mass, slope; balance, standstill_mps });
+state!(@[M: State] TwoStage<M> { signals, train, mass, slope; balance, standstill_mps });

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::snapshot::{Blank, state};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::sample_hold::Reading;
+use crate::preprocess::front_end::Reading;
 
 /// Speed below which a yaw rate tells no curvature, m/s, and the largest curvature of a rail, 1/m.
 const SLOW_MPS: Real = 0.1;

@@ -1,84 +1,88 @@
-//! A sensor that hangs at a value: it sends on, bit for bit the same.
+//! Stuck-at fault detector for one sensor channel.
 //!
-//! Whether a value that stays is frozen or true can only be told of a sensor whose noise moves it from sample to sample. One that has
-//! often sent the same value twice (coarse steps, no noise, a train at rest) is never accused, and 0 is nobody's frozen value.
+//! A repeated value is a fault only of a sensor whose noise moves it from sample to sample. One that often repeats a value legitimately
+//! (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
 
 use crate::api::snapshot::state;
 use crate::{Real, Time};
 
-/// Same values in a row, and time without another one, s, that no noise makes.
-const TOO_MANY: u32 = 20;
-const TOO_LONG_S: Time = 0.5;
-/// Changes after which a sensor is known, and how many of them there must be for each legitimate_repeats repetition.
-const KNOWN: u32 = 200;
-const NOISY: u32 = 100;
+/// Repetitions in a row, and time without another value, s, beyond which a noisy sensor is stuck.
+const MAX_REPEATS: u32 = 20;
+const MAX_HOLD_S: Real = 0.5;
+/// Changes after which the statistics of a sensor are trusted, and changes per legitimate repetition from which it counts as noisy.
+const MIN_CHANGES: u32 = 200;
+const MIN_CHANGES_PER_REPEAT: u32 = 100;
 
-/// How often a sensor repeats itself.
+/// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5 s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StuckDetector {
     changes: u32,
     legitimate_repeats: u32,
     run: u32,
-    changed_s: Time,
+    changed: Time,
 }
 
 impl StuckDetector {
-    /// A new sample after an older one.
-    pub fn take(&mut self, value: Real, before: Real, now_s: Time) {
+    /// Takes a new sample, with the one before it, at an instant of the estimator's clock.
+    pub fn take(&mut self, value: Real, before: Real, now: Time) {
         if value == before && value != 0.0 {
             self.run = self.run.saturating_add(1);
             return;
         }
-        if !self.frozen(now_s) {
+        if !self.is_stuck(now) {
             self.legitimate_repeats = self.legitimate_repeats.saturating_add(self.run);
         }
         self.changes = self.changes.saturating_add(1);
-        (self.run, self.changed_s) = (0, now_s);
+        (self.run, self.changed) = (0, now);
     }
 
-    /// Whether it hangs.
-    pub fn frozen(&self, now_s: Time) -> bool {
-        let noisy =
-            self.changes >= KNOWN && self.legitimate_repeats.saturating_mul(NOISY) < self.changes;
-        noisy && self.run >= TOO_MANY && now_s - self.changed_s > TOO_LONG_S
+    /// Whether the channel is stuck.
+    pub fn is_stuck(&self, now: Time) -> bool {
+        let noisy = self.changes >= MIN_CHANGES
+            && self
+                .legitimate_repeats
+                .saturating_mul(MIN_CHANGES_PER_REPEAT)
+                < self.changes;
+        noisy && self.run >= MAX_REPEATS && now.since(self.changed) > MAX_HOLD_S
     }
 }
 
-state!(StuckDetector { changes, legitimate_repeats, run, changed_s; });
+state!(StuckDetector { changes, legitimate_repeats, run, changed; });
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::Random;
 
-    /// Frozen after `count` samples at 100 Hz, then `hang` more of the last value.
-    fn hangs(mut signal: impl FnMut(u32) -> Real, count: u32, hang: u32) -> bool {
+    /// Whether it is found stuck after `count` samples at 100 Hz, then `held` more of the last value.
+    fn stuck(mut signal: impl FnMut(u32) -> Real, count: u32, held: u32) -> bool {
+        let at = |k: u32| Time::from_ns(10_000_000 * i64::from(k));
         let (mut repeats, mut last) = (StuckDetector::default(), signal(0));
-        for k in 1..=count + hang {
+        for k in 1..=count + held {
             let value = if k <= count { signal(k) } else { last };
-            repeats.take(value, last, 0.01 * Time::from(k));
+            repeats.take(value, last, at(k));
             last = value;
-            assert!(k > count || !repeats.frozen(0.01 * Time::from(k)));
+            assert!(k > count || !repeats.is_stuck(at(k)));
         }
-        repeats.frozen(0.01 * Time::from(count + hang))
+        repeats.is_stuck(at(count + held))
     }
 
     #[test]
-    fn noise_that_stops_is_found_and_noise_that_goes_on_is_not() {
+    fn noise_that_stops_is_flagged_and_noise_that_goes_on_is_not() {
         let mut random = Random::new(81);
-        assert!(hangs(|_| 1.0 + 0.005 * random.normal(), 1000, 60));
-        assert!(!hangs(|_| 1.0 + 0.005 * random.normal(), 1000, 40));
-        assert!(!hangs(|_| 1.0 + 0.005 * random.normal(), 100, 60));
+        assert!(stuck(|_| 1.0 + 0.005 * random.normal(), 1000, 60));
+        assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 1000, 40));
+        assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 100, 60));
     }
 
     #[test]
-    fn who_repeats_himself_honestly_is_not_accused() {
+    fn legitimate_repeats_are_not_flagged() {
         let mut random = Random::new(82);
         // Steps coarser than the noise; a ramp in steps, then a plateau; no noise at all; a train that stops.
         let step = |x: Real| (x / 0.01).round() * 0.01;
-        assert!(!hangs(|_| step(1.0 + 0.005 * random.normal()), 5000, 500));
-        assert!(!hangs(|k| step(0.0005 * Real::from(k)), 1000, 500));
-        assert!(!hangs(|_| 1.0, 1000, 500));
-        assert!(!hangs(|k| Real::from(1000 - k.min(1000)), 1000, 500));
+        assert!(!stuck(|_| step(1.0 + 0.005 * random.normal()), 5000, 500));
+        assert!(!stuck(|k| step(0.0005 * Real::from(k)), 1000, 500));
+        assert!(!stuck(|_| 1.0, 1000, 500));
+        assert!(!stuck(|k| Real::from(1000 - k.min(1000)), 1000, 500));
     }
 }

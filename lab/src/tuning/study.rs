@@ -16,6 +16,7 @@ use std::path::Path;
 /// A tuning study.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "StudyFile")]
 pub struct TuningFile {
     /// Format version, 1.
     pub version: Version1,

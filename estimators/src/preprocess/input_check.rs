@@ -1,0 +1,157 @@
+//! Checks of one step's input: every number finite and possible, the clock going forward.
+
+use crate::api::signals::{Command, Measurements};
+use crate::api::snapshot::state;
+use crate::{Error, Real, Time};
+
+/// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
+const MAX_PAUSE_S: Real = 60.0;
+
+/// Latest instant: 285 years, which leaves room for clocks that count from 1970.
+const MAX_TIME: Time = Time::from_ns(9_000_000_000_000_000_000);
+
+/// Largest time step as a multiple of the time that has passed: the rest is jitter.
+const MAX_DT_RATIO: Real = 2.0;
+
+/// Input check of an estimator: refuses a step whose numbers are not finite, are beyond what a crane can do, or whose clock does not go
+/// forward.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InputCheck {
+    last: Option<Time>,
+}
+
+impl InputCheck {
+    /// Checks one step's input and notes its instant; on an error nothing is changed.
+    pub fn accept(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
+        self.clock(z.t, dt)?;
+        numbers(z, u)?;
+        self.last = Some(z.t);
+        Ok(())
+    }
+
+    fn clock(&self, t: Time, dt: Real) -> Result<(), Error> {
+        if !(dt > 0.0 && dt <= 1.0) {
+            return Err(Error::TimeStep(dt));
+        }
+        possible("time", t)?;
+        let Some(last) = self.last else {
+            return Ok(());
+        };
+        let since = t.since(last);
+        if t <= last {
+            Err(Error::OutOfOrder { t, last })
+        } else if since > MAX_PAUSE_S {
+            Err(Error::TooFarAhead { t, last })
+        } else if dt > MAX_DT_RATIO * since {
+            Err(Error::ClockMismatch { dt, since })
+        } else {
+            Ok(())
+        }
+    }
+}
+
+fn possible(signal: &'static str, t: Time) -> Result<(), Error> {
+    if t > MAX_TIME || t.ns() < -MAX_TIME.ns() {
+        return Err(Error::OutOfRange(signal));
+    }
+    Ok(())
+}
+
+/// Largest size of each signal, in its unit.
+fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
+    for s in z.specific_force_mps2.iter() {
+        check("specific force", s.t, &s.value, 1e3)?;
+    }
+    for s in z.angular_rate_radps.iter() {
+        check("angular rate", s.t, &s.value, 1e3)?;
+    }
+    for s in z.motor_torque_nm.iter().flatten() {
+        check("motor torque", s.t, &[s.value], 1e5)?;
+    }
+    for s in z.wheel_speed_mps.iter().flatten() {
+        check("wheel speed", s.t, &[s.value], 1e2)?;
+    }
+    for s in z.steering_angle_rad.iter() {
+        check("steering angle", s.t, &[s.value], 1e1)?;
+    }
+    check("brake command", Time::default(), &[u.brake], 1e2)
+}
+
+fn check(signal: &'static str, t: Time, values: &[Real], limit: Real) -> Result<(), Error> {
+    possible(signal, t)?;
+    if values.iter().any(|v| !v.is_finite()) {
+        return Err(Error::NotFinite(signal));
+    }
+    if values.iter().any(|v| v.abs() > limit) {
+        Err(Error::OutOfRange(signal))
+    } else {
+        Ok(())
+    }
+}
+
+state!(InputCheck { last; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::signals::Sample;
+
+    fn with_speed(t_s: f64, value: Real) -> Measurements {
+        let t = Time::from_s(t_s);
+        let mut z = Measurements::at(t);
+        z.wheel_speed_mps[0] = Some(Sample { t, value });
+        z
+    }
+
+    #[test]
+    fn bad_input_is_named_and_changes_nothing() {
+        let (mut check, u) = (InputCheck::default(), Command::default());
+        check.accept(&with_speed(1.0, 1.0), &u, 0.01).unwrap();
+        let before = check;
+        let good = with_speed(2.0, 1.0);
+        for dt in [0.0, -0.1, 2.0, Real::NAN, Real::INFINITY] {
+            let refused = check.accept(&good, &u, dt);
+            assert!(matches!(refused, Err(Error::TimeStep(_))));
+        }
+        let at = |t_s: f64| with_speed(t_s, 1.0);
+        for t_s in [1.0, 0.5, -1e9] {
+            let refused = check.accept(&at(t_s), &u, 0.01);
+            assert!(matches!(refused, Err(Error::OutOfOrder { .. })));
+        }
+        for t_s in [f64::NAN, 1e10, -1e10] {
+            let refused = check.accept(&at(t_s), &u, 0.01);
+            assert_eq!(refused, Err(Error::OutOfRange("time")));
+        }
+        let refused = check.accept(&at(61.1), &u, 0.01);
+        assert!(matches!(refused, Err(Error::TooFarAhead { .. })));
+        let refused = check.accept(&at(1.004), &u, 0.01);
+        assert!(matches!(refused, Err(Error::ClockMismatch { .. })));
+        for (value, error) in [
+            (Real::NAN, Error::NotFinite("wheel speed")),
+            (1e9, Error::OutOfRange("wheel speed")),
+        ] {
+            assert_eq!(check.accept(&with_speed(2.0, value), &u, 0.01), Err(error));
+        }
+        let z = Measurements {
+            specific_force_mps2: Some(Sample {
+                t: Time::from_s(2.0),
+                value: [0.0, Real::INFINITY, 0.0],
+            }),
+            ..good
+        };
+        assert_eq!(
+            check.accept(&z, &u, 0.01),
+            Err(Error::NotFinite("specific force"))
+        );
+        let brake = Command {
+            brake: Real::NAN,
+            ..u
+        };
+        assert_eq!(
+            check.accept(&good, &brake, 0.01),
+            Err(Error::NotFinite("brake command"))
+        );
+        assert_eq!(check, before);
+        check.accept(&good, &u, 0.01).unwrap();
+    }
+}

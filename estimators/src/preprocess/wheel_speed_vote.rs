@@ -1,0 +1,88 @@
+//! One speed of the train out of the speeds of its wheels.
+
+use crate::Real;
+use crate::api::signals::MAX_DRIVES;
+
+/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors of scale.
+const ROLLING_SHARE: Real = 0.03;
+
+/// Vote on the speed of a train, m/s: the median of its wheel speeds, guarded against wheels that slip together.
+///
+/// The median is not moved by one slipping wheel. Wheels slip in the direction of their torque: where the two middle ones are further
+/// apart than wheels that roll, the one that has slipped less counts. If two wheels or more have slipped even less than the winner, the
+/// winner slips too, and the speed is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelSpeedVote {
+    /// How far the speeds of wheels that roll may be apart at standstill, m/s.
+    tolerance_mps: Real,
+}
+
+impl WheelSpeedVote {
+    /// A vote in which wheels that roll may differ by `tolerance_mps` and 3 % of the speed.
+    pub fn new(tolerance_mps: Real) -> Self {
+        Self { tolerance_mps }
+    }
+
+    /// The speed of the train, m/s, from at most [`MAX_DRIVES`] wheel speeds, m/s, and the sum of the motor torques, of which only the sign
+    /// matters; `None` without a wheel or where too many slip.
+    pub fn speed_mps(
+        &self,
+        wheels_mps: impl IntoIterator<Item = Real>,
+        motor_torque_nm: Real,
+    ) -> Option<Real> {
+        let mut room = [0.0; MAX_DRIVES];
+        let mut count = 0;
+        for (place, value) in room.iter_mut().zip(wheels_mps) {
+            *place = value;
+            count += 1;
+        }
+        let sorted = room.get_mut(..count)?;
+        sorted.sort_unstable_by(Real::total_cmp);
+        if motor_torque_nm < 0.0 {
+            sorted.reverse();
+        }
+        let less = *sorted.get(count.checked_sub(1)? / 2)?;
+        let more = *sorted.get(count / 2)?;
+        let apart =
+            |a: Real, b: Real| (a - b).abs() > self.tolerance_mps + ROLLING_SHARE * less.abs();
+        let middle = if apart(less, more) {
+            less
+        } else {
+            0.5 * (less + more)
+        };
+        let second_least = sorted.get(1).filter(|_| count > 3);
+        match second_least {
+            Some(second_least) if apart(*second_least, middle) => None,
+            _ => Some(middle),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn speed(values: &[Real], torque: Real) -> Option<Real> {
+        WheelSpeedVote::new(0.05).speed_mps(values.iter().copied(), torque)
+    }
+
+    #[test]
+    fn a_wheel_that_slips_or_errs_is_outvoted() {
+        assert_eq!(speed(&[1.0, 9.0, 1.01], 50.0), Some(1.01));
+        assert_eq!(speed(&[1.0, 1.02], 50.0), Some(1.01));
+        assert_eq!(speed(&[], 50.0), None);
+        assert_eq!(speed(&[0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 50.0), Some(1.0));
+    }
+
+    #[test]
+    fn wheels_slip_in_the_direction_of_their_torque() {
+        let half = [1.4, 1.0, 1.4, 1.0, 1.5, 1.0, 1.4, 1.0];
+        assert_eq!(speed(&half, 50.0), Some(1.0));
+        assert_eq!(speed(&half.map(|v| -v), -50.0), Some(-1.0));
+        // Braked by their motors, wheels turn too slowly.
+        assert_eq!(speed(&half.map(|v| 2.0 - v), -50.0), Some(1.0));
+        // Six of eight: the speed is not known.
+        let most = [1.4, 1.0, 1.4, 1.0, 1.5, 1.4, 1.4, 1.4];
+        assert_eq!(speed(&most, 50.0), None);
+    }
+}
