@@ -10,15 +10,24 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
+use crate::pipelines::guo_2024::{
+    dynamic_stf, imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, kinematic_stf,
+};
 use crate::pipelines::guo_2024_robust::{
     dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
     imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
+};
+use crate::pipelines::huainan::{
+    dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, ffrls_aukf, rls_mff_aukf,
 };
 use crate::pipelines::huainan_robust::{
     dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
     rls_mff_aukf_robust,
 };
+use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, joint_ekf, rls_ekf};
+use crate::pipelines::liu_2023_resistance::resistance_dffrls;
 use crate::pipelines::liu_2023_robust::{dffrls_aekf_robust, rls_ekf_robust};
+use crate::pipelines::patent::mmrls_sh_stf;
 use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
 use crate::pipelines::runner::Runner;
 use crate::pipelines::{ffrls_robust, joint_ekf_robust, regression, resistance_robust};
@@ -104,6 +113,42 @@ macro_rules! registry {
 }
 
 registry! {{
+    /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
+    "dffrls_aekf" => dffrls_aekf::DffrlsAekfPublished,
+    /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
+    "rls_ekf" => rls_ekf::RlsEkfPublished,
+    /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
+    "ffrls" => ffrls::FfrlsPublished,
+    /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
+    "joint_ekf" => joint_ekf::JointEkfPublished,
+    /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
+    "dffrls_aukf" => dffrls_aukf::DffrlsAukfPublished,
+    /// The same with fixed noise.
+    "dffrls_ukf" => dffrls_ukf::DffrlsUkfPublished,
+    /// The adaptive one with an extended filter.
+    "dffrls_aekf_inclination" => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
+    /// The adaptive one with constant forgetting.
+    "ffrls_aukf" => ffrls_aukf::FfrlsAukfPublished,
+    /// The adaptive one with multiple forgetting.
+    "rls_mff_aukf" => rls_mff_aukf::RlsMffAukfPublished,
+    /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
+    "imm_stf" => imm_stf::ImmStfPublished,
+    /// The same with fixed transitions between the models.
+    "imm_stf_fixed" => imm_stf_fixed::ImmStfFixedPublished,
+    /// The same without correction for bends.
+    "imm_stf_no_lateral" => imm_stf_no_lateral::ImmStfNoLateralPublished,
+    /// The same with plain Kalman filters.
+    "imm_ekf" => imm_ekf::ImmEkfPublished,
+    /// Plain Kalman filters, fixed transitions.
+    "imm_ekf_fixed" => imm_ekf_fixed::ImmEkfFixedPublished,
+    /// The kinematic model of `imm_stf` alone.
+    "kinematic_stf" => kinematic_stf::KinematicStfPublished,
+    /// The dynamic model of `imm_stf` alone.
+    "dynamic_stf" => dynamic_stf::DynamicStfPublished,
+    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    "mmrls_sh_stf" => mmrls_sh_stf::MmrlsShStfPublished,
+    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
+    "resistance_dffrls" => resistance_dffrls::ResistancePublished,
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf_robust" => dffrls_aekf_robust::DffrlsAekf,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.

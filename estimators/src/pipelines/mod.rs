@@ -33,10 +33,16 @@ macro_rules! variants {
 }
 
 pub mod ffrls_robust;
+pub mod guo_2024;
 pub mod guo_2024_robust;
+pub mod huainan;
 pub mod huainan_robust;
 pub mod joint_ekf_robust;
+pub mod liu_2023;
+pub mod liu_2023_resistance;
 pub mod liu_2023_robust;
+pub mod method;
+pub mod patent;
 pub mod patent_robust;
 pub mod regression;
 pub mod resistance_robust;
