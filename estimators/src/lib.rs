@@ -47,7 +47,13 @@ mod behaviour;
 #[cfg(test)]
 mod testing;
 
+pub use api::aid::{AidOutcome, AidStatus, Rejection};
 pub use api::error::Error;
+pub use api::estimator::{Estimator, Internal};
+pub use api::params::{ParamError, Parameters, Setting};
+pub use api::signals::{Command, Estimate, Flags, MAX_DRIVES, Measurements, Sample, Value};
+pub use api::snapshot::SnapshotError;
+pub use api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 
 /// The scalar of every estimator: double precision, or single with the feature `f32`.
 #[cfg(not(feature = "f32"))]

@@ -57,7 +57,7 @@ fn mended(name: &str, settings: &Settings) -> AnyEstimator {
 }
 
 fn drive(world: &World, estimator: &mut AnyEstimator) -> Outcome {
-    let names = estimator.internals();
+    let names: Vec<_> = estimator.internals().iter().map(|i| i.name).collect();
     let (mut values, mut most) = (vec![0.0; names.len()], vec![0.0; names.len()]);
     let rows = world.run_watched(estimator, |estimator| {
         estimator.internal_values(&mut values);

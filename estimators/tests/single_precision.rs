@@ -18,7 +18,7 @@ const DT: f64 = 0.01;
 
 fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
     let pair = |[a, b]: [f64; 2]| [a as f32, b as f32];
-    single::api::signals::Vehicle {
+    single::api::vehicle::Vehicle::new(single::api::vehicle::VehicleData {
         tare_kg: v.tare_kg as f32,
         drives: v.drives,
         wheel_radius_m: v.wheel_radius_m as f32,
@@ -31,7 +31,8 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
         load_span_m: pair(v.load_span_m),
         imu_arm_m: v.imu_arm_m as f32,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 fn narrow(z: &Measurements) -> single::api::signals::Measurements {

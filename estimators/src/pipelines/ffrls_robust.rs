@@ -8,6 +8,7 @@
 
 use nalgebra::{Vector2, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, sin, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -117,7 +118,12 @@ impl Ffrls {
 }
 
 impl Pipeline for Ffrls {
-    const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("chi1", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("residual_mps2", "m/s²"),
+        Internal::new("windup_limit", "-"),
+    ];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);

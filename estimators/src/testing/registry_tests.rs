@@ -3,7 +3,7 @@
 use crate::api::estimator::Estimator;
 use crate::api::params::{Key, Kind, Name, ParamError};
 use crate::api::signals::Sample;
-use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle};
+use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle, VehicleData};
 use crate::registry::*;
 use crate::testing::Random;
 use crate::testing::vehicles::*;
@@ -75,50 +75,47 @@ fn every_key_has_a_default_in_its_range_and_a_unique_name() {
 #[test]
 fn an_impossible_vehicle_is_refused() {
     let bad = [
-        Vehicle {
+        VehicleData {
             wheel_radius_m: 0.0,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             drives: 0,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             drives: 17,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             efficiency: 1.1,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             mass_range_kg: [2e4, 1e4],
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             gear_ratio: Real::NAN,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             road: car().road.map(|road| RoadVehicle {
                 rear_axle_m: 0.0,
                 ..road
             }),
-            ..car()
+            ..car().data()
         },
-        Vehicle {
+        VehicleData {
             road: car().road.map(|road| RoadVehicle {
                 drag_area_m2: Real::NAN,
                 ..road
             }),
-            ..car()
+            ..car().data()
         },
     ];
-    for vehicle in bad {
-        assert!(matches!(
-            build("dffrls_aekf_robust", &vehicle, []),
-            Err(ParamError::Vehicle(_))
-        ));
+    for data in bad {
+        assert!(matches!(Vehicle::new(data), Err(ParamError::Vehicle(_))));
     }
 }
 
@@ -297,4 +294,22 @@ fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
         assert!(estimator.internals().len() <= values.len());
     }
+}
+
+/// `reset` builds anew from vehicle and parameters, so that an estimator is kept once.
+#[test]
+fn an_estimator_is_kept_once() {
+    use crate::pipelines::liu_2023_robust::dffrls_aekf_robust::{DffrlsAekf, Params};
+    use crate::pipelines::runner::Runner;
+    use crate::preprocess::front_end::FrontEnd;
+    let parts = size_of::<DffrlsAekf>()
+        + size_of::<FrontEnd>()
+        + size_of::<Params>()
+        + size_of::<Vehicle>();
+    std::println!(
+        "AnyEstimator {} bytes, dffrls_aekf_robust {} bytes",
+        size_of::<AnyEstimator>(),
+        size_of::<Runner<DffrlsAekf, Params>>()
+    );
+    assert!(size_of::<Runner<DffrlsAekf, Params>>() <= parts + 64);
 }

@@ -2,14 +2,16 @@
 
 use crate::Real;
 use crate::api::estimator::Estimator;
-use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle};
+use crate::api::signals::{
+    Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
+};
 use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 
 /// What the estimators are told.
 pub fn vehicle() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
         drives: 8,
         wheel_radius_m: 0.17,
@@ -22,12 +24,13 @@ pub fn vehicle() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 /// The road vehicle of Guo et al. 2024; what they do not tell is invented.
 pub fn car() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 1_900.0,
         drives: 2,
         wheel_radius_m: 0.335,
@@ -47,7 +50,8 @@ pub fn car() -> Vehicle {
             front_cornering_npr: 120e3,
             rear_cornering_npr: 130e3,
         }),
-    }
+    })
+    .unwrap()
 }
 
 /// The road vehicle in a steady turn up a grade, solved from the forces of its axles and not from the estimators' formulas.

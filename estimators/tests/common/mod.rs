@@ -4,7 +4,7 @@
 pub mod world;
 
 use monorig_estimators::Real;
-use monorig_estimators::api::signals::{Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Measurements, Sample, Vehicle, VehicleData};
 
 /// Splitmix64 (Steele, Lea & Flood 2014), normal numbers by Box & Muller 1958.
 #[derive(Clone)]
@@ -63,7 +63,7 @@ pub fn chi_square_band(degrees: usize) -> (Real, Real) {
 
 /// What the estimators are told.
 pub fn vehicle(drives: usize) -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
         drives,
         wheel_radius_m: 0.17,
@@ -76,7 +76,8 @@ pub fn vehicle(drives: usize) -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 const GRAVITY: Real = 9.81;

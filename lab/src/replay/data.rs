@@ -135,9 +135,10 @@ impl Steps<'_> {
 mod tests {
     use super::*;
     use monorig_estimators::api::signals::MAX_DRIVES;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     pub fn vehicle() -> Vehicle {
-        Vehicle {
+        Vehicle::new(VehicleData {
             tare_kg: 5000.0,
             drives: 2,
             wheel_radius_m: 0.17,
@@ -150,7 +151,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        }
+        })
+        .unwrap()
     }
 
     /// Every stream there and not there, commands that change and that stay.

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `run` | the loop, and the observers of it |
 //! | `builder` | a scenario put together |
+//! | `registry` | the estimators and controllers a scenario can name |
+//! | `parts` | those that it names, checked and built |
 //! | `estimators` | the estimators that run side by side |
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
@@ -16,4 +18,6 @@ pub mod events;
 mod instruments;
 mod nominal_vehicle;
 pub mod obstacles;
+mod parts;
+pub mod registry;
 pub mod run;

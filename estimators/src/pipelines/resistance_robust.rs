@@ -15,6 +15,7 @@
 
 use nalgebra::vector;
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, cos, sin, sqrt, within};
 use crate::api::signals::{Command, Estimate, Flags, Measurements, Value, Vehicle};
@@ -200,11 +201,11 @@ impl Resistance {
 }
 
 impl Pipeline for Resistance {
-    const INTERNALS: &'static [&'static str] = &[
-        "running_resistance",
-        "running_resistance_sd",
-        "lambda",
-        "residual_mps2",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("running_resistance", "-"),
+        Internal::new("running_resistance_sd", "-"),
+        Internal::new("lambda", "-"),
+        Internal::new("residual_mps2", "m/s²"),
     ];
 
     fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
