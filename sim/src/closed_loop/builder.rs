@@ -105,7 +105,8 @@ impl Simulation {
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let sensors = instruments::fit(&scenario, &train, dt_s, seed)?;
+        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
+        let sensors = instruments::fit(&scenario, &sheet, Vec::new(), &train, seed)?;
         let imu = sensors
             .imu_mount()
             .or_else(|| train.mount("imu_link"))
