@@ -47,7 +47,14 @@ mod behaviour;
 #[cfg(test)]
 mod testing;
 
+pub use api::aid::{AidOutcome, AidStatus, Rejection};
 pub use api::error::Error;
+pub use api::estimator::{Estimator, Internal};
+pub use api::params::{ParamError, Parameters, Setting};
+pub use api::signals::{Command, Estimate, Flags, MAX_DRIVES, Measurements, Sample, Value};
+pub use api::snapshot::SnapshotError;
+pub use api::time::Time;
+pub use api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 
 /// The scalar of every estimator: double precision, or single with the feature `f32`.
 #[cfg(not(feature = "f32"))]
@@ -56,6 +63,3 @@ pub type Real = f64;
 /// The scalar of every estimator: single precision.
 #[cfg(feature = "f32")]
 pub type Real = f32;
-
-/// An instant, s. Always double precision: with 24 bits a clock of 5 ms would stand still after 18 hours.
-pub type Time = f64;

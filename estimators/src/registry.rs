@@ -4,18 +4,24 @@
 //! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in
 //! `registry!`.
 
-use crate::api::estimator::Estimator;
+use crate::api::aid::AidStatus;
+use crate::api::estimator::{Estimator, Internal};
 use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
-use crate::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, RoadVehicle, Vehicle};
-use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
-use crate::pipelines::runner::Runner;
-use crate::pipelines::{
-    dffrls_aekf_inclination_robust, dffrls_aekf_robust, dffrls_aukf_robust, dffrls_ukf_robust,
-    dynamic_stf_robust, ffrls_aukf_robust, ffrls_robust, imm_ekf_fixed_robust, imm_ekf_robust,
-    imm_stf_fixed_robust, imm_stf_no_lateral_robust, imm_stf_robust, joint_ekf_robust,
-    kinematic_stf_robust, mmrls_sh_stf_robust, regression, resistance_dffrls_robust,
-    rls_ekf_robust, rls_mff_aukf_robust,
+use crate::api::signals::{Command, Estimate, Measurements};
+use crate::api::snapshot::SnapshotError;
+use crate::api::vehicle::Vehicle;
+use crate::pipelines::guo_2024_robust::{
+    dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
+    imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
 };
+use crate::pipelines::huainan_robust::{
+    dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
+    rls_mff_aukf_robust,
+};
+use crate::pipelines::liu_2023_robust::{dffrls_aekf_robust, rls_ekf_robust};
+use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
+use crate::pipelines::runner::Runner;
+use crate::pipelines::{ffrls_robust, joint_ekf_robust, regression, resistance_robust};
 #[cfg(feature = "printed")]
 use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{Error, Real};
@@ -48,17 +54,16 @@ macro_rules! registry {
             vehicle: &Vehicle,
             settings: impl IntoIterator<Item = (&'a str, Setting<'a>)>,
         ) -> Result<AnyEstimator, ParamError> {
-            check(vehicle)?;
             match name {
                 $($name => {
                     let mut params = $module::Params::default();
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
-                    Ok(AnyEstimator::$pipeline(Runner::new(vehicle, $module::new(vehicle, &params))))
+                    Ok(AnyEstimator::$pipeline(Runner::new($name, $module::new, vehicle, &params)))
                 })*
                 $(#[cfg(feature = "printed")] $print_name => {
                     let mut params = $print_module::Params::default();
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
-                    Ok(AnyEstimator::$print(Runner::new(vehicle, $print_module::new(vehicle, &params))))
+                    Ok(AnyEstimator::$print(Runner::new($print_name, $print_module::new, vehicle, &params)))
                 })*
                 _ => Err(ParamError::UnknownEstimator(Name::new(name))),
             }
@@ -68,8 +73,8 @@ macro_rules! registry {
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
-            $($(#[$about])* $pipeline(Runner<$module::$pipeline>),)*
-            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Runner<$print_module::$print>),)*
+            $($(#[$about])* $pipeline(Runner<$module::$pipeline, $module::Params>),)*
+            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Runner<$print_module::$print, $print_module::Params>),)*
         }
 
         impl AnyEstimator {
@@ -85,20 +90,6 @@ macro_rules! registry {
                 match self {
                     $(AnyEstimator::$pipeline(_) => $name,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => $print_name,)*
-                }
-            }
-
-            fn fingerprint(&self) -> u64 {
-                match self {
-                    $(AnyEstimator::$pipeline(estimator) => estimator.fingerprint(),)*
-                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator.fingerprint(),)*
-                }
-            }
-
-            fn visit(&mut self, archive: &mut Archive) {
-                match self {
-                    $(AnyEstimator::$pipeline(estimator) => estimator.visit(archive),)*
-                    $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator.visit(archive),)*
                 }
             }
 
@@ -148,7 +139,7 @@ registry! {{
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf_robust" => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls_robust" => resistance_dffrls_robust::Resistance,
+    "resistance_dffrls_robust" => resistance_robust::Resistance,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
     "regression_bench" => regression::Regression,
 } as printed: {
@@ -169,119 +160,6 @@ pub fn keys(name: &str) -> Option<impl Iterator<Item = &'static Key>> {
     key_groups(name).map(|groups| groups.iter().copied().flatten())
 }
 
-/// No train is longer, m.
-const MAX_LENGTH_M: Real = 1e3;
-
-fn check(vehicle: &Vehicle) -> Result<(), ParamError> {
-    let [low, high] = vehicle.mass_range_kg;
-    let positive = |value: Real| value > 0.0 && value.is_finite();
-    let span = |[near, far]: [Real; 2]| near <= far && near > -MAX_LENGTH_M && far < MAX_LENGTH_M;
-    for (field, good) in [
-        ("tare_kg", positive(vehicle.tare_kg)),
-        ("drives", (1..=MAX_DRIVES).contains(&vehicle.drives)),
-        ("wheel_radius_m", positive(vehicle.wheel_radius_m)),
-        ("gear_ratio", positive(vehicle.gear_ratio)),
-        (
-            "efficiency",
-            positive(vehicle.efficiency) && vehicle.efficiency <= 1.0,
-        ),
-        (
-            "rotating_mass_kg",
-            vehicle.rotating_mass_kg >= 0.0 && vehicle.rotating_mass_kg.is_finite(),
-        ),
-        (
-            "running_resistance",
-            (0.0..=1.0).contains(&vehicle.running_resistance),
-        ),
-        (
-            "mass_range_kg",
-            positive(low) && high > low && high.is_finite(),
-        ),
-        ("tare_span_m", span(vehicle.tare_span_m)),
-        ("load_span_m", span(vehicle.load_span_m)),
-        ("imu_arm_m", vehicle.imu_arm_m.abs() < MAX_LENGTH_M),
-    ] {
-        if !good {
-            return Err(ParamError::Vehicle(field));
-        }
-    }
-    vehicle.road.as_ref().map_or(Ok(()), check_road)
-}
-
-fn check_road(road: &RoadVehicle) -> Result<(), ParamError> {
-    let positive = |value: Real| value > 0.0 && value.is_finite();
-    let not_negative = |value: Real| value >= 0.0 && value.is_finite();
-    for (field, good) in [
-        ("drag_area_m2", not_negative(road.drag_area_m2)),
-        ("air_density_kgpm3", not_negative(road.air_density_kgpm3)),
-        ("front_axle_m", positive(road.front_axle_m)),
-        ("rear_axle_m", positive(road.rear_axle_m)),
-        ("front_cornering_npr", positive(road.front_cornering_npr)),
-        ("rear_cornering_npr", positive(road.rear_cornering_npr)),
-    ] {
-        if !good {
-            return Err(ParamError::Vehicle(field));
-        }
-    }
-    Ok(())
-}
-
-/// No snapshot of any estimator takes more bytes.
-pub const MAX_SNAPSHOT_BYTES: usize = 8192;
-
-/// "mono", and the format's version with the size of the scalar.
-const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 1, size_of::<Real>() as u8];
-
-/// CRC-32 of ISO 3309: finds every error within 32 bits.
-const CHECK: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-
-impl AnyEstimator {
-    /// Writes all it remembers into `bytes`, of which it takes as many as it returns: format, name and settings as fingerprints, state, check
-    /// sum. Take one between steps, as often as the memory it goes to bears.
-    pub fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
-        let mut archive = Archive::writer(bytes);
-        archive.raw(FORMAT);
-        archive.raw(Fingerprint::of(&self.name()).to_le_bytes());
-        archive.raw(self.fingerprint().to_le_bytes());
-        let mut copy = *self;
-        copy.visit(&mut archive);
-        let used = match archive.finish() {
-            Ok(used) => used,
-            Err(SnapshotError::Room(used)) => return Err(SnapshotError::Room(used + 4)),
-            Err(fault) => return Err(fault),
-        };
-        let room = SnapshotError::Room(used + 4);
-        let (body, rest) = bytes.split_at_mut_checked(used).ok_or(room)?;
-        let sum = rest.first_chunk_mut().ok_or(room)?;
-        *sum = CHECK.checksum(body).to_le_bytes();
-        Ok(used + 4)
-    }
-
-    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of an estimator of this
-    /// name, built with the same vehicle and parameters by the same version. The clock must go on from where it was.
-    pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
-        let (body, sum) = snapshot.split_last_chunk().ok_or(SnapshotError::Torn)?;
-        if CHECK.checksum(body).to_le_bytes() != *sum {
-            return Err(SnapshotError::Corrupt);
-        }
-        let mut archive = Archive::reader(body);
-        if archive.raw([0; 6]) != FORMAT {
-            return Err(SnapshotError::Format);
-        }
-        if u64::from_le_bytes(archive.raw([0; 8])) != Fingerprint::of(&self.name()) {
-            return Err(SnapshotError::OtherEstimator);
-        }
-        if u64::from_le_bytes(archive.raw([0; 8])) != self.fingerprint() {
-            return Err(SnapshotError::OtherSettings);
-        }
-        let mut restored = *self;
-        restored.visit(&mut archive);
-        archive.finish()?;
-        *self = restored;
-        Ok(())
-    }
-}
-
 impl Estimator for AnyEstimator {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         self.inner_mut().step(z, u, dt)
@@ -291,11 +169,27 @@ impl Estimator for AnyEstimator {
         self.inner_mut().reset();
     }
 
-    fn internals(&self) -> &'static [&'static str] {
+    fn internals(&self) -> &[Internal] {
         self.inner().internals()
     }
 
     fn internal_values(&self, values: &mut [Real]) {
         self.inner().internal_values(values);
+    }
+
+    fn aid_sources(&self) -> &[&'static str] {
+        self.inner().aid_sources()
+    }
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        self.inner().aid_status(status);
+    }
+
+    fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        self.inner().snapshot(bytes)
+    }
+
+    fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        self.inner_mut().restore(snapshot)
     }
 }

@@ -18,7 +18,7 @@ const DT: f64 = 0.01;
 
 fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
     let pair = |[a, b]: [f64; 2]| [a as f32, b as f32];
-    single::api::signals::Vehicle {
+    single::api::vehicle::Vehicle::new(single::api::vehicle::VehicleData {
         tare_kg: v.tare_kg as f32,
         drives: v.drives,
         wheel_radius_m: v.wheel_radius_m as f32,
@@ -31,20 +31,21 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
         load_span_m: pair(v.load_span_m),
         imu_arm_m: v.imu_arm_m as f32,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 fn narrow(z: &Measurements) -> single::api::signals::Measurements {
     let one = |s: Sample<f64>| single::api::signals::Sample {
-        t_s: s.t_s,
+        t: single::Time::from_ns(s.t.ns()),
         value: s.value as f32,
     };
     let three = |s: Sample<[f64; 3]>| single::api::signals::Sample {
-        t_s: s.t_s,
+        t: single::Time::from_ns(s.t.ns()),
         value: s.value.map(|v| v as f32),
     };
     single::api::signals::Measurements {
-        t_s: z.t_s,
+        t: single::Time::from_ns(z.t.ns()),
         specific_force_mps2: z.specific_force_mps2.map(three),
         angular_rate_radps: z.angular_rate_radps.map(three),
         motor_torque_nm: z.motor_torque_nm.map(|s| s.map(one)),

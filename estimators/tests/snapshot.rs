@@ -7,8 +7,8 @@ use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, Measurements};
-use monorig_estimators::api::snapshot::SnapshotError;
-use monorig_estimators::registry::{AnyEstimator, MAX_SNAPSHOT_BYTES};
+use monorig_estimators::api::snapshot::{MAX_SNAPSHOT_BYTES, SnapshotError};
+use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::{Real, registry};
 
 const DT: Real = 0.01;

@@ -21,6 +21,7 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -154,13 +155,13 @@ impl ForceBalanceRls {
 }
 
 impl MassEstimator for ForceBalanceRls {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "running_resistance",
-        "accel_bias_mps2",
-        "load_changes",
-        "windup_limit",
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("running_resistance", "-"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("load_changes", "-"),
+        Internal::new("windup_limit", "-"),
     ];
 
     fn sample(

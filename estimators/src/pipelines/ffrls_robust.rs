@@ -8,6 +8,7 @@
 
 use nalgebra::{Vector2, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, sin, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -117,9 +118,14 @@ impl Ffrls {
 }
 
 impl Pipeline for Ffrls {
-    const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("chi1", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("residual_mps2", "m/s²"),
+        Internal::new("windup_limit", "-"),
+    ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
@@ -149,7 +155,7 @@ impl Pipeline for Ffrls {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

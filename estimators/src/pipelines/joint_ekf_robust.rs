@@ -12,6 +12,7 @@
 
 use nalgebra::{Matrix1, Matrix3, SMatrix, Vector1, Vector3, matrix, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{PI, lag, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -232,10 +233,13 @@ impl JointEkf {
 }
 
 impl Pipeline for JointEkf {
-    const INTERNALS: &'static [&'static str] =
-        &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("inverse_mass", "-"),
+        Internal::new("inverse_mass_sd", "-"),
+        Internal::new("slope_mass_correlation", "-"),
+    ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
@@ -263,7 +267,7 @@ impl Pipeline for JointEkf {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

@@ -1,23 +1,44 @@
-//! Whole estimators, put together from stages.
+//! Whole estimators, put together from stages: one file for each source, in which its variants are a table.
 
-pub mod dffrls_aekf_inclination_robust;
-pub mod dffrls_aekf_robust;
-pub mod dffrls_aukf_robust;
-pub mod dffrls_ukf_robust;
-pub mod dynamic_stf_robust;
-pub mod ffrls_aukf_robust;
+/// Declares the named estimators of one source as a table: name and pipeline type, groups of parameters, construction from vehicle and
+/// parameters. Each becomes a module with `Params`, the pipeline and `new`.
+macro_rules! variants {
+    ($(
+        $(#[$about:meta])*
+        $name:ident: $pipeline:ident = $type:ty, { $($field:ident: $group:ident),* }, $build:expr;
+    )*) => {
+        $(
+            $(#[$about])*
+            pub mod $name {
+                use super::*;
+                use crate::api::params::param_groups;
+                use crate::api::signals::Vehicle;
+
+                param_groups! {
+                    /// Its parameters.
+                    Params { $($field: $group),* }
+                }
+
+                /// The pipeline.
+                pub type $pipeline = $type;
+
+                /// From the vehicle's nominal values and the parameters.
+                pub fn new(vehicle: &Vehicle, params: &Params) -> $pipeline {
+                    let build: fn(&Vehicle, &Params) -> $pipeline = $build;
+                    build(vehicle, params)
+                }
+            }
+        )*
+    };
+}
+
 pub mod ffrls_robust;
-pub mod imm_ekf_fixed_robust;
-pub mod imm_ekf_robust;
-pub mod imm_stf_fixed_robust;
-pub mod imm_stf_no_lateral_robust;
-pub mod imm_stf_robust;
+pub mod guo_2024_robust;
+pub mod huainan_robust;
 pub mod joint_ekf_robust;
-pub mod kinematic_stf_robust;
-pub mod mmrls_sh_stf_robust;
+pub mod liu_2023_robust;
+pub mod patent_robust;
 pub mod regression;
-pub mod resistance_dffrls_robust;
-pub mod rls_ekf_robust;
-pub mod rls_mff_aukf_robust;
+pub mod resistance_robust;
 pub mod runner;
 pub mod two_stage;

@@ -1,6 +1,7 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
 use crate::metrics::series::Target;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
@@ -58,13 +59,13 @@ impl ReplayData {
         ] {
             if let Some(s) = vector {
                 mask |= 1 << bit;
-                values.push(s.t_s);
+                values.push(s.t.s());
                 values.extend(s.value);
             }
         }
         if let Some(s) = z.steering_angle_rad {
             mask |= 1 << slot::STEERING;
-            values.extend([s.t_s, s.value]);
+            values.extend([s.t.s(), s.value]);
         }
         if let Some(command) = command {
             mask |= 1 << slot::COMMAND;
@@ -79,7 +80,7 @@ impl ReplayData {
             for (bit, sample) in (first..).zip(drives) {
                 if let Some(s) = sample {
                     mask |= 1 << bit;
-                    values.extend([s.t_s, s.value]);
+                    values.extend([s.t.s(), s.value]);
                 }
             }
         }
@@ -118,7 +119,7 @@ impl Steps<'_> {
         let values = &mut self.values;
         let mut next = || values.next().copied();
         let z = &mut self.z;
-        z.t_s = truth.t_s;
+        z.t = Time::from_s(truth.t_s);
         for (bit, vector) in [
             (slot::FORCE, &mut z.specific_force_mps2),
             (slot::RATE, &mut z.angular_rate_radps),
@@ -126,7 +127,7 @@ impl Steps<'_> {
             *vector = None;
             if has(bit) {
                 *vector = Some(Sample {
-                    t_s: next()?,
+                    t: Time::from_s(next()?),
                     value: [next()?, next()?, next()?],
                 });
             }
@@ -134,7 +135,7 @@ impl Steps<'_> {
         z.steering_angle_rad = None;
         if has(slot::STEERING) {
             z.steering_angle_rad = Some(Sample {
-                t_s: next()?,
+                t: Time::from_s(next()?),
                 value: next()?,
             });
         }
@@ -154,7 +155,7 @@ impl Steps<'_> {
                 *sample = None;
                 if has(bit) {
                     *sample = Some(Sample {
-                        t_s: next()?,
+                        t: Time::from_s(next()?),
                         value: next()?,
                     });
                 }
@@ -174,9 +175,10 @@ const _: () = assert!(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     pub fn vehicle() -> Vehicle {
-        Vehicle {
+        Vehicle::new(VehicleData {
             tare_kg: 5000.0,
             drives: 2,
             wheel_radius_m: 0.17,
@@ -189,7 +191,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        }
+        })
+        .unwrap()
     }
 
     /// Every stream there and not there, commands that change and that stay.
@@ -203,18 +206,18 @@ mod tests {
             let some = |i: u32| !(k * 7 + i * 3).is_multiple_of(i + 2);
             let scalar = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: -x(i + 1),
                 })
             };
             let vector = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: [x(i), x(i + 1), x(i + 2)],
                 })
             };
             let z = Measurements {
-                t_s: f64::from(k) * 0.005,
+                t: Time::from_s(f64::from(k) * 0.005),
                 specific_force_mps2: vector(0),
                 angular_rate_radps: vector(1),
                 motor_torque_nm: std::array::from_fn(|i| scalar(i as u32 + 3)),
@@ -228,7 +231,7 @@ mod tests {
                 command.brake = f64::from(k % 2);
             }
             let truth = Target {
-                t_s: z.t_s,
+                t_s: z.t.s(),
                 total_mass_kg: x(9),
                 grade_at_imu_rad: x(10),
                 grade_effective_rad: x(11),

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `run` | the loop, and the observers of it |
 //! | `builder` | a scenario put together |
+//! | `registry` | the estimators and controllers a scenario can name |
+//! | `parts` | those that it names, checked and built |
 //! | `estimators` | the estimators that run side by side |
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
@@ -14,4 +16,6 @@ pub mod estimators;
 pub mod events;
 mod nominal_vehicle;
 pub mod obstacles;
+mod parts;
+pub mod registry;
 pub mod run;

@@ -57,8 +57,9 @@ pub fn channels(drives: usize, road: bool, estimators: &[RunningEstimator]) -> V
         for (name, unit) in ESTIMATE {
             add(format!("estimates/{}/{name}", m.name), unit);
         }
-        for name in m.internal_names() {
-            add(format!("internals/{}/{name}", m.name), "");
+        for i in m.list_internals() {
+            let unit = if i.unit == "-" { "" } else { i.unit };
+            add(format!("internals/{}/{}", m.name, i.name), unit);
         }
     }
     c

@@ -10,6 +10,7 @@ use super::low_pass::LowPass;
 use super::sampling::{DelayLine, Reading, Schedule};
 use crate::config::sensor_sheet_file::{Errors, Sampling};
 use crate::error::Error;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
@@ -158,7 +159,7 @@ impl<const N: usize> Instrument<N> {
     pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; N]>> {
         self.delivered = self.line.receive(now_ns);
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.measured,
         })
     }
@@ -166,7 +167,7 @@ impl<const N: usize> Instrument<N> {
     /// The ideal value behind the sample last delivered; `None` when the last call delivered none.
     pub fn ideal(&self) -> Option<Sample<[f64; N]>> {
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.ideal,
         })
     }
@@ -279,9 +280,9 @@ mod tests {
             );
             assert!((seen.len() as f64 - 10.0 * rate).abs() <= 1.0);
             for (k, (handed_over, sample)) in seen.iter().enumerate() {
-                assert!((sample.t_s - k as f64 / rate).abs() < 1e-9);
-                assert!((sample.value[0] - 3.0 * sample.t_s).abs() < 1e-9);
-                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t_s)));
+                assert!((sample.t.s() - k as f64 / rate).abs() < 1e-9);
+                assert!((sample.value[0] - 3.0 * sample.t.s()).abs() < 1e-9);
+                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t.s())));
             }
         }
     }
@@ -296,11 +297,11 @@ mod tests {
                 5.0,
             );
             assert!(
-                (seen[0].1.t_s - 1.0 / rate).abs() < 1e-9,
+                (seen[0].1.t.s() - 1.0 / rate).abs() < 1e-9,
                 "no sample before a full period"
             );
             for (_, sample) in &seen {
-                assert!((sample.value[0] - (sample.t_s - 0.5 / rate)).abs() < 1e-8);
+                assert!((sample.value[0] - (sample.t.s() - 0.5 / rate)).abs() < 1e-8);
             }
         }
     }
@@ -314,8 +315,8 @@ mod tests {
         );
         assert!(seen.len() > 190);
         for (handed_over, sample) in seen {
-            assert!((sample.value[0] - sample.t_s).abs() < 1e-9);
-            let late = handed_over - sample.t_s;
+            assert!((sample.value[0] - sample.t.s()).abs() < 1e-9);
+            let late = handed_over - sample.t.s();
             assert!((0.033 - 1e-9..0.035 + 1e-9).contains(&late), "{late}");
         }
     }
@@ -332,7 +333,7 @@ mod tests {
         assert!(n > 19_990.0);
         let variance = seen
             .iter()
-            .map(|(_, s)| (s.value[0] - s.t_s).powi(2))
+            .map(|(_, s)| (s.value[0] - s.t.s()).powi(2))
             .sum::<f64>()
             / n;
         assert!(
@@ -351,7 +352,7 @@ mod tests {
         );
         assert!(seen.len() >= 4997, "{}", seen.len());
         for pair in seen.windows(2) {
-            assert!((pair[1].1.t_s - pair[0].1.t_s - 0.002).abs() < 1e-9);
+            assert!((pair[1].1.t.s() - pair[0].1.t.s() - 0.002).abs() < 1e-9);
         }
     }
 

@@ -72,7 +72,7 @@ impl PerDrive {
             unit.instrument.observe(span, [before], [now])?;
             if let Some(sample) = unit.instrument.deliver(span.to_ns) {
                 *out = Some(Sample {
-                    t_s: sample.t_s,
+                    t: sample.t,
                     value: sample.value[0],
                 });
             }
@@ -84,7 +84,7 @@ impl PerDrive {
     pub fn ideal(&self, out: &mut [Option<Sample<f64>>]) {
         for (unit, out) in self.units.iter().zip(out) {
             *out = unit.instrument.ideal().map(|s| Sample {
-                t_s: s.t_s,
+                t: s.t,
                 value: s.value[0],
             });
         }

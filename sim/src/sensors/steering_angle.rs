@@ -64,7 +64,7 @@ pub fn ideal(truth: &Truth) -> f64 {
 
 fn plain(s: Sample<[f64; 1]>) -> Sample<f64> {
     Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: s.value[0],
     }
 }

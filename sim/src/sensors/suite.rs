@@ -15,6 +15,7 @@ use crate::config::sensor_sheet_file::{PlainSensor, Sampling};
 use crate::error::Error;
 use crate::plant::{MountState, Truth};
 use crate::train::Train;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 use std::path::Path;
 
@@ -164,7 +165,7 @@ impl Suite {
     /// What `measure` would have put out last without errors of the sensors: same samples, same stamps.
     pub fn ideal(&self) -> Measurements {
         let mut z = Measurements {
-            t_s: self.last_ns.unwrap_or(0) as f64 * 1e-9,
+            t: Time::from_ns(self.last_ns.unwrap_or(0)),
             specific_force_mps2: self
                 .accelerometer
                 .as_ref()
@@ -278,7 +279,7 @@ impl Suite {
 impl Sensors for Suite {
     fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error> {
         let span = self.span(truth)?;
-        z.t_s = truth.t_s;
+        z.t = Time::from_s(truth.t_s);
         if let Some((sensor, last)) = &mut self.accelerometer {
             let now = truth.mounts[sensor.mount];
             let before = last.replace(now).unwrap_or(now);
