@@ -19,6 +19,9 @@ NUMBER = re.compile(r'(\w+) \["([^"]*)"\] = ([^,]+), (\S+) => (\S+), ' + TEXT)
 FLAG = re.compile(r"(\w+) \[flag\] = (\w+), " + TEXT)
 # name [choice Type] = Type::Default, "what it is";
 CHOICE = re.compile(r"(\w+) \[choice (\w+)\] = \w+::(\w+), " + TEXT)
+# Files of the published equations, and their sources.
+PUBLISHED = {"liu_2023": "Liu et al. 2023", "liu_2023_resistance": "Liu et al. 2023", "huainan": "DFFRLS-AUKF paper", "guo_2024": "Guo et al. 2024",
+             "patent": "Patent CN 111507019 B"}
 HEAD = """# Parameters of the estimators
 
 Made by `docs/tools/parameters.py` from the `params!` lists in `estimators/src/`. A scenario sets a parameter by its name:
@@ -113,7 +116,10 @@ def main() -> None:
         doc, parameters = groups[file][struct]
         # The first sentence is the heading, the rest a paragraph.
         title, *rest = re.split(r"(?<!eq)\. (?=[A-Z])", re.sub(r"\s*\n\s*///\s*", " ", doc), maxsplit=1)
-        page += f"\n## {title.rstrip('.')}\n\n" + "".join(f"{text}\n\n" for text in rest)
+        title = title.rstrip(".")
+        if file.parent.name == "pipelines" and file.stem in PUBLISHED:
+            title = f"{PUBLISHED[file.stem]}: {title[0].lower()}{title[1:]}"
+        page += f"\n## {title}\n\n" + "".join(f"{text}\n\n" for text in rest)
         page += f"Of {', '.join(f'`{name}`' for name in names)}.\n\n"
         page += "| parameter | unit | default | range | meaning |\n|---|---|---|---|---|\n"
         for name, unit, default, range_, about in parameters:
