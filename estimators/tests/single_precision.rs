@@ -52,6 +52,8 @@ fn narrow(z: &Measurements) -> single::api::signals::Measurements {
         wheel_speed_mps: z.wheel_speed_mps.map(|s| s.map(one)),
         clamp_pressure_mpa: z.clamp_pressure_mpa.map(|s| s.map(one)),
         steering_angle_rad: z.steering_angle_rad.map(one),
+        inclination_rad: z.inclination_rad.map(one),
+        auxiliary: z.auxiliary.map(|s| s.map(one)),
     }
 }
 

@@ -2,12 +2,12 @@
 
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::closed_loop::events::EventSchedule;
+use crate::closed_loop::instruments;
 use crate::closed_loop::nominal_vehicle;
 use crate::closed_loop::obstacles;
 use crate::closed_loop::parts;
 use crate::closed_loop::registry::{BoxedController, Registry};
 use crate::config::scenario::{Event, PlantKind, Scenario};
-use crate::config::sensor_sheet::Sheet;
 use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
 use crate::plant::Plant;
@@ -105,16 +105,15 @@ impl Simulation {
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
-        sheet.check_vehicle(car.is_some())?;
-        let mut sensors = Suite::new(&sheet, &train, s.physics.gravity_mps2.get(), seed)?;
-        sensors.check_step(dt_s)?;
-        sensors.add_faults(scenario.path(), &s.events)?;
+        let sensors = instruments::fit(&scenario, &train, dt_s, seed)?;
         let imu = sensors
             .imu_mount()
             .or_else(|| train.mount("imu_link"))
             .unwrap_or(0);
-        let mounts = vec![imu];
+        let mut mounts = sensors.mounts();
+        if !mounts.contains(&imu) {
+            mounts.push(imu);
+        }
         let zones = zones(&scenario, &rail)?;
         let obstacles = obstacles::place(&scenario, &rail)?;
 
