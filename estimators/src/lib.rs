@@ -15,7 +15,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
-#![cfg_attr(feature = "f32", allow(clippy::excessive_precision))] // constants are written out for both scalars
+#![cfg_attr(single_precision, allow(clippy::excessive_precision))] // constants are written out for both scalars
 #![cfg_attr(
     not(test),
     deny(
@@ -56,10 +56,10 @@ pub use api::snapshot::SnapshotError;
 pub use api::time::Time;
 pub use api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 
-/// The scalar of every estimator: double precision, or single with the feature `f32`.
-#[cfg(not(feature = "f32"))]
+/// The scalar of every estimator: double precision here, single in the package `monorig-estimators-f32`.
+#[cfg(not(single_precision))]
 pub type Real = f64;
 
-/// The scalar of every estimator: single precision.
-#[cfg(feature = "f32")]
+/// The scalar of every estimator: single precision here, double in the package `monorig-estimators`.
+#[cfg(single_precision)]
 pub type Real = f32;
