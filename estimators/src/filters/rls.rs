@@ -105,12 +105,15 @@ impl<const N: usize> Rls<N> {
             return None;
         }
 
+        let size = match self.policy {
+            Forgetting::Dynamic { .. } => normalised / self.spread(),
+            Forgetting::ByResidual { .. } => residual,
+            _ => normalised,
+        };
         let lambda = if remember {
             1.0
-        } else if matches!(self.policy, Forgetting::Dynamic { .. }) {
-            self.policy.lambda(normalised / self.spread(), self.updates)
         } else {
-            self.policy.lambda(normalised, self.updates)
+            self.policy.lambda(size, self.updates)
         };
         let (mut belief, mut factors) = (self.belief, self.factors);
         let limited = match (self.policy, &mut factors) {
