@@ -8,6 +8,7 @@ use crate::closed_loop::obstacles;
 use crate::closed_loop::parts;
 use crate::closed_loop::registry::{BoxedController, Registry};
 use crate::config::scenario::{Event, PlantKind, Scenario};
+use crate::config::sensor_sheet::Sheet;
 use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
 use crate::plant::Plant;
