@@ -41,6 +41,7 @@ pub mod preprocess;
 #[cfg(feature = "printed")]
 pub mod published;
 pub mod registry;
+pub mod supervise;
 
 #[cfg(test)]
 mod behaviour;
