@@ -1,6 +1,7 @@
 //! What happens to a run when something happens in it: every kind of event, obstacles, and the closed loop.
 
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -21,7 +22,7 @@ impl<F: FnMut(&StepFrame<'_>)> Observer for Keep<F> {
 }
 
 fn watch(s: Scenario, look: impl FnMut(&StepFrame<'_>)) -> monorig_sim::closed_loop::run::Outcome {
-    let mut rig = Simulation::build(s, 1).expect("rig");
+    let mut rig = Simulation::build(s, &Registry::default(), 1).expect("rig");
     let mut keep = Keep(look);
     run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run")
 }

@@ -5,6 +5,7 @@ use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::pipelines::resistance_robust::{Params, SpeedPrediction, Surveyed};
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::error::Error;
 use monorig_tests::{G, scenario};
@@ -31,7 +32,7 @@ fn watch(rig: &mut Simulation, look: impl FnMut(&StepFrame<'_>)) {
 }
 
 fn rig(name: &str) -> Simulation {
-    Simulation::build(scenario(name, &[]), 1).expect("rig")
+    Simulation::build(scenario(name, &[]), &Registry::default(), 1).expect("rig")
 }
 
 /// What the climb gives: the coefficient from the accelerometer and from the survey, each with its standard deviation, and the true

@@ -16,6 +16,7 @@ use monorig_lab::tuning::evaluate::Evaluator;
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::{Optimiser, TuningStudy};
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::run;
 use monorig_sim::config::scenario::Scenario;
 use monorig_tests::scenario;
@@ -44,7 +45,7 @@ fn eventful(seconds: &str) -> Scenario {
 #[test]
 fn replay_gives_the_bits_of_the_run() {
     let s = eventful("40");
-    let mut rig = Simulation::build(s, 3).unwrap();
+    let mut rig = Simulation::build(s, &Registry::default(), 3).unwrap();
     let mut recorder = ReplayRecorder::new(&rig);
     let mut live = ErrorSeries::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
@@ -54,7 +55,7 @@ fn replay_gives_the_bits_of_the_run() {
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
-        play(columns, estimator, &mut replayed);
+        play(columns, Box::new(estimator), &mut replayed);
         valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)
@@ -204,7 +205,7 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
         );
         let mut series = ErrorSeries::default();
         run(
-            &mut Simulation::build(s, 1).unwrap(),
+            &mut Simulation::build(s, &Registry::default(), 1).unwrap(),
             &mut [&mut series],
             &mut |_| true,
         )

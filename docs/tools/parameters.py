@@ -89,7 +89,10 @@ def main() -> None:
                 order.append(key)
     for key in order:
         doc, parameters = groups_of(file_of(key.split(".")[0]))["Own"] if key.endswith(".Own") else shared[key]
-        page += f"\n## {doc.rstrip('.')}\n\nOf {', '.join(f'`{u}`' for u in users[key])}.\n\n"
+        # The first sentence is the heading, the rest a paragraph.
+        title, _, rest = re.sub(r"\s*\n\s*///\s*", " ", doc).partition(". ")
+        page += f"\n## {title.rstrip('.')}\n\n" + (f"{rest}\n\n" if rest else "")
+        page += f"Of {', '.join(f'`{u}`' for u in users[key])}.\n\n"
         page += "| parameter | unit | default | range | meaning |\n|---|---|---|---|---|\n"
         for name, unit, default, range_, about in parameters:
             page += f"| `{name}` | {unit} | {default} | {range_} | {about.replace('|', chr(92) + '|')} |\n"

@@ -5,6 +5,7 @@
 
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, run};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
@@ -31,7 +32,8 @@ fn one_estimator(name: &str, set: &[(&str, &str)]) -> Scenario {
 fn factor(name: &str, set: &[(&str, &str)]) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Simulation::build(one_estimator(name, set), 1).expect("rig");
+        let mut rig =
+            Simulation::build(one_estimator(name, set), &Registry::default(), 1).expect("rig");
         let start = Instant::now();
         let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
@@ -45,7 +47,8 @@ fn recorded(name: &str) -> f64 {
     std::fs::create_dir_all(&folder).expect("folder");
     let mut best: f64 = 0.0;
     for _ in 0..ROUNDS {
-        let mut rig = Simulation::build(one_estimator(name, &[]), 1).expect("rig");
+        let mut rig =
+            Simulation::build(one_estimator(name, &[]), &Registry::default(), 1).expect("rig");
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
@@ -123,7 +126,7 @@ fn parts() {
         world.step(&c, 2e-3).expect("step");
     });
     let s = scenario("winding", &[]);
-    let mut rig = Simulation::build(s, 1).expect("rig");
+    let mut rig = Simulation::build(s, &Registry::default(), 1).expect("rig");
     let mut z = Measurements::default();
     let mut truth = world.truth().clone();
     let sensors = micros(20_000, || {

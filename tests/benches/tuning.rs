@@ -98,7 +98,7 @@ fn main() {
     for name in registry::NAMES {
         let all = rate(1, || {
             let estimator = registry::build(name, &columns.vehicle, []).expect("defaults");
-            play(&columns, estimator, &mut out);
+            play(&columns, Box::new(estimator), &mut out);
         });
         let each = 1e9 / all / columns.len() as f64;
         println!(

@@ -3,6 +3,7 @@
 use monorig_lab::tuning::TuningStudy;
 use monorig_lab::verdicts::expected;
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::Path;
@@ -13,7 +14,7 @@ pub fn rig(path: &Path, overrides: &[(String, String)]) -> Result<Simulation, Er
     let scenario = Scenario::load(path, overrides)?;
     expected::check(&scenario)?;
     let seed = scenario.seeds().first().copied().unwrap_or(1);
-    Simulation::build(scenario, seed)
+    Simulation::build(scenario, &Registry::default(), seed)
 }
 
 /// Read a tuning study and every file it names; check them by building the rig of each of its scenarios.
@@ -21,7 +22,7 @@ pub fn tuning(path: &Path) -> Result<TuningStudy, Error> {
     let study = TuningStudy::load(path)?;
     for group in study.tuning.iter().chain(&study.validation) {
         let seed = group.seeds.first().copied().unwrap_or(1);
-        Simulation::build(group.scenario.clone(), seed)?;
+        Simulation::build(group.scenario.clone(), &Registry::default(), seed)?;
     }
     Ok(study)
 }

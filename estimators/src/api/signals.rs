@@ -7,6 +7,9 @@ use crate::{Real, Time};
 /// Most drive units a train may have.
 pub const MAX_DRIVES: usize = 16;
 
+/// Most readings of instruments of a user's own.
+pub const MAX_AUXILIARY: usize = 4;
+
 /// A measured value and the instant it was taken at, on the sensor's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
@@ -35,6 +38,57 @@ pub struct Measurements {
     pub clamp_pressure_mpa: [Option<Sample<Real>>; MAX_DRIVES],
     /// Steering angle of a road vehicle's front wheels, rad, + left. Never on a rail.
     pub steering_angle_rad: Option<Sample<Real>>,
+    /// Pitch of the inclinometer against the apparent vertical, rad, + nose up: acceleration along the rail is in it.
+    pub inclination_rad: Option<Sample<Real>>,
+    /// Readings of instruments of a user's own, in the units they choose.
+    pub auxiliary: [Option<Sample<Real>>; MAX_AUXILIARY],
+}
+
+impl Measurements {
+    /// All slots with one value, in a fixed order.
+    pub fn scalars(&self) -> impl Iterator<Item = &Option<Sample<Real>>> {
+        let drives = self.motor_torque_nm.iter();
+        drives
+            .chain(&self.wheel_speed_mps)
+            .chain(&self.clamp_pressure_mpa)
+            .chain([&self.steering_angle_rad, &self.inclination_rad])
+            .chain(&self.auxiliary)
+    }
+
+    /// The same slots to be written.
+    pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut Option<Sample<Real>>> {
+        let drives = self.motor_torque_nm.iter_mut();
+        drives
+            .chain(&mut self.wheel_speed_mps)
+            .chain(&mut self.clamp_pressure_mpa)
+            .chain([&mut self.steering_angle_rad, &mut self.inclination_rad])
+            .chain(&mut self.auxiliary)
+    }
+
+    /// All slots with a vector, in a fixed order.
+    pub fn vectors(&self) -> [&Option<Sample<[Real; 3]>>; 2] {
+        [&self.specific_force_mps2, &self.angular_rate_radps]
+    }
+
+    /// The same slots to be written.
+    pub fn vectors_mut(&mut self) -> [&mut Option<Sample<[Real; 3]>>; 2] {
+        [&mut self.specific_force_mps2, &mut self.angular_rate_radps]
+    }
+
+    /// Whether there is any sample.
+    pub fn any(&self) -> bool {
+        self.vectors().iter().any(|v| v.is_some()) || self.scalars().any(Option::is_some)
+    }
+
+    /// Takes over the samples that `newer` has and keeps the others.
+    pub fn merge(&mut self, newer: &Self) {
+        for (old, new) in self.vectors_mut().into_iter().zip(newer.vectors()) {
+            *old = new.or(*old);
+        }
+        for (old, new) in self.scalars_mut().zip(newer.scalars()) {
+            *old = new.or(*old);
+        }
+    }
 }
 
 impl Measurements {

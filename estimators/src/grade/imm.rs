@@ -26,7 +26,7 @@ use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::filters::ekf::Ekf;
+use crate::filters::ekf::{Ekf, Preview};
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
 use crate::filters::model::Model;
@@ -297,12 +297,11 @@ impl<const K: usize> SlopeModels<K> {
         for ((((belief, model), tracking), fading), log) in filters.zip(logs.iter_mut()) {
             let mut ekf = Ekf::new(model, *belief);
             if let Some((tracking, alarm)) = tracking {
-                let x = ekf.belief.x;
-                let (F, H) = (model.F(&x, push, dt), model.H(&x));
-                let y = z - model.h(&model.f(&x, push, dt));
-                let carried_P = F * ekf.belief.P * F.transpose();
-                let carried = H * carried_P * H.transpose();
-                let process = H * model.Q(push, dt) * H.transpose();
+                let Preview {
+                    y,
+                    carried,
+                    process,
+                } = ekf.preview(*z, push, dt);
                 let lambda = tracking.fading(&y, &carried, &process, &R);
                 let jumped = alarm.active(&y, &(carried + process + R));
                 *fading = if jumped { lambda } else { 1.0 };

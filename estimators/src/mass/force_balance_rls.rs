@@ -71,7 +71,7 @@ params! {
         excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
         load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
-        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
+        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
 

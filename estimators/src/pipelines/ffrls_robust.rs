@@ -44,7 +44,7 @@ params! {
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
-        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
+        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
 

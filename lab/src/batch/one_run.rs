@@ -4,6 +4,7 @@ use crate::metrics::series::ErrorSeries;
 use crate::verdicts::expected;
 use crate::verdicts::summary::Summary;
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -93,7 +94,7 @@ pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, In
 fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>, Error> {
     let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
     expected::check(&scenario)?;
-    let mut rig = Simulation::build(scenario, spec.seed)?;
+    let mut rig = Simulation::build(scenario, &Registry::default(), spec.seed)?;
     let mut series = ErrorSeries::default();
     let outcome = run::run(&mut rig, &mut [&mut series], &mut |_| go_on())?;
     Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))

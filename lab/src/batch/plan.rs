@@ -3,6 +3,7 @@
 use crate::batch::{RunSpec, Shard, StudyFile};
 use crate::verdicts::expected;
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, named};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -100,7 +101,7 @@ impl Plan {
         let first = plan.spec(0);
         let checked = Scenario::load(&first.scenario, &first.overrides)?;
         expected::check(&checked)?;
-        Simulation::build(checked, first.seed)?;
+        Simulation::build(checked, &Registry::default(), first.seed)?;
         plan.hash = plan.fingerprint(path)?;
         Ok(plan)
     }

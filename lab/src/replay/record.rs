@@ -4,6 +4,7 @@ use crate::metrics::series::Target;
 use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::config::scenario::Scenario;
@@ -55,7 +56,7 @@ pub fn record(
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<ReplayData>, Error> {
-    let mut rig = Simulation::build(bare(scenario), seed)?;
+    let mut rig = Simulation::build(bare(scenario), &Registry::default(), seed)?;
     let mut recorder = ReplayRecorder::new(&rig);
     let mut stopped = false;
     let mut watch = |share| {

@@ -9,6 +9,7 @@ use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_estimators::registry;
 use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Settings};
@@ -175,7 +176,7 @@ impl Evaluator {
                 let estimator = registry::build(&self.estimator, &columns.vehicle, named)
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
-                play(columns, estimator, &mut samples);
+                play(columns, Box::new(estimator), &mut samples);
                 Ok(ErrorSeries {
                     estimators: vec![(self.estimator.clone(), samples)],
                     tracking: Vec::new(),
@@ -189,7 +190,8 @@ impl Evaluator {
                 }
                 let bank = &mut scenario.file.estimators;
                 bank.insert(self.estimator.clone(), Settings::new(all));
-                let mut rig = Simulation::build(scenario, run.seed).map_err(|e| e.to_string())?;
+                let mut rig = Simulation::build(scenario, &Registry::default(), run.seed)
+                    .map_err(|e| e.to_string())?;
                 let mut series = ErrorSeries::default();
                 run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
                 Ok(series)

@@ -5,6 +5,7 @@ use crate::tuning::study::{Evaluation, TuningStudy};
 use monorig_estimators::registry;
 use monorig_sim::closed_loop::builder::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::{ParameterValue, Settings};
 use monorig_sim::error::Error;
@@ -22,7 +23,11 @@ pub fn rig(study: &TuningStudy, winner: &Values) -> Result<Option<Simulation>, E
         let bank = &mut scenario.file.estimators;
         bank.insert(estimator.clone(), Settings::new(all));
     }
-    let mut rig = Simulation::build(scenario, group.seeds.first().copied().unwrap_or(1))?;
+    let mut rig = Simulation::build(
+        scenario,
+        &Registry::default(),
+        group.seeds.first().copied().unwrap_or(1),
+    )?;
     let in_loop = rig.in_loop.map(|i| rig.estimators.swap_remove(i));
     rig.in_loop = in_loop.is_some().then_some(0);
     rig.estimators = in_loop.into_iter().collect();
@@ -40,7 +45,7 @@ pub fn rig(study: &TuningStudy, winner: &Values) -> Result<Option<Simulation>, E
             study.error("parameters", (format!("{name}: {e}"), help))
         })?;
         rig.estimators
-            .push(RunningEstimator::new(name.into(), built));
+            .push(RunningEstimator::new(name, Box::new(built)));
     }
     rig.scenario.name = format!("{}-{}", study.name, rig.scenario.name);
     rig.scenario.file.why = study.file.why.clone();

@@ -2,11 +2,13 @@
 
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::closed_loop::events::EventSchedule;
+use crate::closed_loop::instruments;
 use crate::closed_loop::nominal_vehicle;
 use crate::closed_loop::obstacles;
-use crate::config::scenario::{Event, FeedForward, PlantKind, Scenario};
-use crate::config::sensor_sheet::Sheet;
-use crate::control::{Cycle, SpeedController};
+use crate::closed_loop::parts;
+use crate::closed_loop::registry::{BoxedController, Registry};
+use crate::config::scenario::{Event, PlantKind, Scenario};
+use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
 use crate::plant::Plant;
 use crate::plant::obstacles::ObstacleBox;
@@ -18,7 +20,6 @@ use crate::rail::{Rail, RailFrame};
 use crate::sensors::Suite;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
-use monorig_estimators::registry;
 use std::sync::Arc;
 
 /// A simulation ready to run: everything a run needs, checked against each other.
@@ -35,26 +36,24 @@ pub struct Simulation {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
-    /// What the estimators are told about the vehicle.
+    /// Nominal vehicle given to estimators and controller.
     pub vehicle: Vehicle,
     /// The estimators.
     pub estimators: Vec<RunningEstimator>,
     /// The controller.
-    pub controller: SpeedController,
+    pub controller: BoxedController,
     /// The drive cycle.
     pub cycle: Cycle,
     /// Events still to come.
     pub events: EventSchedule,
     /// Index of the estimator whose output the controller uses.
     pub in_loop: Option<usize>,
-    /// What the controller's feed-forward uses.
-    pub feedforward: FeedForward,
+    /// What the controller sees.
+    pub perception: PerceptionModel,
     /// Step, s.
     pub dt_s: f64,
     /// Chainage of the IMU minus that of the front, m.
     pub imu_offset_m: f64,
-    /// Mass the controller assumes without an estimate, kg.
-    pub nominal_mass_kg: f64,
     /// End of the track, m.
     pub track_length_m: f64,
     /// When the run ends.
@@ -76,8 +75,8 @@ pub struct StopAt {
 const REAR_ROOM: f64 = 1.0;
 
 impl Simulation {
-    /// Read every file a scenario names, check them against each other, and build.
-    pub fn build(scenario: Scenario, seed: u64) -> Result<Self, Error> {
+    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from the registry.
+    pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
         let s = &scenario.file;
         let rail = Arc::new(Rail::load_with(&scenario.track, &scenario.sets("track"))?);
         let car = match &s.car {
@@ -106,16 +105,15 @@ impl Simulation {
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
-        sheet.check_vehicle(car.is_some())?;
-        let mut sensors = Suite::new(&sheet, &train, s.physics.gravity_mps2.get(), seed)?;
-        sensors.check_step(dt_s)?;
-        sensors.add_faults(scenario.path(), &s.events)?;
+        let sensors = instruments::fit(&scenario, &train, dt_s, seed)?;
         let imu = sensors
             .imu_mount()
             .or_else(|| train.mount("imu_link"))
             .unwrap_or(0);
-        let mounts = vec![imu];
+        let mut mounts = sensors.mounts();
+        if !mounts.contains(&imu) {
+            mounts.push(imu);
+        }
         let zones = zones(&scenario, &rail)?;
         let obstacles = obstacles::place(&scenario, &rail)?;
 
@@ -132,7 +130,7 @@ impl Simulation {
             .vehicle
             .total_mass_guess_kg
             .map_or(nominal_vehicle::nominal_mass_kg(&train), f64::from);
-        let estimators = estimators(&scenario, &vehicle)?;
+        let estimators = parts::estimators(&scenario, registry, &vehicle)?;
         let in_loop = match &s.in_loop {
             None => None,
             Some(name) => estimators.iter().position(|m| m.name == *name),
@@ -171,27 +169,23 @@ impl Simulation {
                 Box::new(World::new(train.clone(), rail.clone(), &o)?)
             }
         };
-        let torque_max = train.drives.first().map_or(0.0, |d| d.torque_max_nm);
+        let setup = ControllerSetup {
+            motor_torque_max_nm: train.drives.first().map_or(0.0, |d| d.torque_max_nm),
+            gravity_mps2: gravity,
+            start_speed_mps: speed,
+        };
         let clamp = train.drives.first().map_or(0.0, |d| d.clamp_mpa);
         let imu_offset_m = plant.truth().chainage_m - front;
         Ok(Self {
-            controller: SpeedController::new(
-                s.drive.controller,
-                vehicle,
-                torque_max,
-                clamp,
-                gravity,
-                speed != 0.0,
-            ),
+            controller: parts::controller(&scenario, registry, &vehicle, &setup)?,
             cycle: Cycle::new(&s.drive, speed),
-            events: EventSchedule::new(&s.events),
-            feedforward: s.drive.controller.feedforward,
+            events: EventSchedule::new(&s.events, clamp),
+            perception: PerceptionModel::new(s.drive.controller.feedforward, guess),
             stop: StopAt {
                 after_s: s.stop.time_limit_s(),
                 at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
             },
             track_length_m: rail.length(),
-            nominal_mass_kg: guess,
             imu_offset_m,
             dt_s,
             seed,
@@ -329,38 +323,4 @@ fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
         }
     }
     Ok(zones)
-}
-
-fn estimators(scenario: &Scenario, vehicle: &Vehicle) -> Result<Vec<RunningEstimator>, Error> {
-    let find = |name: &str, key: &str| {
-        registry::keys(name).and_then(|mut keys| keys.find(|k| k.name == key))
-    };
-    let names = [registry::NAMES, registry::PRINTED_NAMES].concat();
-    scenario.check_estimators(
-        &names,
-        &|name| {
-            registry::keys(name)
-                .into_iter()
-                .flatten()
-                .map(|k| k.name)
-                .collect()
-        },
-        &|name, key, value| match find(name, key).map(|key| (key, key.check(value))) {
-            Some((key, Err(_))) => Err(format!("{value} is not {} ({})", key.kind, key.doc)),
-            _ => Ok(()),
-        },
-    )?;
-    let mut estimators = Vec::new();
-    for (name, params) in &scenario.file.estimators {
-        let settings = params.values.iter().map(|(k, v)| (k.as_str(), v.setting()));
-        let estimator = registry::build(name, vehicle, settings).map_err(|e| {
-            scenario.error(
-                format!("estimators.{name}"),
-                e.to_string(),
-                "values that fit this vehicle",
-            )
-        })?;
-        estimators.push(RunningEstimator::new(name.to_string(), estimator));
-    }
-    Ok(estimators)
 }

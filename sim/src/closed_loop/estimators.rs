@@ -1,11 +1,8 @@
 //! Estimators side by side on the same measurements.
 
-use monorig_estimators::api::estimator::{Estimator, Internal};
+use crate::closed_loop::registry::BoxedEstimator;
+use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
-use monorig_estimators::registry::AnyEstimator;
-
-/// Upper bound on the number of internals of an estimator.
-const MAX_INTERNALS: usize = 32;
 
 /// An estimator in a run, with its last estimate and the steps it refused.
 pub struct RunningEstimator {
@@ -13,16 +10,16 @@ pub struct RunningEstimator {
     pub name: String,
     /// The last estimate.
     pub estimate: Estimate,
-    estimator: AnyEstimator,
+    estimator: BoxedEstimator,
     refused: u64,
     reason: String,
 }
 
 impl RunningEstimator {
     /// An estimator under its name.
-    pub fn new(name: String, estimator: AnyEstimator) -> Self {
+    pub fn new(name: impl Into<String>, estimator: BoxedEstimator) -> Self {
         Self {
-            name,
+            name: name.into(),
             estimator,
             estimate: Estimate::default(),
             refused: 0,
@@ -60,7 +57,7 @@ impl RunningEstimator {
     /// One of its internals now; none if it has none of that name.
     pub fn internal(&self, name: &str) -> Option<f64> {
         let place = self.list_internals().iter().position(|i| i.name == name)?;
-        let mut values = [f64::NAN; MAX_INTERNALS];
+        let mut values = vec![f64::NAN; self.list_internals().len()];
         self.estimator.internal_values(&mut values);
         values.get(place).copied()
     }

@@ -1,7 +1,7 @@
 //! Event schedule: applies the events of a scenario when they are due.
 
 use crate::config::scenario::Event;
-use crate::control::SpeedController;
+use crate::control::Reference;
 use crate::plant::Plant;
 use std::collections::VecDeque;
 
@@ -18,13 +18,14 @@ struct Entry {
 pub struct EventSchedule {
     /// Still to come, in order of time.
     events: VecDeque<Entry>,
-    brake: f64,
+    emergency_brake: f64,
+    clamp_pressure_mpa: f64,
     happened: Vec<String>,
 }
 
 impl EventSchedule {
-    /// Schedule from the events of a scenario.
-    pub fn new(events: &[Event]) -> Self {
+    /// Schedule from the events of a scenario; the clamps are to have `clamp_pressure_mpa` (MPa) until an event changes it.
+    pub fn new(events: &[Event], clamp_pressure_mpa: f64) -> Self {
         let mut list: Vec<Entry> = events
             .iter()
             .filter_map(|e| {
@@ -45,13 +46,14 @@ impl EventSchedule {
         list.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         Self {
             events: list.into(),
-            brake: 0.0,
+            emergency_brake: 0.0,
+            clamp_pressure_mpa,
             happened: Vec::new(),
         }
     }
 
-    /// Apply the events that are due at `t`, s.
-    pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, controller: &mut SpeedController) {
+    /// Apply the events that are due at `t` (s): loads and clamp limits to the plant, emergency brake and clamp pressure to the reference.
+    pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, reference: &mut Reference) {
         self.happened.clear();
         while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
             match &now.event {
@@ -62,12 +64,12 @@ impl EventSchedule {
                 }
                 Event::ClampPressure { clamp_mpa, .. } => {
                     plant.set_clamp_limit(clamp_mpa.get());
-                    controller.set_clamp(clamp_mpa.get());
+                    self.clamp_pressure_mpa = clamp_mpa.get();
                     self.happened
                         .push(format!("clamp pressure {} MPa", clamp_mpa.get()));
                 }
                 Event::Brake { brake, .. } => {
-                    self.brake = brake.get();
+                    self.emergency_brake = brake.get();
                     self.happened.push(match brake.get() {
                         0.0 => "emergency brake released".to_string(),
                         b => format!("emergency brake at {:.0} %", b * 100.0),
@@ -88,11 +90,8 @@ impl EventSchedule {
                 self.events.insert(place, again);
             }
         }
-    }
-
-    /// Share of the brake asked for by hand.
-    pub fn emergency_brake(&self) -> f64 {
-        self.brake
+        reference.emergency_brake = self.emergency_brake;
+        reference.clamp_pressure_mpa = self.clamp_pressure_mpa;
     }
 
     /// What happened in the last call of [`EventSchedule::apply`].

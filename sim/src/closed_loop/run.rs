@@ -3,13 +3,12 @@
 use crate::closed_loop::builder::{Simulation, StopAt};
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::closed_loop::events::EventSchedule;
-use crate::config::scenario::FeedForward;
-use crate::control::{Cycle, Perception, Reference, SpeedController};
+use crate::control::{Controller, Cycle, Perception, PerceptionModel, Reference};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
-use crate::sensors::{Sensors, Suite};
+use crate::sensors::Suite;
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements};
+use monorig_estimators::api::signals::{Command, Measurements};
 
 /// State of the loop after a step of the plant, handed to the observers.
 pub struct StepFrame<'a> {
@@ -94,17 +93,11 @@ fn drive(
         cycle,
         events,
         in_loop,
-        feedforward,
+        perception,
         ..
     } = simulation;
     let plant: &mut dyn Plant = plant.as_mut();
-    let mut loop_state = Loop::new(
-        simulation.nominal_mass_kg,
-        simulation.dt_s,
-        simulation.imu_offset_m,
-        *in_loop,
-        *feedforward,
-    );
+    let mut loop_state = Loop::new(simulation.dt_s, simulation.imu_offset_m, *in_loop);
     let start_front = loop_state.front(plant.truth());
     let (mut finished, mut interrupted) = (false, false);
     loop {
@@ -132,7 +125,15 @@ fn drive(
                 ),
             });
         }
-        loop_state.step(plant, sensors, estimators, controller, cycle, events)?;
+        loop_state.step(
+            plant,
+            sensors,
+            estimators,
+            controller.as_mut(),
+            cycle,
+            events,
+            perception,
+        )?;
         let time_ns = loop_state.time_ns;
         if observers.iter().any(|o| o.wants_truth(time_ns)) {
             plant.update_clearance();
@@ -168,46 +169,31 @@ fn drive(
 struct Loop {
     dt_s: f64,
     imu_offset_m: f64,
-    nominal_mass_kg: f64,
     in_loop: Option<usize>,
-    feedforward: FeedForward,
     steps: u64,
     time_ns: i64,
     last_sample_s: f64,
     z: Measurements,
     sampled: bool,
-    wheel_speed: [Option<f64>; MAX_DRIVES],
     command: Command,
     reference: Reference,
     perception: Perception,
 }
 
 impl Loop {
-    fn new(
-        nominal_mass_kg: f64,
-        dt_s: f64,
-        imu_offset_m: f64,
-        in_loop: Option<usize>,
-        feedforward: FeedForward,
-    ) -> Self {
+    fn new(dt_s: f64, imu_offset_m: f64, in_loop: Option<usize>) -> Self {
         Self {
             dt_s,
             imu_offset_m,
-            nominal_mass_kg,
             in_loop,
-            feedforward,
             steps: 0,
             time_ns: 0,
             last_sample_s: 0.0,
             z: Measurements::default(),
             sampled: false,
-            wheel_speed: [None; MAX_DRIVES],
             command: Command::default(),
             reference: Reference::default(),
-            perception: Perception {
-                total_mass_kg: nominal_mass_kg,
-                ..Default::default()
-            },
+            perception: Perception::default(),
         }
     }
 
@@ -216,34 +202,24 @@ impl Loop {
         truth.chainage_m - self.imu_offset_m
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn step(
         &mut self,
         plant: &mut dyn Plant,
         sensors: &mut Suite,
         estimators: &mut [RunningEstimator],
-        controller: &mut SpeedController,
+        controller: &mut dyn Controller,
         cycle: &mut Cycle,
         events: &mut EventSchedule,
+        perception: &mut PerceptionModel,
     ) -> Result<(), Error> {
         let truth = plant.truth();
         let (t, front) = (truth.t_s, self.front(truth));
         self.reference = cycle.at(t, front, self.dt_s);
         let in_loop = self.in_loop.and_then(|i| estimators.get(i));
-        self.perception = self.perception.next(
-            &self.wheel_speed,
-            truth,
-            in_loop.map(|m| &m.estimate),
-            self.feedforward,
-            self.nominal_mass_kg,
-            self.dt_s,
-        );
-        events.apply(t, plant, controller);
-        self.command = controller.control(
-            &self.reference,
-            &self.perception,
-            events.emergency_brake(),
-            self.dt_s,
-        );
+        self.perception = *perception.next(truth, in_loop.map(|m| &m.estimate), self.dt_s);
+        events.apply(t, plant, &mut self.reference);
+        self.command = controller.control(&self.reference, &self.perception, self.dt_s);
         plant.step(&self.command, self.dt_s)?;
         self.steps += 1;
 
@@ -254,13 +230,9 @@ impl Loop {
             ..Measurements::default()
         };
         sensors.measure(truth, &mut self.z)?;
-        self.sampled = any_new(&self.z);
+        self.sampled = self.z.any();
         if self.sampled {
-            for (old, new) in self.wheel_speed.iter_mut().zip(&self.z.wheel_speed_mps) {
-                if let Some(s) = new {
-                    *old = Some(s.value);
-                }
-            }
+            perception.measure(&self.z);
             let dt = truth.t_s - self.last_sample_s;
             self.last_sample_s = truth.t_s;
             for m in estimators.iter_mut() {
@@ -269,13 +241,4 @@ impl Loop {
         }
         Ok(())
     }
-}
-
-fn any_new(z: &Measurements) -> bool {
-    z.specific_force_mps2.is_some()
-        || z.angular_rate_radps.is_some()
-        || z.motor_torque_nm.iter().any(Option::is_some)
-        || z.wheel_speed_mps.iter().any(Option::is_some)
-        || z.clamp_pressure_mpa.iter().any(Option::is_some)
-        || z.steering_angle_rad.is_some()
 }

@@ -1,16 +1,20 @@
 //! YAML in, checked scenario out.
 
 mod check;
+mod controller;
 mod event;
 mod expect;
 mod load;
+mod names;
 mod parameters;
 mod published;
 mod seeds;
 
+pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
 pub use event::{Event, Fault};
 pub use expect::Expectation;
 pub use load::Scenario;
+pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
 pub use published::Published;
 pub use seeds::Seeds;
@@ -51,13 +55,13 @@ pub struct ScenarioFile {
     pub drive: DriveCycle,
     /// Sensor data sheet, relative to this file.
     pub sensors: String,
-    /// What the estimators are told where it differs from the train's nominal values.
+    /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
     pub vehicle: NominalVehicle,
-    /// Estimators by name, with their parameters; `from` names a parameter file to take them from.
+    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a parameter file.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
-    /// The estimator whose output the controller sees.
+    /// The estimator whose output the controller gets, by its name in `estimators`.
     #[serde(default)]
     pub in_loop: Option<String>,
     /// Things that happen.
@@ -177,7 +181,7 @@ pub struct DriveCycle {
     pub accel_mps2: Option<Positive>,
     /// The controller.
     #[serde(default)]
-    pub controller: Pi,
+    pub controller: ControllerSettings,
 }
 
 /// A point of the speed reference; exactly one of `at_s` and `at_m`.
@@ -192,22 +196,6 @@ pub struct SpeedPoint {
     pub mps: Finite,
 }
 
-/// PI speed control.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Pi {
-    /// 1/s: acceleration asked per m/s of speed error.
-    pub kp: NonNegative,
-    /// 1/s².
-    pub ki: NonNegative,
-    /// Where slope and mass of the feed-forward come from.
-    pub feedforward: FeedForward,
-    /// Factor on the slope's part of the feed-forward: 1 is right, -1 is a wrong sign. A fault to inject.
-    pub feedforward_grade_gain: Finite,
-    /// Hold the train with the brake when the reference is zero and the train stands.
-    pub hold: bool,
-}
-
 /// Where slope and mass of the feed-forward come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -220,10 +208,9 @@ pub enum FeedForward {
     Estimate,
 }
 
-/// What the estimators are told, where it differs from the train's nominal values.
+/// Nominal values given to estimators and controller, where they differ from the train's data sheet.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[schemars(rename = "VehicleBelief")] // the name in the JSON schema
 pub struct NominalVehicle {
     /// kg.
     pub tare_kg: Option<Positive>,
@@ -286,18 +273,6 @@ impl Default for Physics {
             dt_ms: Positive::new(2.0),
             plant: None,
             gravity_mps2: Positive::new(9.81),
-        }
-    }
-}
-
-impl Default for Pi {
-    fn default() -> Self {
-        Self {
-            kp: NonNegative::new(1.5),
-            ki: NonNegative::new(0.5),
-            feedforward: FeedForward::None,
-            feedforward_grade_gain: Finite::new(1.0),
-            hold: true,
         }
     }
 }

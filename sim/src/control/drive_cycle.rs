@@ -1,14 +1,31 @@
 //! Drive cycle: the speed reference by time or by chainage.
 
 use crate::config::scenario::DriveCycle;
+use monorig_estimators::api::signals::Command;
 
-/// What the drive cycle asks for now.
+/// What is asked of the controller now: speed by the drive cycle, brake and clamp pressure by the events of the scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Reference {
     /// m/s.
     pub speed_mps: f64,
     /// m/s².
     pub accel_mps2: f64,
+    /// Emergency brake: share of the brake force, 0 = none.
+    pub emergency_brake: f64,
+    /// Pressure that the clamps are to have, MPa.
+    pub clamp_pressure_mpa: f64,
+}
+
+impl Reference {
+    /// The command that keeps clamp pressure and emergency brake as asked, with no torque: where a controller starts from.
+    pub fn command(&self) -> Command {
+        Command {
+            clamp_pressure_mpa: self.clamp_pressure_mpa,
+            brake: self.emergency_brake,
+            ..Command::default()
+        }
+    }
 }
 
 /// Speed reference from a drive cycle: rate-limited interpolation of its points.
@@ -18,7 +35,7 @@ pub struct Cycle {
     by_time: bool,
     every_s: Option<f64>,
     accel: f64,
-    now: Reference,
+    speed: f64,
 }
 
 /// Acceleration limit of the reference when the scenario gives none, m/s².
@@ -41,10 +58,7 @@ impl Cycle {
             by_time,
             every_s: d.every_s.map(f64::from),
             accel,
-            now: Reference {
-                speed_mps: speed,
-                accel_mps2: 0.0,
-            },
+            speed,
         }
     }
 
@@ -55,7 +69,7 @@ impl Cycle {
         } else {
             self.allowed(s)
         };
-        let before = self.now.speed_mps;
+        let before = self.speed;
         let step = self.accel * dt;
         let speed = if step.is_finite() {
             before + (wish - before).clamp(-step, step)
@@ -63,11 +77,12 @@ impl Cycle {
             wish
         };
         let accel = if dt > 0.0 { (speed - before) / dt } else { 0.0 };
-        self.now = Reference {
+        self.speed = speed;
+        Reference {
             speed_mps: speed,
             accel_mps2: accel,
-        };
-        self.now
+            ..Reference::default()
+        }
     }
 
     fn interpolate(&self, t: f64) -> f64 {
@@ -102,7 +117,7 @@ impl Cycle {
 mod tests {
     use super::*;
     use crate::config::checked::{Finite, NonNegative, Positive};
-    use crate::config::scenario::{Pi, SpeedPoint};
+    use crate::config::scenario::{ControllerSettings, SpeedPoint};
 
     fn cycle(points: &[(f64, f64)], by_time: bool, accel: Option<f64>) -> Cycle {
         let point = |&(at, mps): &(f64, f64)| {
@@ -117,7 +132,7 @@ mod tests {
             speed: points.iter().map(point).collect(),
             every_s: None,
             accel_mps2: accel.map(|a| Positive::try_from(a).unwrap()),
-            controller: Pi::default(),
+            controller: ControllerSettings::default(),
         };
         Cycle::new(&d, 0.0)
     }

@@ -1,10 +1,19 @@
-//! Control: drive cycle, perception and speed controller. Sees estimates and measurements, never the truth (except where a scenario asks for
+//! Control: drive cycle, perception and controller. Sees estimates and measurements, never the truth (except where a scenario asks for
 //! `feedforward: truth`, an upper limit).
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `controller` | the interface of a controller |
+//! | `drive_cycle` | the speed reference by time or by chainage |
+//! | `perception` | speed, slip, mass and grade as the controller sees them |
+//! | `speed_controller` | our controller: PI with feed-forward |
 
+mod controller;
 mod drive_cycle;
 mod perception;
 mod speed_controller;
 
+pub use controller::{Controller, ControllerSetup};
 pub use drive_cycle::{Cycle, Reference};
-pub use perception::Perception;
-pub use speed_controller::SpeedController;
+pub use perception::{Perception, PerceptionModel};
+pub use speed_controller::{SpeedController, SpeedControllerParams};

@@ -2,10 +2,11 @@
 
 use crate::config::scenario::FeedForward;
 use crate::plant::Truth;
-use monorig_estimators::api::signals::{Estimate, MAX_DRIVES, Value};
+use monorig_estimators::api::signals::{Estimate, MAX_DRIVES, Measurements, Value};
 
-/// Input of the controller: speed, slip, mass and grade of the train as it perceives them.
+/// Input of the controller: speed, slip, mass and grade of the train as measured and estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Perception {
     /// Speed along the rail, m/s.
     pub speed_mps: f64,
@@ -17,52 +18,79 @@ pub struct Perception {
     pub valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
     pub slip_mps: [f64; MAX_DRIVES],
+    /// The last estimate of the estimator in the loop as it is, if there is one.
+    pub estimate: Option<Estimate>,
 }
 
-impl Perception {
-    /// The perception one step of `dt_s` (s) later: speed and slip from the last `wheel_speed` of each drive unit (m/s), mass
-    /// and grade as the feed-forward wants them, from the truth, the estimate in the loop or the nominal mass (kg).
-    pub fn next(
-        &self,
-        wheel_speed: &[Option<f64>; MAX_DRIVES],
-        truth: &Truth,
-        in_loop: Option<&Estimate>,
-        feedforward: FeedForward,
-        nominal_mass_kg: f64,
-        dt_s: f64,
-    ) -> Self {
-        let speed_mps = train_speed(wheel_speed);
-        let mut slip_mps = [0.0; MAX_DRIVES];
-        for (slip, wheel) in slip_mps.iter_mut().zip(wheel_speed) {
-            *slip = wheel.map_or(0.0, |v| v - speed_mps);
+/// Makes the perception of each step: holds the last wheel speeds, and the last mass and grade of the feed-forward.
+#[derive(Clone, Debug)]
+pub struct PerceptionModel {
+    feedforward: FeedForward,
+    nominal_mass_kg: f64,
+    wheel_speed_mps: [Option<f64>; MAX_DRIVES],
+    now: Perception,
+}
+
+impl PerceptionModel {
+    /// A model whose feed-forward takes mass and grade from `feedforward`, and has the nominal mass (kg) without.
+    pub fn new(feedforward: FeedForward, nominal_mass_kg: f64) -> Self {
+        Self {
+            feedforward,
+            nominal_mass_kg,
+            wheel_speed_mps: [None; MAX_DRIVES],
+            now: Perception {
+                total_mass_kg: nominal_mass_kg,
+                ..Perception::default()
+            },
         }
-        let last = self;
-        let (grade_rad, total_mass_kg, valid) = match (feedforward, in_loop) {
-            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg, true),
-            (FeedForward::Estimate, Some(e)) => {
-                let valid = e.effective_grade_rad.valid && e.total_mass_kg.valid;
-                // Taken as it is when the estimate becomes valid, through the lag while it is; held when it is not.
-                let share = match (valid, last.valid) {
-                    (true, true) => dt_s / FEEDFORWARD_LAG_S,
-                    (true, false) => 1.0,
-                    (false, _) => 0.0,
-                };
-                let follow = |last: f64, v: &Value| last + share * (v.value - last);
-                (
-                    follow(last.grade_rad, &e.effective_grade_rad),
-                    follow(last.total_mass_kg, &e.total_mass_kg),
-                    valid,
-                )
+    }
+
+    /// Keep the wheel speeds that arrived in this step.
+    pub fn measure(&mut self, z: &Measurements) {
+        for (old, new) in self.wheel_speed_mps.iter_mut().zip(&z.wheel_speed_mps) {
+            if let Some(sample) = new {
+                *old = Some(sample.value);
             }
-            _ => (0.0, nominal_mass_kg, false),
+        }
+    }
+
+    /// The perception `dt_s` (s) after the last one: speed and slip from the wheels of each drive unit, mass and grade of the
+    /// feed-forward from the truth, the estimate in the loop or the nominal mass.
+    pub fn next(&mut self, truth: &Truth, in_loop: Option<&Estimate>, dt_s: f64) -> &Perception {
+        let speed_mps = train_speed(&self.wheel_speed_mps);
+        let slip = |wheel: Option<f64>| wheel.map_or(0.0, |v| v - speed_mps);
+        let (grade_rad, total_mass_kg, valid) = match (self.feedforward, in_loop) {
+            (FeedForward::Truth, _) => (truth.grade_effective_rad, truth.total_mass_kg, true),
+            (FeedForward::Estimate, Some(e)) => self.follow(e, dt_s),
+            _ => (0.0, self.nominal_mass_kg, false),
         };
-        Perception {
+        self.now = Perception {
             speed_mps,
             grade_rad,
             total_mass_kg,
             valid,
-            slip_mps,
-        }
+            slip_mps: self.wheel_speed_mps.map(slip),
+            estimate: in_loop.copied(),
+        };
+        &self.now
+    }
+
+    /// Grade, mass and validity for the feed-forward: the estimate as it is when it becomes valid, through the lag while it is
+    /// valid, held while it is not.
+    fn follow(&self, e: &Estimate, dt_s: f64) -> (f64, f64, bool) {
+        let last = &self.now;
+        let valid = e.effective_grade_rad.valid && e.total_mass_kg.valid;
+        let share = match (valid, last.valid) {
+            (true, true) => dt_s / FEEDFORWARD_LAG_S,
+            (true, false) => 1.0,
+            (false, _) => 0.0,
+        };
+        let follow = |last: f64, v: &Value| last + share * (v.value - last);
+        (
+            follow(last.grade_rad, &e.effective_grade_rad),
+            follow(last.total_mass_kg, &e.total_mass_kg),
+            valid,
+        )
     }
 }
 

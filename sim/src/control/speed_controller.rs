@@ -1,16 +1,24 @@
 //! Speed controller: PI control with feed-forward, anti-windup, torque sharing and hold on slopes.
 
-use super::{Perception, Reference};
-use crate::config::scenario::Pi;
+use super::{Controller, ControllerSetup, Perception, Reference};
 use monorig_estimators::api::signals::{Command, Vehicle};
+
+monorig_estimators::params! {
+    /// Parameters of the PI speed controller.
+    SpeedControllerParams {
+        kp ["1/s"] = 1.5, 0.0 => 1e3, "Proportional gain: acceleration asked per m/s of speed error.";
+        ki ["1/s²"] = 0.5, 0.0 => 1e3, "Integral gain.";
+        feedforward_grade_gain ["-"] = 1.0, -10.0 => 10.0, "Factor on the slope's part of the feed-forward: 1 is right, -1 is a wrong sign. A fault to inject.";
+        hold [flag] = true, "Hold the train with the brake when the reference is zero and the train stands.";
+    }
+}
 
 /// PI speed control with feed-forward, anti-windup, torque sharing and hold on slopes.
 #[derive(Clone, Debug)]
 pub struct SpeedController {
-    pi: Pi,
+    params: SpeedControllerParams,
     vehicle: Vehicle,
     torque_max: f64,
-    clamp_mpa: f64,
     gravity: f64,
     integral: f64,
     holding: bool,
@@ -31,46 +39,30 @@ const SLIP_FULL: f64 = 0.4;
 const RELEASE_S: f64 = 0.4;
 
 impl SpeedController {
-    /// A controller for a vehicle with motors of `torque_max` (N·m each) and clamps at `clamp_mpa` (MPa).
-    pub fn new(
-        pi: Pi,
-        vehicle: Vehicle,
-        torque_max: f64,
-        clamp_mpa: f64,
-        gravity: f64,
-        moving: bool,
-    ) -> Self {
+    /// A controller for this nominal vehicle.
+    pub fn new(params: SpeedControllerParams, vehicle: Vehicle, setup: &ControllerSetup) -> Self {
         Self {
-            pi,
+            params,
             vehicle,
-            torque_max,
-            clamp_mpa,
-            gravity,
+            torque_max: setup.motor_torque_max_nm,
+            gravity: setup.gravity_mps2,
             integral: 0.0,
-            holding: pi.hold && !moving,
+            holding: params.hold && setup.start_speed_mps == 0.0,
             releasing_s: 0.0,
             before: (false, 0.0, 0.0),
         }
     }
+}
 
-    /// Set the clamp pressure asked for, MPa.
-    pub fn set_clamp(&mut self, mpa: f64) {
-        self.clamp_mpa = mpa;
-    }
-
-    /// The command for the next step of `dt` (s). `emergency` = share of the brake asked for by hand.
-    pub fn control(&mut self, r: &Reference, p: &Perception, emergency: f64, dt: f64) -> Command {
-        let mut c = Command {
-            clamp_pressure_mpa: self.clamp_mpa,
-            ..Default::default()
-        };
-        if emergency > 0.0 {
+impl Controller for SpeedController {
+    fn control(&mut self, r: &Reference, p: &Perception, dt: f64) -> Command {
+        let mut c = r.command();
+        if r.emergency_brake > 0.0 {
             self.integral = 0.0;
-            c.brake = emergency;
             return c;
         }
         let standing = r.speed_mps == 0.0 && r.accel_mps2 == 0.0 && p.speed_mps.abs() < HOLD_SPEED;
-        if self.pi.hold && standing {
+        if self.params.hold && standing {
             self.holding = true;
             self.releasing_s = RELEASE_S;
         }
@@ -95,7 +87,7 @@ impl SpeedController {
         } else {
             r.speed_mps.signum()
         };
-        let slow = self.pi.feedforward_grade_gain.get() * weight * libm::sin(p.grade_rad)
+        let slow = self.params.feedforward_grade_gain * weight * libm::sin(p.grade_rad)
             + direction * weight * libm::cos(p.grade_rad) * self.vehicle.running_resistance;
         // What the feed-forward takes over, the integral gives up: no jump of torque when an estimate becomes known.
         let (was_known, slow_before, inertia_before) = self.before;
@@ -104,7 +96,7 @@ impl SpeedController {
         }
         self.before = (p.valid, slow, inertia);
         let ahead = slow + inertia * r.accel_mps2;
-        let force = ahead + inertia * (self.pi.kp.get() * error + self.integral);
+        let force = ahead + inertia * (self.params.kp * error + self.integral);
         let v = &self.vehicle;
         let efficiency = if force * p.speed_mps >= 0.0 {
             v.efficiency
@@ -116,7 +108,7 @@ impl SpeedController {
         let limited = torque.clamp(-self.torque_max, self.torque_max);
         // Anti-windup: integrate only while the limit does not act, or to leave it.
         if !self.holding && (limited == torque || (torque - limited) * error < 0.0) {
-            self.integral += self.pi.ki.get() * error * dt;
+            self.integral += self.params.ki * error * dt;
         }
         for (t, slip) in c.motor_torque_nm.iter_mut().zip(&p.slip_mps).take(v.drives) {
             // A unit whose wheels run away under its torque gives some of it up.
@@ -134,7 +126,6 @@ impl SpeedController {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::scenario::FeedForward;
     use monorig_estimators::api::vehicle::VehicleData;
 
     fn controller() -> SpeedController {
@@ -153,11 +144,12 @@ mod tests {
             road: None,
         })
         .unwrap();
-        let pi = Pi {
-            feedforward: FeedForward::Truth,
-            ..Pi::default()
+        let setup = ControllerSetup {
+            motor_torque_max_nm: 94.0,
+            gravity_mps2: 9.81,
+            start_speed_mps: 1.0,
         };
-        SpeedController::new(pi, vehicle, 94.0, 10.0, 9.81, true)
+        SpeedController::new(SpeedControllerParams::default(), vehicle, &setup)
     }
 
     #[test]
@@ -165,6 +157,7 @@ mod tests {
         let r = Reference {
             speed_mps: 1.0,
             accel_mps2: 0.1,
+            ..Reference::default()
         };
         let p = Perception {
             speed_mps: 1.0,
@@ -172,7 +165,7 @@ mod tests {
             total_mass_kg: 19_000.0,
             ..Default::default()
         };
-        let c = controller().control(&r, &p, 0.0, 2e-3);
+        let c = controller().control(&r, &p, 2e-3);
         let rim: f64 = c.motor_torque_nm.iter().sum::<f64>() * 19.0 * 0.95 / 0.17;
         let (sin, cos) = (0.1f64.sin(), 0.1f64.cos());
         let expected = 19_000.0 * 9.81 * (sin + 0.02 * cos) + 20_300.0 * 0.1;
@@ -188,6 +181,7 @@ mod tests {
         let r = Reference {
             speed_mps: 2.0,
             accel_mps2: 0.0,
+            ..Reference::default()
         };
         let stuck = Perception {
             speed_mps: 0.0,
@@ -196,7 +190,7 @@ mod tests {
             ..Default::default()
         };
         for _ in 0..50_000 {
-            let u = c.control(&r, &stuck, 0.0, 2e-3);
+            let u = c.control(&r, &stuck, 2e-3);
             assert!(u.motor_torque_nm.iter().all(|t| t.abs() <= 94.0));
         }
         // Freed and at its speed, the train is not pushed on by what was piled up meanwhile.
@@ -204,7 +198,7 @@ mod tests {
             speed_mps: 2.05,
             ..stuck
         };
-        let u = c.control(&r, &freed, 0.0, 2e-3);
+        let u = c.control(&r, &freed, 2e-3);
         assert!(u.motor_torque_nm[0] < 94.0, "{}", u.motor_torque_nm[0]);
     }
 
@@ -218,15 +212,16 @@ mod tests {
             total_mass_kg: 19_000.0,
             ..Default::default()
         };
-        let u = c.control(&stand, &p, 0.0, 2e-3);
+        let u = c.control(&stand, &p, 2e-3);
         assert_eq!((u.brake, u.motor_torque_nm[0]), (1.0, 0.0));
         let go = Reference {
             speed_mps: 0.1,
             accel_mps2: 0.3,
+            ..Reference::default()
         };
         let mut released_after = None;
         for k in 0..1000 {
-            let u = c.control(&go, &p, 0.0, 2e-3);
+            let u = c.control(&go, &p, 2e-3);
             assert!(u.motor_torque_nm[0] > 0.0, "torque from the first step on");
             if u.brake == 0.0 && released_after.is_none() {
                 released_after = Some(k as f64 * 2e-3);

@@ -1,7 +1,9 @@
 //! What a scenario must keep to beyond the type of each value.
 
+use super::names::{near_name, valid_name};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::nearest;
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
 const MAX_STEPS: f64 = 1e9;
@@ -40,6 +42,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     rates(file)?;
     speed(&file.drive.speed)?;
     again(&file.drive)?;
+    names(file)?;
     in_loop(file)?;
     for (i, event) in file.events.iter().enumerate() {
         happens(event, file).map_err(|mut w| {
@@ -278,19 +281,43 @@ fn again(drive: &DriveCycle) -> Result<(), Wrong> {
     Ok(())
 }
 
+/// Names of estimators become part of the paths of channels.
+fn names(file: &ScenarioFile) -> Result<(), Wrong> {
+    match file.estimators.keys().find(|name| !valid_name(name)) {
+        Some(name) => wrong(
+            format!("estimators.{name}"),
+            format!(
+                "`{name}` cannot be the name of an estimator: it becomes part of the path of its channels"
+            ),
+            format!(
+                "letters, digits, `_` and `-`, such as `{}`",
+                near_name(name)
+            ),
+        ),
+        None => Ok(()),
+    }
+}
+
+/// The estimators of the scenario by name, the nearest to `name` first.
+fn one_of_them(file: &ScenarioFile, name: &str) -> String {
+    let listed = || file.estimators.keys().map(String::as_str);
+    let all = format!("one of: {}", listed().collect::<Vec<_>>().join(", "));
+    match nearest(name, listed()) {
+        Some(near) => format!("did you mean `{near}`? {all}"),
+        None => all,
+    }
+}
+
 fn in_loop(file: &ScenarioFile) -> Result<(), Wrong> {
     match &file.in_loop {
-        Some(name) if !file.estimators.contains_key(name) => {
-            let listed: Vec<&str> = file.estimators.keys().map(String::as_str).collect();
-            wrong(
-                "in_loop",
-                format!("`{name}` is not among this scenario's estimators"),
-                match listed[..] {
-                    [] => format!("add it: `estimators: {{{name}: {{}}}}`"),
-                    _ => format!("one of: {}", listed.join(", ")),
-                },
-            )
-        }
+        Some(name) if !file.estimators.contains_key(name) => wrong(
+            "in_loop",
+            format!("`{name}` is not among this scenario's estimators"),
+            match file.estimators.is_empty() {
+                true => format!("add it: `estimators: {{{name}: {{}}}}`"),
+                false => one_of_them(file, name),
+            },
+        ),
         None if file.drive.controller.feedforward == FeedForward::Estimate => wrong(
             "drive.controller.feedforward",
             "there is no estimator in the loop to take the estimate from",
@@ -371,13 +398,12 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
         if let Some(name) = &e.estimator
             && !file.estimators.contains_key(name)
         {
-            let listed: Vec<&str> = file.estimators.keys().map(String::as_str).collect();
             return wrong(
                 format!("{key}.estimator"),
                 format!("`{name}` is not among this scenario's estimators"),
-                match listed[..] {
-                    [] => "add it under `estimators:`".to_owned(),
-                    _ => format!("one of: {}", listed.join(", ")),
+                match file.estimators.is_empty() {
+                    true => "add it under `estimators:`".to_owned(),
+                    false => one_of_them(file, name),
                 },
             );
         }

@@ -1,9 +1,8 @@
 //! From a file name to a scenario ready to run.
 
 use super::{ParameterFile, ScenarioFile, check};
-use crate::config::file::{Document, Sets, input_error, nearest};
+use crate::config::file::{Document, Sets, input_error};
 use crate::error::Error;
-use monorig_estimators::api::params::Setting;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -67,11 +66,18 @@ impl Scenario {
             let key = format!("estimators.{name}.from");
             let found = find(&key, from)?;
             let parameters = ParameterFile::read(&found)?;
-            if parameters.estimator != *name {
+            let type_name = settings.type_name(name);
+            if parameters.estimator != type_name {
                 return Err(document.error(
                     key,
                     format!("this file has parameters of `{}`", parameters.estimator),
-                    format!("name a parameter file of `{name}`"),
+                    match &settings.is {
+                        Some(_) => format!("name a parameter file of `{type_name}`"),
+                        None => format!(
+                            "name a parameter file of `{name}`, or write `is: {}`",
+                            parameters.estimator
+                        ),
+                    },
                 ));
             }
             settings.include(&parameters);
@@ -131,53 +137,21 @@ impl Scenario {
         self.document.error(key, message, help)
     }
 
-    /// Check the names and parameters of the estimators against those there are: `names` of all estimators, `keys` of
-    /// one of them, and whether it would `accept` a value for a key (the error says what it would).
-    pub fn check_estimators(
+    /// An error at a parameter of an estimator: where the scenario or the parameter file gives it.
+    pub fn parameter_error(
         &self,
-        names: &[&str],
-        keys: &dyn Fn(&str) -> Vec<&'static str>,
-        accept: &dyn Fn(&str, &str, Setting) -> Result<(), String>,
-    ) -> Result<(), Error> {
-        for (name, parameters) in &self.file.estimators {
-            let at = format!("estimators.{name}");
-            if !names.contains(&name.as_str()) {
-                return Err(self.error(
-                    at,
-                    format!("there is no estimator `{name}`"),
-                    suggestion(name, names, "known estimators"),
-                ));
+        estimator: &str,
+        key: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        let settings = self.file.estimators.get(estimator);
+        let inherited = settings.is_some_and(|s| s.inherits(key));
+        match self.included.get(estimator) {
+            Some(file) if inherited => {
+                input_error(file, format!("parameters.{key}"), message, help)
             }
-            let known = keys(name);
-            for (key, value) in &parameters.values {
-                let wrong = |message: String, help: String| match self.included.get(name) {
-                    Some(file) if parameters.inherits(key) => {
-                        input_error(file, format!("parameters.{key}"), message, help)
-                    }
-                    _ => self.error(format!("{at}.{key}"), message, help),
-                };
-                if !known.contains(&key.as_str()) {
-                    return Err(wrong(
-                        format!("{name} has no parameter `{key}`"),
-                        suggestion(key, &known, "its parameters"),
-                    ));
-                }
-                accept(name, key, value.setting()).map_err(|message| {
-                    wrong(
-                        message,
-                        format!("see the parameters of {name} in the scenario reference"),
-                    )
-                })?;
-            }
+            _ => self.error(format!("estimators.{estimator}.{key}"), message, help),
         }
-        Ok(())
-    }
-}
-
-fn suggestion(word: &str, known: &[&str], title: &str) -> String {
-    let list = format!("{title}: {}", known.join(", "));
-    match nearest(word, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`? {list}"),
-        None => list,
     }
 }

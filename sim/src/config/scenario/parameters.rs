@@ -77,9 +77,11 @@ impl JsonSchema for ParameterValue {
     }
 }
 
-/// Parameters of one estimator of a scenario: those of the file named `from`, if any, with the others in their place.
+/// One estimator of a scenario: its type and its parameters, those of the file named `from`, if any, with the others in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
+    /// Name of its type in the registry; none = the name it has in the scenario.
+    pub is: Option<String>,
     /// Parameter file, relative to the scenario.
     pub from: Option<String>,
     /// Parameters by name; once the scenario is loaded, those of the file too.
@@ -95,6 +97,17 @@ impl Settings {
             values,
             ..Self::default()
         }
+    }
+
+    /// Name of its type, given its name in the scenario.
+    pub fn type_name<'a>(&'a self, name: &'a str) -> &'a str {
+        self.is.as_deref().unwrap_or(name)
+    }
+
+    /// The parameters as a build function takes them.
+    pub fn named(&self) -> Vec<(&str, Setting<'_>)> {
+        let values = self.values.iter();
+        values.map(|(k, v)| (k.as_str(), v.setting())).collect()
     }
 
     /// Whether a parameter comes from the file.
@@ -189,10 +202,12 @@ impl<'de> Deserialize<'de> for Settings {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Settings, A::Error> {
                 let mut settings = Settings::default();
                 while let Some(key) = map.next_key::<String>()? {
-                    if key == "from" {
-                        settings.from = Some(map.next_value()?);
-                    } else {
-                        settings.values.insert(key, map.next_value()?);
+                    match key.as_str() {
+                        "is" => settings.is = Some(map.next_value()?),
+                        "from" => settings.from = Some(map.next_value()?),
+                        _ => {
+                            settings.values.insert(key, map.next_value()?);
+                        }
                     }
                 }
                 Ok(settings)
@@ -205,6 +220,9 @@ impl<'de> Deserialize<'de> for Settings {
 impl Serialize for Settings {
     fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
         let mut map = ser.serialize_map(None)?;
+        if let Some(is) = &self.is {
+            map.serialize_entry("is", is)?;
+        }
         if let Some(from) = &self.from {
             map.serialize_entry("from", from)?;
         }
@@ -219,12 +237,12 @@ impl JsonSchema for Settings {
     fn schema_name() -> Cow<'static, str> {
         "Settings".into()
     }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "Parameters by name; `from` names a parameter file, relative to the scenario, for those not given here.",
+            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `from` names a parameter file, relative to the scenario, for those not given here.",
             "type": "object",
-            "properties": { "from": { "type": "string" } },
-            "additionalProperties": { "anyOf": [{ "type": "number", "minimum": -1e12, "maximum": 1e12 }, { "type": "boolean" }, { "type": "string" }] }
+            "properties": { "is": { "type": "string" }, "from": { "type": "string" } },
+            "additionalProperties": generator.subschema_for::<ParameterValue>()
         })
     }
 }

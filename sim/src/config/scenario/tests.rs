@@ -1,6 +1,5 @@
 use super::*;
 use crate::error::Error;
-use monorig_estimators::api::params::Setting;
 use std::path::PathBuf;
 
 const GOOD: &str = "\
@@ -96,32 +95,6 @@ fn sets_apply_in_order_and_are_checked_like_the_file() {
         let told = rig.load(&[(path, value)]).unwrap_err().to_string();
         assert!(told.contains(&format!("--set {path}={value}")), "{told}");
     }
-}
-
-#[test]
-fn estimators_are_checked_against_those_there_are() {
-    let names = ["dffrls_aekf_robust", "jekf"];
-    let keys = |name: &str| match name {
-        "dffrls_aekf_robust" => vec!["lambda0", "delta"],
-        _ => vec![],
-    };
-    let accept = |_: &str, key: &str, x: Setting| match x {
-        Setting::Number(x) if x <= 1.0 => Ok(()),
-        _ => Err(format!("{key} is at most 1")),
-    };
-    let check = |sets: &[(&str, &str)]| {
-        let scenario = Rig::new(GOOD).load(sets).unwrap();
-        scenario
-            .check_estimators(&names, &keys, &accept)
-            .map_err(|e| e.to_string())
-    };
-    assert_eq!(check(&[]), Ok(()));
-    let told = check(&[("estimators.jekff", "{}")]).unwrap_err();
-    assert!(told.contains("did you mean `jekf`"), "{told}");
-    let told = check(&[("estimators.dffrls_aekf_robust.lamda0", "0.9")]).unwrap_err();
-    assert!(told.contains("did you mean `lambda0`"), "{told}");
-    let told = check(&[("estimators.dffrls_aekf_robust.delta", "1.5")]).unwrap_err();
-    assert!(told.contains("at most 1"), "{told}");
 }
 
 /// Every line of a good scenario left out, and every byte replaced: a reason or a scenario, never a panic.

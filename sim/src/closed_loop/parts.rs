@@ -1,0 +1,69 @@
+//! Builds the estimators and the controller that a scenario names, from the registry.
+
+use super::estimators::RunningEstimator;
+use super::registry::{BoxedController, Refusal, Registry};
+use crate::config::scenario::Scenario;
+use crate::control::ControllerSetup;
+use crate::error::Error;
+use monorig_estimators::api::signals::Vehicle;
+
+/// The estimators of a scenario, checked and built in the order of their names.
+pub fn estimators(
+    scenario: &Scenario,
+    registry: &Registry,
+    vehicle: &Vehicle,
+) -> Result<Vec<RunningEstimator>, Error> {
+    let mut built = Vec::new();
+    for (name, settings) in &scenario.file.estimators {
+        let at = format!("estimators.{name}");
+        let of_type =
+            registry
+                .find_estimator(settings.type_name(name))
+                .map_err(|w| match &settings.is {
+                    Some(_) => scenario.error(format!("{at}.is"), w.message, w.help),
+                    None => {
+                        let help =
+                            format!("{}; `is` names the type of one with another name", w.help);
+                        scenario.error(at.clone(), w.message, help)
+                    }
+                })?;
+        for (key, value) in settings.named() {
+            of_type
+                .check(key, value)
+                .map_err(|w| scenario.parameter_error(name, key, w.message, w.help))?;
+        }
+        let estimator = of_type
+            .build(vehicle, &settings.named())
+            .map_err(|e| scenario.error(at, e.to_string(), "values that fit this vehicle"))?;
+        built.push(RunningEstimator::new(name, estimator));
+    }
+    Ok(built)
+}
+
+/// The controller of a scenario, checked and built.
+pub fn controller(
+    scenario: &Scenario,
+    registry: &Registry,
+    vehicle: &Vehicle,
+    setup: &ControllerSetup,
+) -> Result<BoxedController, Error> {
+    let settings = &scenario.file.drive.controller;
+    let at = |key: &str, w: Refusal| {
+        scenario.error(format!("drive.controller.{key}"), w.message, w.help)
+    };
+    let of_kind = registry
+        .find_controller(&settings.kind)
+        .map_err(|w| at("kind", w))?;
+    for (key, value) in settings.named() {
+        of_kind.check(key, value).map_err(|w| at(key, w))?;
+    }
+    of_kind
+        .build(vehicle, setup, &settings.named())
+        .map_err(|e| {
+            scenario.error(
+                "drive.controller",
+                e.to_string(),
+                "values that fit this vehicle",
+            )
+        })
+}

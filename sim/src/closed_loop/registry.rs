@@ -1,0 +1,432 @@
+//! Registry: the estimators and controllers that a scenario can name, each with its parameters.
+//!
+//! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a scenario then names
+//! them like ours, and their parameters are checked like ours.
+//!
+//! ```
+//! use monorig_estimators::api::error::Error;
+//! use monorig_estimators::api::estimator::Estimator;
+//! use monorig_estimators::api::signals::{Command, Estimate, Measurements, Vehicle};
+//! use monorig_sim::closed_loop::registry::Registry;
+//!
+//! monorig_estimators::params! {
+//!     /// Parameters of my estimator.
+//!     MyParams {
+//!         mass_kg ["kg"] = 15e3, 1.0 => 1e6, "The mass it always reports.";
+//!     }
+//! }
+//! struct Constant(f64);
+//! impl Estimator for Constant {
+//!     fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
+//!         let mut e = Estimate::default();
+//!         (e.t_s, e.total_mass_kg.value) = (z.t_s, self.0);
+//!         Ok(e)
+//!     }
+//!     fn reset(&mut self) {}
+//! }
+//!
+//! let mut registry = Registry::default();
+//! registry
+//!     .estimator("constant", |_: &Vehicle, p: &MyParams| Constant(p.mass_kg))?
+//!     .about("Reports a constant mass.");
+//! assert!(registry.find_estimator("constnat").unwrap_err().help.contains("did you mean `constant`"));
+//! # Ok::<(), monorig_sim::closed_loop::registry::RegistryError>(())
+//! ```
+
+use crate::config::file::nearest;
+use crate::config::scenario::{DEFAULT_CONTROLLER, valid_name};
+use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
+use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::registry as ours;
+use std::sync::Arc;
+
+/// An estimator as a run holds it.
+pub type BoxedEstimator = Box<dyn Estimator + Send>;
+/// A controller as a run holds it.
+pub type BoxedController = Box<dyn Controller + Send>;
+/// Values of parameters by name; those that are not there have their defaults.
+pub type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
+
+/// Builds an estimator for a nominal vehicle.
+pub type BuildEstimator =
+    dyn Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, ParamError> + Send + Sync;
+/// Builds a controller for a nominal vehicle.
+pub type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
+    + Send
+    + Sync;
+
+/// A type of estimator or controller: its name, its parameters, and how it is built.
+pub struct PartType<B: ?Sized> {
+    name: String,
+    about: String,
+    groups: &'static [&'static [Key]],
+    build: Arc<B>,
+}
+
+/// A type of estimator.
+pub type EstimatorType = PartType<BuildEstimator>;
+/// A type of controller.
+pub type ControllerType = PartType<BuildController>;
+
+/// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
+#[derive(Clone, Debug)]
+pub struct Registry {
+    estimators: Vec<EstimatorType>,
+    controllers: Vec<ControllerType>,
+}
+
+/// A name or a value that is not there: what is wrong, and what would be right.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}; {help}")]
+pub struct Refusal {
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
+}
+
+/// Why a type cannot be added to a registry.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RegistryError {
+    /// There is one of this name already.
+    #[error("there is already {0} called `{1}`")]
+    NameTaken(&'static str, String),
+    /// The name cannot be part of a channel's path.
+    #[error("`{0}` is not a name: write letters, digits, `_` and `-`")]
+    NotAName(String),
+    /// A scenario uses this key for something else.
+    #[error("`{0}` cannot have a parameter called `{1}`: scenarios use this key themselves")]
+    ReservedKey(String, &'static str),
+}
+
+/// Keys of a scenario's estimator that are not parameters.
+const ESTIMATOR_KEYS: &[&str] = &["is", "from"];
+/// Keys of a scenario's controller that are not parameters.
+const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
+
+impl Default for Registry {
+    fn default() -> Self {
+        let mut registry = Self::empty();
+        let names = ours::NAMES.iter().chain(ours::PRINTED_NAMES);
+        registry.estimators = names
+            .map(|name| PartType {
+                name: (*name).into(),
+                about: String::new(),
+                groups: ours::key_groups(name).unwrap_or_default(),
+                build: Arc::new(|vehicle: &Vehicle, settings: NamedSettings<'_>| {
+                    let built = ours::build(name, vehicle, settings.iter().copied())?;
+                    Ok(Box::new(built) as BoxedEstimator)
+                }) as Arc<BuildEstimator>,
+            })
+            .collect();
+        let pi = |vehicle: &Vehicle, setup: &ControllerSetup, params: &SpeedControllerParams| {
+            SpeedController::new(*params, *vehicle, setup)
+        };
+        registry.controllers = vec![controller_type(DEFAULT_CONTROLLER, pi)];
+        if let Some(pi) = registry.controllers.first_mut() {
+            pi.about("PI speed control with feed-forward, anti-windup, torque sharing and hold on slopes.");
+        }
+        registry
+    }
+}
+
+impl Registry {
+    /// A registry without any estimator or controller.
+    pub fn empty() -> Self {
+        Self {
+            estimators: Vec::new(),
+            controllers: Vec::new(),
+        }
+    }
+
+    /// Add a type of estimator with the parameters `P`: `registry.estimator("mine", |vehicle, params: &MyParams| …)?`.
+    pub fn estimator<P, E>(
+        &mut self,
+        name: &str,
+        build: impl Fn(&Vehicle, &P) -> E + Send + Sync + 'static,
+    ) -> Result<&mut EstimatorType, RegistryError>
+    where
+        P: Parameters + 'static,
+        E: Estimator + Send + 'static,
+    {
+        let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
+            let built = build(vehicle, &params_of::<P>(settings)?);
+            Ok(Box::new(built) as BoxedEstimator)
+        };
+        let new = PartType {
+            name: name.into(),
+            about: String::new(),
+            groups: P::GROUPS,
+            build: Arc::new(build) as Arc<BuildEstimator>,
+        };
+        add(&mut self.estimators, new, "an estimator", ESTIMATOR_KEYS)
+    }
+
+    /// Add a type of controller with the parameters `P`:
+    /// `registry.controller("mine", |vehicle, setup, params: &MyParams| …)?`.
+    pub fn controller<P, C>(
+        &mut self,
+        name: &str,
+        build: impl Fn(&Vehicle, &ControllerSetup, &P) -> C + Send + Sync + 'static,
+    ) -> Result<&mut ControllerType, RegistryError>
+    where
+        P: Parameters + 'static,
+        C: Controller + Send + 'static,
+    {
+        let new = controller_type(name, build);
+        add(&mut self.controllers, new, "a controller", CONTROLLER_KEYS)
+    }
+
+    /// The types of estimators, in the order in which they were added.
+    pub fn estimators(&self) -> &[EstimatorType] {
+        &self.estimators
+    }
+
+    /// The types of controllers, in the order in which they were added.
+    pub fn controllers(&self) -> &[ControllerType] {
+        &self.controllers
+    }
+
+    /// The type of estimator of this name.
+    pub fn find_estimator(&self, name: &str) -> Result<&EstimatorType, Refusal> {
+        find(&self.estimators, name, "estimator")
+    }
+
+    /// The type of controller of this name.
+    pub fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
+        find(&self.controllers, name, "controller")
+    }
+}
+
+impl<B: ?Sized> PartType<B> {
+    /// Say in one sentence what it is.
+    pub fn about(&mut self, sentence: &str) -> &mut Self {
+        self.about = sentence.into();
+        self
+    }
+
+    /// Its name in scenarios.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is, in one sentence; empty if nobody said.
+    pub fn description(&self) -> &str {
+        &self.about
+    }
+
+    /// Its parameters, in groups.
+    pub fn key_groups(&self) -> &'static [&'static [Key]] {
+        self.groups
+    }
+
+    /// Its parameters.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<B> {
+        self.groups.iter().copied().flatten()
+    }
+
+    /// The parameter of this name.
+    pub fn key(&self, key: &str) -> Result<&'static Key, Refusal> {
+        self.keys().find(|k| k.name == key).ok_or_else(|| {
+            let names: Vec<&str> = self.keys().map(|k| k.name).collect();
+            Refusal {
+                message: format!("{} has no parameter `{key}`", self.name),
+                help: suggestion(key, &names, "its parameters"),
+            }
+        })
+    }
+
+    /// Whether a parameter of this name can have this value.
+    pub fn check(&self, key: &str, value: Setting<'_>) -> Result<(), Refusal> {
+        let key = self.key(key)?;
+        key.check(value).map_err(|_| Refusal {
+            message: format!("{value} is not {}", key.kind),
+            help: format!("{}: {}", key.name, key.doc),
+        })
+    }
+}
+
+impl EstimatorType {
+    /// Build one for a nominal vehicle.
+    pub fn build(
+        &self,
+        vehicle: &Vehicle,
+        settings: NamedSettings<'_>,
+    ) -> Result<BoxedEstimator, ParamError> {
+        (self.build)(vehicle, settings)
+    }
+}
+
+impl ControllerType {
+    /// Build one for a nominal vehicle.
+    pub fn build(
+        &self,
+        vehicle: &Vehicle,
+        setup: &ControllerSetup,
+        settings: NamedSettings<'_>,
+    ) -> Result<BoxedController, ParamError> {
+        (self.build)(vehicle, setup, settings)
+    }
+}
+
+impl<B: ?Sized> Clone for PartType<B> {
+    fn clone(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            about: self.about.clone(),
+            groups: self.groups,
+            build: self.build.clone(),
+        }
+    }
+}
+
+impl<B: ?Sized> std::fmt::Debug for PartType<B> {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(&self.name)
+    }
+}
+
+fn controller_type<P, C>(
+    name: &str,
+    build: impl Fn(&Vehicle, &ControllerSetup, &P) -> C + Send + Sync + 'static,
+) -> ControllerType
+where
+    P: Parameters + 'static,
+    C: Controller + Send + 'static,
+{
+    let build = move |vehicle: &Vehicle, setup: &ControllerSetup, settings: NamedSettings<'_>| {
+        let built = build(vehicle, setup, &params_of::<P>(settings)?);
+        Ok(Box::new(built) as BoxedController)
+    };
+    PartType {
+        name: name.into(),
+        about: String::new(),
+        groups: P::GROUPS,
+        build: Arc::new(build),
+    }
+}
+
+/// The default parameters with these values in their place.
+fn params_of<P: Parameters>(settings: NamedSettings<'_>) -> Result<P, ParamError> {
+    let mut params = P::default();
+    for (key, value) in settings {
+        params.set(key, *value)?;
+    }
+    Ok(params)
+}
+
+fn add<'a, B: ?Sized>(
+    list: &'a mut Vec<PartType<B>>,
+    new: PartType<B>,
+    what: &'static str,
+    reserved: &[&'static str],
+) -> Result<&'a mut PartType<B>, RegistryError> {
+    if !valid_name(&new.name) {
+        return Err(RegistryError::NotAName(new.name));
+    }
+    if list.iter().any(|part| part.name == new.name) {
+        return Err(RegistryError::NameTaken(what, new.name));
+    }
+    if let Some(key) = reserved.iter().find(|r| new.keys().any(|k| k.name == **r)) {
+        return Err(RegistryError::ReservedKey(new.name, key));
+    }
+    list.push(new);
+    let last = list.len() - 1;
+    Ok(&mut list[last])
+}
+
+fn find<'a, B: ?Sized>(
+    list: &'a [PartType<B>],
+    name: &str,
+    what: &str,
+) -> Result<&'a PartType<B>, Refusal> {
+    list.iter().find(|part| part.name == name).ok_or_else(|| {
+        let names: Vec<&str> = list.iter().map(|part| part.name.as_str()).collect();
+        Refusal {
+            message: format!("there is no {what} `{name}`"),
+            help: suggestion(name, &names, &format!("known {what}s")),
+        }
+    })
+}
+
+/// What may have been meant, and all there is.
+fn suggestion(word: &str, known: &[&str], title: &str) -> String {
+    let list = format!("{title}: {}", known.join(", "));
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Perception, Reference};
+    use monorig_estimators::api::signals::Command;
+
+    monorig_estimators::params! {
+        /// Parameters of a controller with one motor torque.
+        Constant { torque_nm ["N·m"] = 1.0, 0.0 => 10.0, "The torque."; }
+    }
+    monorig_estimators::params! {
+        /// Parameters with a name that scenarios use themselves.
+        Reserved { kind ["-"] = 1.0, 0.0 => 10.0, "A number."; }
+    }
+
+    struct ConstantTorque(f64);
+    impl Controller for ConstantTorque {
+        fn control(&mut self, r: &Reference, _: &Perception, _: f64) -> Command {
+            let mut c = r.command();
+            c.motor_torque_nm[0] = self.0;
+            c
+        }
+    }
+
+    fn constant(_: &Vehicle, _: &ControllerSetup, p: &Constant) -> ConstantTorque {
+        ConstantTorque(p.torque_nm)
+    }
+
+    #[test]
+    fn a_name_is_given_once_and_can_be_part_of_a_path() {
+        let mut registry = Registry::default();
+        assert!(registry.controller("constant", constant).is_ok());
+        let taken = registry.controller("constant", constant).unwrap_err();
+        assert!(matches!(taken, RegistryError::NameTaken(..)), "{taken}");
+        let taken = registry.controller("pi", constant).unwrap_err();
+        assert!(matches!(taken, RegistryError::NameTaken(..)), "{taken}");
+        for bad in ["", "a/b", "a b"] {
+            let bad = registry.controller(bad, constant).unwrap_err();
+            assert!(matches!(bad, RegistryError::NotAName(_)), "{bad}");
+        }
+        let reserved = |_: &Vehicle, _: &ControllerSetup, _: &Reserved| ConstantTorque(0.0);
+        let refused = registry.controller("reserved", reserved).unwrap_err();
+        assert!(
+            matches!(refused, RegistryError::ReservedKey(..)),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn names_keys_and_values_are_checked_with_what_may_have_been_meant() {
+        let mut registry = Registry::empty();
+        registry.controller("constant", constant).unwrap();
+        let told = registry.find_controller("constnat").unwrap_err().help;
+        assert!(told.contains("did you mean `constant`"), "{told}");
+        let kind = registry.find_controller("constant").unwrap();
+        let told = kind.check("torqe_nm", 1.0.into()).unwrap_err().help;
+        assert!(told.contains("did you mean `torque_nm`"), "{told}");
+        let told = kind.check("torque_nm", 11.0.into()).unwrap_err();
+        assert!(told.message.contains("0…10 N·m"), "{told}");
+        assert!(kind.check("torque_nm", true.into()).is_err());
+        assert!(kind.check("torque_nm", 9.0.into()).is_ok());
+    }
+
+    #[test]
+    fn a_registry_can_be_shared_between_threads() {
+        fn shared<T: Send + Sync + Clone + 'static>(_: &T) {}
+        shared(&Registry::default());
+    }
+}
