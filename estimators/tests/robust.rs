@@ -201,7 +201,7 @@ fn survives_garbage(name: &str, mut estimator: AnyEstimator) {
     let (mut t_s, mut last_s) = (0.0, -1.0);
     let (mut refused, mut borne) = (0, 0);
     for step in 0..GARBAGE_STEPS {
-        let mut dt = [DT, 1e-9, 0.02, 1.0][random.below(4)];
+        let mut dt = [DT, 1e-6, 0.02, 1.0][random.below(4)];
         t_s += dt;
         let mut z = nonsense(&mut random, t_s);
         let mut u = Command {
