@@ -28,7 +28,9 @@ use crate::pipelines::huainan_robust::{
     rls_mff_aukf_robust,
 };
 #[cfg(feature = "liu2023")]
-use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, joint_ekf, rls_ekf};
+use crate::pipelines::joint_ekf::joint_ekf;
+#[cfg(feature = "liu2023")]
+use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
 #[cfg(feature = "resistance")]
 use crate::pipelines::liu_2023_resistance::resistance_dffrls;
 #[cfg(feature = "liu2023")]

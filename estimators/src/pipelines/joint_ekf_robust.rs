@@ -23,7 +23,7 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::liu_2023::{JointModel, Push, SCALE};
+use crate::pipelines::joint_ekf::{JointModel, Push, SCALE};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
