@@ -101,15 +101,19 @@ impl DifferencedMass {
         let mass_kg = self.found_kg();
         self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
-        let mut ready = self.train.step(&self.signals, sample, reading, dt);
-        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+        let next = self.train.step(&self.signals, sample, reading, running, dt);
+        if let Some(next) = next {
             let now = (next, self.bends.filtered());
             if let Some(before) = self.last.replace(now) {
                 self.difference(&before, &now, balance);
             }
         }
         if !self.signals.settled() {
-            (self.last, self.excited) = (None, false);
+            self.excited = false;
+            // Samples of the last run that still wait have differences to each other.
+            if !self.train.is_waiting() {
+                self.last = None;
+            }
         }
     }
 

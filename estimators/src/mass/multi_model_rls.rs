@@ -316,7 +316,7 @@ mod tests {
         for _ in 0..6000 {
             let sample = signals.step(&reading, &balance, true, 0.01);
             stage.step(&reading, &balance, &signals, 0.0, 0.01);
-            if let Some(ready) = train.step(&signals, sample, &reading, 0.01) {
+            if let Some(ready) = train.step(&signals, sample, &reading, true, 0.01) {
                 stage.sample(&ready, &balance, &train);
             }
         }

@@ -93,23 +93,27 @@ impl DistributedTrain {
         }
     }
 
-    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`DistributedTrain::take`] has the others.
+    /// One step, with the sample that is new; returns at most one sample whose rail has been read, so that no step has to serve many. While
+    /// the train is not `running` nothing will be read: samples then come as they are, one a step. If too many wait, the oldest comes.
     pub fn step(
         &mut self,
         signals: &Resampler,
         sample: Option<ResampledSample>,
         reading: &Reading,
+        running: bool,
         dt: Real,
     ) -> Option<AlignedSample> {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
-        let now = (sample?, self.train.place_m());
-        if self.point {
-            return Some(self.ready(now));
-        }
-        let oldest = self.waiting.join(now)?;
-        Some(self.ready(oldest))
+        let place_m = self.train.place_m();
+        let next = match sample {
+            Some(sample) if self.point => Some((sample, place_m)),
+            Some(sample) => self.waiting.push((sample, place_m)),
+            None => None,
+        };
+        let next = next.or_else(|| self.take(running))?;
+        Some(self.ready(next))
     }
 
     /// The train moves on by one step; see [`MappedTrain::step`].
@@ -130,14 +134,18 @@ impl DistributedTrain {
         }
     }
 
+    /// Whether samples wait.
+    pub fn is_waiting(&self) -> bool {
+        self.waiting.first().is_some()
+    }
+
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    pub fn take(&mut self, running: bool) -> Option<AlignedSample> {
+    fn take(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
         let (_, place_m) = self.waiting.first()?;
         if running && !self.train.seen(place_m) {
             return None;
         }
-        let next = self.waiting.take()?;
-        Some(self.ready(next))
+        self.waiting.pop()
     }
 
     fn ready(&self, (sample, place_m): (ResampledSample, Real)) -> AlignedSample {

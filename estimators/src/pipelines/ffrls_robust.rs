@@ -146,7 +146,7 @@ impl Pipeline for Ffrls {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
-        self.train.step(&self.signals, None, reading, dt);
+        self.train.step(&self.signals, None, reading, running, dt);
         let [wheel_speed, force_balance] = &mut self.aids;
         *wheel_speed = control::wheel_speed_input(reading);
         if let Control::Out(outcome) = control::force_balance(reading, running, false) {

@@ -204,7 +204,7 @@ impl Pipeline for JointEkf {
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
-        self.train.step(&self.signals, None, reading, dt);
+        self.train.step(&self.signals, None, reading, running, dt);
         if let Some(speed) = reading.speed_mps {
             self.gate.observe(speed, dt);
         }
