@@ -4,7 +4,7 @@
 //!
 //! It takes the slope for a constant. On level or evenly graded track a start or a stop gives a usable mass; while the slope
 //! changes at steady speed, the force varies with v̇ = 0 and the regression concludes that the mass is infinite: it then runs into
-//! the end of its mass range and says `saturated`. Only forgetting brings it back. A yardstick, not a choice.
+//! the end of its mass range and is marked `saturated`. Only forgetting brings it back. A baseline for comparisons.
 
 use nalgebra::{Vector2, vector};
 
@@ -124,7 +124,7 @@ impl Ffrls {
         control::regressed(Some(&outcome), true)
     }
 
-    /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// χ within the range of the mass and what there is of slopes. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Vector2<Real> {
         let ([low, high], x) = (self.range_kg, self.rls.belief.x);
         vector![

@@ -4,7 +4,7 @@
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
 //! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know the slope). The
-//! pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is told in its standard deviation:
+//! pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by as much the
 //!   other way; in a survey an error of the slope does the same (0.1° is 0.0017)
