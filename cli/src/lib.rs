@@ -6,7 +6,7 @@
 //! ```no_run
 //! use monorig_estimators::api::error::Error;
 //! use monorig_estimators::api::estimator::Estimator;
-//! use monorig_estimators::api::signals::{Command, Estimate, Measurements, Vehicle};
+//! use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 //!
 //! monorig_estimators::params! {
 //!     /// Parameters of my estimator.

@@ -168,6 +168,7 @@ pub const KINDS: &[FileFormat] = &[
             "wheel_speed",
             "clamp_pressure",
             "steering_angle",
+            "inclinometer",
         ],
         schema: || schema_for!(SheetFile),
         names: &[],

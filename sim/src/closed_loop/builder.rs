@@ -2,6 +2,7 @@
 
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::closed_loop::events::EventSchedule;
+use crate::closed_loop::instruments;
 use crate::closed_loop::nominal_vehicle;
 use crate::closed_loop::obstacles;
 use crate::closed_loop::parts;
@@ -106,15 +107,15 @@ impl Simulation {
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
         let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
-        sheet.check_vehicle(car.is_some())?;
-        let mut sensors = Suite::new(&sheet, &train, s.physics.gravity_mps2.get(), seed)?;
-        sensors.check_step(dt_s)?;
-        sensors.add_faults(scenario.path(), &s.events)?;
+        let sensors = instruments::fit(&scenario, &sheet, Vec::new(), &train, seed)?;
         let imu = sensors
             .imu_mount()
             .or_else(|| train.mount("imu_link"))
             .unwrap_or(0);
-        let mounts = vec![imu];
+        let mut mounts = sensors.mounts();
+        if !mounts.contains(&imu) {
+            mounts.push(imu);
+        }
         let zones = zones(&scenario, &rail)?;
         let obstacles = obstacles::place(&scenario, &rail)?;
 
@@ -123,6 +124,10 @@ impl Simulation {
             Some(car) => car.nominal_vehicle(&s.vehicle, gravity),
             None => nominal_vehicle::vehicle(&scenario, &train, imu),
         };
+        let vehicle = Vehicle::new(vehicle).map_err(|e| {
+            let help = "values that the data sheet of a vehicle can have";
+            scenario.error("vehicle", e.to_string(), help)
+        })?;
         let guess = s
             .vehicle
             .total_mass_guess_kg

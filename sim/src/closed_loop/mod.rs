@@ -8,12 +8,14 @@
 //! | `parts` | those that it names, checked and built |
 //! | `estimators` | the estimators that run side by side |
 //! | `events` | the events of a scenario, applied when they are due |
+//! | `instruments` | the instruments of a scenario, fitted to its vehicle |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
 pub mod builder;
 pub mod estimators;
 pub mod events;
+mod instruments;
 mod nominal_vehicle;
 pub mod obstacles;
 mod parts;

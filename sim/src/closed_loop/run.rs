@@ -6,7 +6,8 @@ use crate::closed_loop::events::EventSchedule;
 use crate::control::{Controller, Cycle, Perception, PerceptionModel, Reference};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
-use crate::sensors::{Sensors, Suite};
+use crate::sensors::Suite;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements};
 
 /// State of the loop after a step of the plant, handed to the observers.
@@ -225,11 +226,11 @@ impl Loop {
         let truth = plant.truth();
         self.time_ns = libm::round(truth.t_s * 1e9) as i64;
         self.z = Measurements {
-            t_s: truth.t_s,
+            t: Time::from_ns(self.time_ns),
             ..Measurements::default()
         };
         sensors.measure(truth, &mut self.z)?;
-        self.sampled = any_new(&self.z);
+        self.sampled = self.z.any();
         if self.sampled {
             perception.measure(&self.z);
             let dt = truth.t_s - self.last_sample_s;
@@ -240,13 +241,4 @@ impl Loop {
         }
         Ok(())
     }
-}
-
-fn any_new(z: &Measurements) -> bool {
-    z.specific_force_mps2.is_some()
-        || z.angular_rate_radps.is_some()
-        || z.motor_torque_nm.iter().any(Option::is_some)
-        || z.wheel_speed_mps.iter().any(Option::is_some)
-        || z.clamp_pressure_mpa.iter().any(Option::is_some)
-        || z.steering_angle_rad.is_some()
 }

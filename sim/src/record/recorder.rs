@@ -57,8 +57,9 @@ pub fn channels(drives: usize, road: bool, estimators: &[RunningEstimator]) -> V
         for (name, unit) in ESTIMATE {
             add(format!("estimates/{}/{name}", m.name), unit);
         }
-        for name in m.internal_names() {
-            add(format!("internals/{}/{name}", m.name), "");
+        for i in m.list_internals() {
+            let unit = if i.unit == "-" { "" } else { i.unit };
+            add(format!("internals/{}/{}", m.name, i.name), unit);
         }
     }
     c
@@ -320,23 +321,6 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Keep what is new in `z`.
-fn merge(latest: &mut Measurements, z: &Measurements) {
-    fn keep<T: Copy>(old: &mut Option<T>, new: &Option<T>) {
-        if new.is_some() {
-            *old = *new;
-        }
-    }
-    keep(&mut latest.specific_force_mps2, &z.specific_force_mps2);
-    keep(&mut latest.angular_rate_radps, &z.angular_rate_radps);
-    keep(&mut latest.steering_angle_rad, &z.steering_angle_rad);
-    for i in 0..MAX_DRIVES {
-        keep(&mut latest.motor_torque_nm[i], &z.motor_torque_nm[i]);
-        keep(&mut latest.wheel_speed_mps[i], &z.wheel_speed_mps[i]);
-        keep(&mut latest.clamp_pressure_mpa[i], &z.clamp_pressure_mpa[i]);
-    }
-}
-
 impl Observer for Recorder<'_> {
     fn wants_truth(&self, time_ns: i64) -> bool {
         time_ns >= self.next_row_ns || time_ns >= self.next_pose_ns
@@ -344,7 +328,7 @@ impl Observer for Recorder<'_> {
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
-            merge(&mut self.latest, f.measurements);
+            self.latest.merge(f.measurements);
         }
         for text in f.events {
             self.event(f.time_ns, text.clone());
