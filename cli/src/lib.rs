@@ -4,9 +4,7 @@
 //! command then takes them from a scenario as it takes ours:
 //!
 //! ```no_run
-//! use monorig_estimators::api::error::Error;
-//! use monorig_estimators::api::estimator::Estimator;
-//! use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+//! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
 //!
 //! monorig_estimators::params! {
 //!     /// Parameters of my estimator.
@@ -15,8 +13,8 @@
 //! struct MyEstimator { mass_kg: f64 }
 //! impl Estimator for MyEstimator {
 //!     fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
-//!         let mut estimate = Estimate::default();
-//!         (estimate.t_s, estimate.total_mass_kg.value) = (z.t_s, self.mass_kg);
+//!         let mut estimate = Estimate::at(z.t);
+//!         estimate.total_mass_kg.value = self.mass_kg;
 //!         Ok(estimate)
 //!     }
 //!     fn reset(&mut self) {}
@@ -28,6 +26,9 @@
 //!         .main()
 //! }
 //! ```
+
+pub use monorig_estimators;
+pub use monorig_sim;
 
 mod commands;
 mod files;
