@@ -2,19 +2,26 @@
 
     python3 docs/tools/published.py path/to/monorig
 
-Runs `monorig compare` over the scenarios below (some minutes on two cores) and writes their tables, published figures beside ours as
-the scenarios name them (`published`). The text above the tables is in published.md beside this program.
+Runs `monorig compare` over the scenarios below (some minutes on two cores), with every method as published, as printed and robust, and
+writes their tables, published figures beside ours as the scenarios name them (`published`). The text above the tables is in
+published.md beside this program. Needs PyYAML.
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import yaml
+
 ROOT = Path(__file__).resolve().parents[2]
-ALL = ("dffrls_aekf_robust,rls_ekf_robust,ffrls_robust,joint_ekf_robust,dffrls_aukf_robust,dffrls_ukf_robust,dffrls_aekf_inclination_robust,ffrls_aukf_robust,rls_mff_aukf_robust,"
-       "imm_stf_robust,imm_stf_fixed_robust,imm_ekf_robust,kinematic_stf_robust,dynamic_stf_robust,mmrls_sh_stf_robust")
+PARAMETERS = ROOT / "docs/src/methods/parameters.md"
+# The methods compared in every scenario of Liu et al. 2023; elsewhere those of the scenario.
+ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
+       "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf").split(",")
+PRINTED = ("dffrls_aekf", "dffrls_aukf", "imm_stf", "mmrls_sh_stf")
 LIU = ["mass_rmse_kg", "slope_rmse_deg", "slope_valid_share"]
 HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]
@@ -28,12 +35,63 @@ SETS = [
 ] + [(f"Guo et al. 2024, table 2 ({case.replace('_', ' ')})", f"guo2024_{case}", None, "1..50", GUO) for case in CASES]
 
 
-def compare(program, scenario, estimators, seeds, metrics, folder):
+def parameters():
+    """Names of the parameters of each estimator, from the book."""
+    found = {}
+    for section in PARAMETERS.read_text().split("\n## ")[1:]:
+        names = re.search(r"^Of (.*)\.$", section, re.M).group(1)
+        keys = re.findall(r"^\| `(\w+)`", section, re.M)
+        for name in re.findall(r"`(\w+)`", names):
+            found.setdefault(name, set()).update(keys)
+    return found
+
+
+def forms(method):
+    """The names of a method: as published, as printed, robust."""
+    return [method, *([f"{method}_printed"] if method in PRINTED else []), f"{method}_robust"]
+
+
+def numbers(value):
+    """Floats that YAML 1.1 takes for text, such as 1e-4, as numbers."""
+    if isinstance(value, dict):
+        return {key: numbers(v) for key, v in value.items()}
+    if isinstance(value, list):
+        return [numbers(v) for v in value]
+    if isinstance(value, str) and re.fullmatch(r"[-+]?[\d.]+e[-+]?\d+", value):
+        return float(value)
+    return value
+
+
+def with_all_forms(scenario, methods, folder):
+    """The scenario with every form of its methods, in a file of its own; and their names."""
+    file = numbers(yaml.safe_load((ROOT / "scenarios" / f"{scenario}.yaml").read_text()))
+    for key in ("track", "train", "car", "sensors"):
+        if key in file:
+            file[key] = str((ROOT / "scenarios" / file[key]).resolve())
+    given = file["estimators"]
+    methods = methods or [name.removesuffix("_robust") for name in given]
+    known, names = parameters(), []
+    for method in methods:
+        settings = given.get(f"{method}_robust", {})
+        for name in forms(method):
+            names.append(name)
+            given.setdefault(name, {k: v for k, v in settings.items() if k in known.get(name, ())})
+    # What was published is of the method, in whatever form.
+    for entry in list(file.get("published", [])):
+        method = entry["estimator"].removesuffix("_robust")
+        entries = [{**entry, "estimator": name} for name in forms(method) if name in names]
+        file["published"] = [e for e in file["published"] if e is not entry] + entries
+    file.pop("expect", None)
+    path = Path(folder) / f"{scenario}.yaml"
+    path.write_text(json.dumps(file))
+    return path, names
+
+
+def compare(program, scenario, methods, seeds, metrics, folder):
+    file, names = with_all_forms(scenario, methods, folder)
     out = Path(folder) / f"{scenario}.json"
-    command = [program, "compare", str(ROOT / "scenarios" / f"{scenario}.yaml"), "--seeds", seeds,
-               "--metrics", ",".join(metrics), "--json", str(out)]
-    if estimators:
-        command += ["--estimators", estimators]
+    command = [program, "compare", str(file), "--seeds", seeds, "--metrics", ",".join(metrics), "--json", str(out),
+               "--estimators", ",".join(names)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return json.loads(out.read_text())["table"]
 
@@ -67,8 +125,8 @@ def table(cells, metrics):
 def main():
     text = (Path(__file__).with_name("published.md")).read_text()
     with tempfile.TemporaryDirectory() as folder:
-        for title, scenario, estimators, seeds, metrics in SETS:
-            cells = compare(sys.argv[1], scenario, estimators, seeds, metrics, folder)
+        for title, scenario, methods, seeds, metrics in SETS:
+            cells = compare(sys.argv[1], scenario, methods, seeds, metrics, folder)
             text += f"\n## {title}\n\n`scenarios/{scenario}.yaml`, seeds {seeds}.\n\n" + "\n".join(table(cells, metrics)) + "\n"
     (ROOT / "docs/src/published.md").write_text(text)
 

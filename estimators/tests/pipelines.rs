@@ -4,9 +4,10 @@
 
 mod reference;
 
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
-    Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle,
+    Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
 use monorig_estimators::registry::build;
 use reference::{Table, assert_agrees};
@@ -15,7 +16,7 @@ const DT: f64 = 0.05;
 
 /// The train of the oracles, a point.
 fn rail() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
         drives: 2,
         wheel_radius_m: 0.17,
@@ -28,12 +29,13 @@ fn rail() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 /// The road vehicle of the oracles.
 fn road() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 1_900.0,
         drives: 2,
         wheel_radius_m: 0.335,
@@ -50,8 +52,9 @@ fn road() -> Vehicle {
             front_cornering_npr: 120e3,
             rear_cornering_npr: 130e3,
         }),
-        ..rail()
-    }
+        ..rail().data()
+    })
+    .unwrap()
 }
 
 /// What a row of a recorded drive sends: torque and wheel speed only where it is fresh.
@@ -69,15 +72,18 @@ fn samples(row: &[f64; 11]) -> (Measurements, Command) {
         speed2,
         brake,
     ] = *row;
-    let at = |value| Sample { t_s, value };
+    let at = |value| Sample {
+        t: Time::from_s(t_s),
+        value,
+    };
     let mut z = Measurements {
-        t_s,
+        t: Time::from_s(t_s),
         specific_force_mps2: Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [f, across, 9.81],
         }),
         angular_rate_radps: Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [0.0, 0.0, yaw],
         }),
         steering_angle_rad: Some(at(steer)),
@@ -113,7 +119,7 @@ fn drive(
         pipeline
             .internals()
             .iter()
-            .position(|n| n == wanted)
+            .position(|i| i.name == *wanted)
             .unwrap()
     };
     let places: Vec<usize> = internals.iter().map(place).collect();

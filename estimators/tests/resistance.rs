@@ -6,9 +6,9 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Parameters, Setting};
-use monorig_estimators::api::signals::{Command, Measurements, Vehicle};
-use monorig_estimators::pipelines::resistance_dffrls_robust;
-use monorig_estimators::pipelines::resistance_dffrls_robust::{SpeedPrediction, Surveyed};
+use monorig_estimators::api::signals::{Command, Measurements, Vehicle, VehicleData};
+use monorig_estimators::pipelines::resistance_robust;
+use monorig_estimators::pipelines::resistance_robust::{SpeedPrediction, Surveyed};
 use monorig_estimators::{Real, registry};
 
 const GRAVITY: Real = 9.81;
@@ -18,19 +18,21 @@ const MASS_KG: Real = 50_000.0;
 const MU: Real = 0.024;
 
 fn train() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         running_resistance: MU,
         mass_range_kg: [10_000.0, 60_000.0],
-        ..vehicle(2)
-    }
+        ..vehicle(2).data()
+    })
+    .unwrap()
 }
 
 /// What the estimators are told: everything but the resistance.
 fn told() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         running_resistance: 0.0,
-        ..train()
-    }
+        ..train().data()
+    })
+    .unwrap()
 }
 
 /// 1 200 m of a grade between 2° and 8°, rad.
@@ -66,7 +68,7 @@ fn identified(direction: Real, bias: Real, settings: &[(&str, Setting)]) -> (Rea
 
 /// The same with a survey in place of the accelerometer, off by `error_rad`.
 fn surveyed(direction: Real, error_rad: Real) -> (Real, Real) {
-    let mut params = resistance_dffrls_robust::Params::default();
+    let mut params = resistance_robust::Params::default();
     params.set("known_mass_kg", MASS_KG.into()).unwrap();
     let mut estimator = Surveyed::new(&told(), &params);
     let mut last = (0.0, 0.0);
@@ -162,7 +164,7 @@ fn the_coefficient_predicts_the_speed_of_a_descent_and_a_wrong_one_does_not() {
 
 #[test]
 fn a_survey_that_is_not_a_number_is_refused_and_changes_nothing() {
-    let mut estimator = Surveyed::new(&told(), &resistance_dffrls_robust::Params::default());
+    let mut estimator = Surveyed::new(&told(), &resistance_robust::Params::default());
     let before = estimator;
     let z = Crane::new(train(), MASS_KG, 1).step(1.0, DT);
     assert!(

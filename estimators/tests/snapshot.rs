@@ -7,8 +7,8 @@ use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, Measurements};
-use monorig_estimators::api::snapshot::SnapshotError;
-use monorig_estimators::registry::{AnyEstimator, MAX_SNAPSHOT_BYTES};
+use monorig_estimators::api::snapshot::{MAX_SNAPSHOT_BYTES, SnapshotError};
+use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::{Real, registry};
 
 const DT: Real = 0.01;
@@ -44,15 +44,15 @@ fn drive(steps: usize) -> Vec<(Measurements, Command)> {
         .collect()
 }
 
-/// Each estimator as it is built, and again in square-root form where it has one.
+/// Each estimator as it is built, and again without the square-root form where it has one.
 fn all() -> Vec<AnyEstimator> {
     let plain = registry::NAMES
         .iter()
         .map(|name| registry::build(name, &vehicle(2), []).unwrap());
-    let factored = registry::NAMES.iter().filter_map(|name| {
-        registry::build(name, &vehicle(2), [("square_root", Setting::Flag(true))]).ok()
+    let unfactored = registry::NAMES.iter().filter_map(|name| {
+        registry::build(name, &vehicle(2), [("square_root", Setting::Flag(false))]).ok()
     });
-    let all: Vec<_> = plain.chain(factored).collect();
+    let all: Vec<_> = plain.chain(unfactored).collect();
     assert!(all.len() > registry::NAMES.len());
     all
 }

@@ -50,9 +50,61 @@ impl InputError {
         if let (Some(l), Some(c)) = (self.line, self.column) {
             s += &format!(":{l}:{c}");
         }
-        if !self.key.is_empty() {
-            s += &format!(": {}", self.key);
+        match (s.is_empty(), self.key.is_empty()) {
+            (true, _) => self.key.clone(),
+            (false, true) => s,
+            (false, false) => format!("{s}: {}", self.key),
         }
-        s
+    }
+}
+
+/// A value that a part of the simulation cannot be built from. It knows no file: what read the value from one says which
+/// ([`DataError::in_file`]).
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {message}\n  help: {help}")]
+pub struct DataError {
+    /// Path of the value, such as `gyro.sampling.rate_hz`; empty for the data as a whole.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
+}
+
+impl DataError {
+    /// The value at `key` is wrong.
+    pub fn new(
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self {
+            key: key.into(),
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    /// The same of one item of a larger whole: `key` becomes `parent.key`.
+    pub fn under(self, parent: &str) -> Self {
+        let key = match self.key.is_empty() {
+            true => parent.to_owned(),
+            false => format!("{parent}.{}", self.key),
+        };
+        Self { key, ..self }
+    }
+}
+
+/// For data that came from no file, as in a simulation built in code.
+impl From<DataError> for Error {
+    fn from(e: DataError) -> Self {
+        Error::Input(Box::new(InputError {
+            file: PathBuf::new(),
+            line: None,
+            column: None,
+            key: e.key,
+            message: e.message,
+            help: e.help,
+        }))
     }
 }

@@ -16,7 +16,7 @@ from common import DATA, read, write
 
 ALGORITHMS = [
     "rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning",
-    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent",
+    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "rls_near_equal",
 ]
 ALLOWED = 1e-10
 

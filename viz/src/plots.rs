@@ -42,11 +42,11 @@ pub const SENSORS: [(Plot, &str); 9] = [
     (Plot::SpecificForce, "Specific force, m/s²"),
     (Plot::AngularRate, "Angular rate, rad/s"),
     (Plot::Torque, "Motor torque, N·m"),
-    (Plot::WheelSpeed, "WheelShape speed, m/s"),
+    (Plot::WheelSpeed, "Wheel speed, m/s"),
     (Plot::Slip, "Slip, m/s"),
     (Plot::DriveForce, "Traction of each drive, N"),
     (Plot::Clamp, "Clamp pressure, MPa"),
-    (Plot::WheelLoad, "WheelShape loads, N"),
+    (Plot::WheelLoad, "Wheel loads, N"),
     (Plot::Rail, "Off the rail or the lane, clearance, m"),
 ];
 

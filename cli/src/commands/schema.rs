@@ -12,7 +12,7 @@ use crate::ui::output;
     after_help = "Examples:\n  monorig schema                   the kinds there are\n  monorig schema scenario > scenario.json"
 )]
 pub struct SchemaArgs {
-    /// FileKind of file; without it the kinds are listed
+    /// Kind of file; without it the kinds are listed
     pub kind: Option<FileKind>,
 }
 

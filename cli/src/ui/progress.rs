@@ -11,7 +11,7 @@ const NOTE_INTERVAL: Duration = Duration::from_secs(10);
 /// Positions of the bar.
 const STEPS: u64 = 1000;
 
-/// ProgressDisplay of one run.
+/// The progress of one run on the terminal.
 pub struct ProgressDisplay {
     name: String,
     bar: Option<ProgressBar>,

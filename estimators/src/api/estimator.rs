@@ -2,21 +2,89 @@
 
 use crate::Real;
 use crate::api::{
+    aid::AidStatus,
     error::Error,
     signals::{Command, Estimate, Measurements},
+    snapshot::SnapshotError,
 };
 
-/// An estimator of mass and slope.
+/// An internal quantity of an estimator, for plots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Internal {
+    /// Name of its channel.
+    pub name: &'static str,
+    /// Unit, `-` for none.
+    pub unit: &'static str,
+}
+
+impl Internal {
+    /// With name and unit.
+    pub const fn new(name: &'static str, unit: &'static str) -> Self {
+        Self { name, unit }
+    }
+}
+
+/// An estimator of mass and slope. Only `step` and `reset` must be there; all else has a default of nothing.
+///
+/// Object safe, and free for others: those of this crate are plain data without a heap, one of another crate may be anything.
+///
+/// ```
+/// use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Real, Value};
+///
+/// /// Takes the mean of the wheels for the speed and knows nothing else.
+/// struct MeanSpeed;
+///
+/// impl Estimator for MeanSpeed {
+///     fn step(&mut self, z: &Measurements, _: &Command, _: Real) -> Result<Estimate, Error> {
+///         let fresh = || z.wheel_speed_mps.iter().flatten();
+///         let count = fresh().count();
+///         let mean = fresh().map(|sample| sample.value).sum::<Real>() / count.max(1) as Real;
+///         let speed_mps = Value { value: mean, sd: 0.01, valid: count > 0 };
+///         Ok(Estimate { speed_mps, ..Estimate::at(z.t) })
+///     }
+///
+///     fn reset(&mut self) {}
+/// }
+///
+/// let mut estimator: Box<dyn Estimator> = Box::new(MeanSpeed);
+/// let estimate = estimator.step(&Measurements::default(), &Command::default(), 0.005)?;
+/// assert!(!estimate.speed_mps.valid && estimator.internals().is_empty());
+/// # Ok::<(), Error>(())
+/// ```
 pub trait Estimator {
     /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
+    ///
+    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against each other: `dt`
+    /// may not be more than twice the time since the last step (which leaves room for jitter). Less is a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
 
     /// Back to the state it was built in.
     fn reset(&mut self);
 
-    /// Names of its internal quantities, for plots.
-    fn internals(&self) -> &'static [&'static str];
+    /// Its internal quantities, for plots.
+    fn internals(&self) -> &[Internal] {
+        &[]
+    }
 
-    /// Writes the internal quantities, in the order of their names, into `values`; as many as fit.
-    fn internal_values(&self, values: &mut [Real]);
+    /// Writes the internal quantities, in that order, into `values`; as many as fit.
+    fn internal_values(&self, _values: &mut [Real]) {}
+
+    /// Sources of measurements it uses, such as `wheel_speed`.
+    fn aid_sources(&self) -> &[&'static str] {
+        &[]
+    }
+
+    /// Writes what became of the last measurement of each source, in that order, into `status`; as many as fit.
+    fn aid_status(&self, _status: &mut [AidStatus]) {}
+
+    /// Writes all it remembers into `bytes` and returns how many it took. Take one between steps, as often as the memory it goes to bears.
+    fn snapshot(&self, _bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        Err(SnapshotError::NotKept)
+    }
+
+    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of the same estimator, built
+    /// with the same vehicle and parameters. The clock must go on from where it was.
+    fn restore(&mut self, _snapshot: &[u8]) -> Result<(), SnapshotError> {
+        Err(SnapshotError::NotKept)
+    }
 }

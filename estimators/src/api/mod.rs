@@ -1,8 +1,12 @@
 //! What crosses the border of the crate: signals in, estimates out, parameters, errors, snapshots.
 
+pub mod aid;
 pub mod error;
 pub mod estimator;
+pub(crate) mod fingerprint;
 pub mod params;
 pub mod real;
 pub mod signals;
 pub mod snapshot;
+pub mod time;
+pub mod vehicle;

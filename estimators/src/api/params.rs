@@ -263,6 +263,9 @@ pub trait Parameters: Default {
     /// Sets one parameter by name, or refuses: unknown name, wrong kind of value, or out of range.
     fn set(&mut self, name: &str, value: Setting<'_>) -> Result<(), ParamError>;
 
+    /// The value of a parameter; none if it is not set, or not known.
+    fn get(&self, name: &str) -> Option<Setting<'static>>;
+
     /// The key of that name.
     fn key(name: &str) -> Option<&'static Key> {
         Self::GROUPS
@@ -321,32 +324,36 @@ macro_rules! params {
         $crate::params! { @field $head [$($done)* {
             $field, bool, $default, $doc,
             $crate::api::params::Kind::Flag { default: $default },
-            (value) match value { $crate::api::params::Setting::Flag(flag) => Some(flag), _ => None }
+            (value) match value { $crate::api::params::Setting::Flag(flag) => Some(flag), _ => None },
+            Some($crate::api::params::Setting::Flag(value))
         }] $($rest)* }
     };
     (@field $head:tt [$($done:tt)*] $field:ident [choice $choices:ident] = $default:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, $choices, $default, $doc,
             $crate::api::params::Kind::Choice { default: $choices::word($default), choices: $choices::WORDS },
-            (value) match value { $crate::api::params::Setting::Choice(word) => $choices::from_word(word), _ => None }
+            (value) match value { $crate::api::params::Setting::Choice(word) => $choices::from_word(word), _ => None },
+            Some($crate::api::params::Setting::Choice(value.word()))
         }] $($rest)* }
     };
     (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = none, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, Option<$crate::Real>, None, $doc,
             $crate::api::params::Kind::Number { unit: $unit, default: None, range: [$low, $high] },
-            (value) match value { $crate::api::params::Setting::Number(number) => Some(Some(number)), _ => None }
+            (value) match value { $crate::api::params::Setting::Number(number) => Some(Some(number)), _ => None },
+            value.map($crate::api::params::Setting::Number)
         }] $($rest)* }
     };
     (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = $default:expr, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, $crate::Real, $default, $doc,
             $crate::api::params::Kind::Number { unit: $unit, default: Some($default), range: [$low, $high] },
-            (value) match value { $crate::api::params::Setting::Number(number) => Some(number), _ => None }
+            (value) match value { $crate::api::params::Setting::Number(number) => Some(number), _ => None },
+            Some($crate::api::params::Setting::Number(value))
         }] $($rest)* }
     };
     (@field [$(#[$about:meta])* $name:ident]
-        [$({ $field:ident, $type:ty, $default:expr, $doc:literal, $kind:expr, ($value:ident) $read:expr })*]) => {
+        [$({ $field:ident, $type:ty, $default:expr, $doc:literal, $kind:expr, ($value:ident) $read:expr, $show:expr })*]) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $name {
@@ -379,6 +386,14 @@ macro_rules! params {
                     }
                 })*
                 Ok(())
+            }
+
+            fn get(&self, name: &str) -> Option<$crate::api::params::Setting<'static>> {
+                $(if name == stringify!($field) {
+                    let $value = self.$field;
+                    return $show;
+                })*
+                None
             }
         }
 
@@ -447,6 +462,13 @@ macro_rules! param_groups {
                     return $crate::api::params::Parameters::set(&mut self.$field, name, value);
                 })*
                 Err($crate::api::params::ParamError::UnknownKey($crate::api::params::Name::new(name)))
+            }
+
+            fn get(&self, name: &str) -> Option<$crate::api::params::Setting<'static>> {
+                $(if $group::KEYS.iter().any(|key| key.name == name) {
+                    return $crate::api::params::Parameters::get(&self.$field, name);
+                })*
+                None
             }
         }
     };

@@ -2,7 +2,7 @@
 //!
 //! What a part of an estimator remembers from step to step is its [`State`]; what it was built with is not, and never comes from a
 //! snapshot. The macro `state!` lists both, field by field, so that none can be forgotten. The bytes are little-endian numbers in that order,
-//! between a header and a check sum (see [`crate::registry::AnyEstimator::snapshot`]).
+//! between a header and a check sum.
 
 use core::fmt;
 
@@ -10,10 +10,20 @@ use nalgebra::SMatrix;
 
 use crate::Real;
 
+/// No snapshot of any estimator of this crate takes more bytes.
+pub const MAX_SNAPSHOT_BYTES: usize = 8192;
+
+/// "mono", and the format's version with the size of the scalar.
+const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 2, size_of::<Real>() as u8];
+
+/// CRC-32 of ISO 3309: finds every error within 32 bits.
+const CHECK: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
 /// Why no snapshot is taken, or one is refused. A refused snapshot leaves the estimator as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SnapshotError {
-    /// The buffer is too small; this many bytes are needed ([`LARGEST`](crate::registry::MAX_SNAPSHOT_BYTES) always suffices).
+    /// The buffer is too small; this many bytes are needed ([`MAX_SNAPSHOT_BYTES`] always suffices for ours).
     Room(usize),
     /// Fewer or more bytes than a snapshot of this estimator has.
     Torn,
@@ -263,24 +273,55 @@ macro_rules! state {
 }
 pub(crate) use state;
 
-/// 64-bit FNV-1a (Fowler, Noll & Vo) of a text.
-pub(crate) struct Fingerprint(pub u64);
-
-impl Fingerprint {
-    /// Of what something looks like to `{:?}`: all its numbers, exactly, and the names of all fields.
-    pub fn of(thing: &dyn fmt::Debug) -> u64 {
-        let mut print = Self(0xcbf2_9ce4_8422_2325);
-        // Writing to a number cannot fail.
-        let _ = fmt::write(&mut print, format_args!("{thing:?}"));
-        print.0
-    }
+/// What a snapshot belongs to, as fingerprints: the estimator, and vehicle and parameters it was built with.
+pub(crate) struct Origin {
+    pub estimator: u64,
+    pub settings: u64,
 }
 
-impl fmt::Write for Fingerprint {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-        Ok(())
+/// Writes a snapshot: format, origin, state, check sum. Tells how many bytes it took.
+pub(crate) fn write(
+    bytes: &mut [u8],
+    origin: &Origin,
+    state: &mut impl State,
+) -> Result<usize, SnapshotError> {
+    let mut archive = Archive::writer(bytes);
+    archive.raw(FORMAT);
+    archive.raw(origin.estimator.to_le_bytes());
+    archive.raw(origin.settings.to_le_bytes());
+    state.visit(&mut archive);
+    let used = match archive.finish() {
+        Ok(used) => used,
+        Err(SnapshotError::Room(used)) => return Err(SnapshotError::Room(used + 4)),
+        Err(fault) => return Err(fault),
+    };
+    let room = SnapshotError::Room(used + 4);
+    let (body, rest) = bytes.split_at_mut_checked(used).ok_or(room)?;
+    let sum = rest.first_chunk_mut().ok_or(room)?;
+    *sum = CHECK.checksum(body).to_le_bytes();
+    Ok(used + 4)
+}
+
+/// Reads a snapshot into `state`, which on an error is half read.
+pub(crate) fn read(
+    snapshot: &[u8],
+    origin: &Origin,
+    state: &mut impl State,
+) -> Result<(), SnapshotError> {
+    let (body, sum) = snapshot.split_last_chunk().ok_or(SnapshotError::Torn)?;
+    if CHECK.checksum(body).to_le_bytes() != *sum {
+        return Err(SnapshotError::Corrupt);
     }
+    let mut archive = Archive::reader(body);
+    if archive.raw([0; 6]) != FORMAT {
+        return Err(SnapshotError::Format);
+    }
+    if u64::from_le_bytes(archive.raw([0; 8])) != origin.estimator {
+        return Err(SnapshotError::OtherEstimator);
+    }
+    if u64::from_le_bytes(archive.raw([0; 8])) != origin.settings {
+        return Err(SnapshotError::OtherSettings);
+    }
+    state.visit(&mut archive);
+    archive.finish().map(|_| ())
 }

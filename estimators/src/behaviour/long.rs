@@ -1,6 +1,7 @@
 //! A train of 18 m on ramps: what it is worth to know that it is long.
 
 use super::*;
+use crate::api::signals::VehicleData;
 
 pub const TARE_SPAN_M: [Real; 2] = [0.0, 18.0];
 pub const LOAD_SPAN_M: [Real; 2] = [5.0, 13.0];
@@ -29,11 +30,12 @@ struct Errors {
 /// Mean over seeds, for an estimator told the spans or told a point.
 fn errors(name: &str, settings: &[(&str, Setting)], told: bool) -> Errors {
     let vehicle = if told {
-        Vehicle {
+        Vehicle::new(VehicleData {
             tare_span_m: TARE_SPAN_M,
             load_span_m: LOAD_SPAN_M,
-            ..vehicle()
-        }
+            ..vehicle().data()
+        })
+        .unwrap()
     } else {
         vehicle()
     };
@@ -109,11 +111,12 @@ fn told_its_length_the_patent_finds_the_mass_and_told_a_point_it_does_not() {
 /// The first ramp begins at 20 m, which the instrument reaches after some 23 s.
 #[test]
 fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
-    let vehicle = Vehicle {
+    let vehicle = Vehicle::new(VehicleData {
         tare_span_m: TARE_SPAN_M,
         load_span_m: LOAD_SPAN_M,
-        ..vehicle()
-    };
+        ..vehicle().data()
+    })
+    .unwrap();
     for name in [
         "dffrls_aekf_robust",
         "rls_ekf_robust",
@@ -122,7 +125,7 @@ fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
         "mmrls_sh_stf_robust",
     ] {
         let tamper = |z: &mut Measurements, _: &mut Command| {
-            if (62.0..72.0).contains(&z.t_s) {
+            if (62.0..72.0).contains(&z.t.s()) {
                 z.specific_force_mps2 = None;
             }
         };
@@ -152,11 +155,12 @@ fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
 /// tail.
 #[test]
 fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
-    let vehicle = Vehicle {
+    let vehicle = Vehicle::new(VehicleData {
         tare_span_m: TARE_SPAN_M,
         load_span_m: LOAD_SPAN_M,
-        ..vehicle()
-    };
+        ..vehicle().data()
+    })
+    .unwrap();
     for name in [
         "dffrls_aekf_robust",
         "rls_ekf_robust",

@@ -1,6 +1,7 @@
 //! Mass: what it needs, what it does not, and what the estimators say of their own certainty.
 
 use super::*;
+use crate::api::signals::VehicleData;
 
 #[test]
 fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degree() {
@@ -232,7 +233,7 @@ fn a_reversal_tells_running_resistance_and_accelerometer_bias_apart() {
             values[estimator
                 .internals()
                 .iter()
-                .position(|n| *n == name)
+                .position(|i| i.name == name)
                 .unwrap()]
         };
         let (found_mu, found_bias) = (at("running_resistance"), at("accel_bias_mps2"));
@@ -295,10 +296,11 @@ fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
         ("mmrls_sh_stf_robust", [14_900.0, 15_100.0]),
     ] {
         let run = |mass_range_kg| {
-            let told = Vehicle {
+            let told = Vehicle::new(VehicleData {
                 mass_range_kg,
-                ..vehicle()
-            };
+                ..vehicle().data()
+            })
+            .unwrap();
             let mut estimator = build(name, &told, [("mass0_kg", 15_000.0.into())]).unwrap();
             let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
             World { speed, ..world(3) }.run(&mut estimator)

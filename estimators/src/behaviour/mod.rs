@@ -6,7 +6,7 @@ mod long;
 mod mass;
 mod slope;
 
-use crate::api::estimator::Estimator;
+use crate::api::estimator::{Estimator, Internal};
 use crate::api::params::Setting;
 use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
 use crate::registry::*;
@@ -61,7 +61,7 @@ impl<E: Estimator, F: Fn(&mut Measurements, &mut Command)> Estimator for Tampere
         self.estimator.reset();
     }
 
-    fn internals(&self) -> &'static [&'static str] {
+    fn internals(&self) -> &[Internal] {
         self.estimator.internals()
     }
 
@@ -87,7 +87,7 @@ impl Watched {
         let place = estimator
             .internals()
             .iter()
-            .position(|n| *n == name)
+            .position(|i| i.name == name)
             .unwrap();
         Self {
             estimator,
@@ -110,7 +110,7 @@ impl Estimator for Watched {
         self.estimator.reset();
     }
 
-    fn internals(&self) -> &'static [&'static str] {
+    fn internals(&self) -> &[Internal] {
         self.estimator.internals()
     }
 

@@ -20,11 +20,12 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::filters::ekf::Ekf;
+use crate::filters::ekf::{Ekf, Preview};
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
 use crate::filters::model::Model;
@@ -272,12 +273,11 @@ impl<const K: usize> SlopeModels<K> {
         for ((((belief, model), tracking), fading), log) in filters.zip(logs.iter_mut()) {
             let mut ekf = Ekf::new(model, *belief);
             if let Some((tracking, alarm)) = tracking {
-                let x = ekf.belief.x;
-                let (F, H) = (model.F(&x, push, dt), model.H(&x));
-                let y = z - model.h(&model.f(&x, push, dt));
-                let carried_P = F * ekf.belief.P * F.transpose();
-                let carried = H * carried_P * H.transpose();
-                let process = H * model.Q(push, dt) * H.transpose();
+                let Preview {
+                    y,
+                    carried,
+                    process,
+                } = ekf.preview(*z, push, dt);
                 let lambda = tracking.fading(&y, &carried, &process, &R);
                 let jumped = alarm.active(&y, &(carried + process + R));
                 *fading = if jumped { lambda } else { 1.0 };
@@ -308,21 +308,25 @@ impl<const K: usize> SlopeModels<K> {
 }
 
 impl<const K: usize> Pipeline for SlopeModels<K> {
-    const INTERNALS: &'static [&'static str] = if K == 1 {
-        &["fading", "mass_residual_n", "bend_force_n"]
+    const INTERNALS: &'static [Internal] = if K == 1 {
+        &[
+            Internal::new("fading", "-"),
+            Internal::new("mass_residual_n", "N"),
+            Internal::new("bend_force_n", "N"),
+        ]
     } else {
         &[
-            "kinematic_fading",
-            "dynamic_fading",
-            "mass_residual_n",
-            "bend_force_n",
-            "kinematic_grade_rad",
-            "dynamic_grade_rad",
-            "dynamic_model_probability",
+            Internal::new("kinematic_fading", "-"),
+            Internal::new("dynamic_fading", "-"),
+            Internal::new("mass_residual_n", "N"),
+            Internal::new("bend_force_n", "N"),
+            Internal::new("kinematic_grade_rad", "rad"),
+            Internal::new("dynamic_grade_rad", "rad"),
+            Internal::new("dynamic_model_probability", "-"),
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.mass.step(reading, &self.balance, running, dt);
 
@@ -351,7 +355,7 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: self.mass.mass_kg(),
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
             effective_grade_rad: grade(-ahead.unit, ahead.sd),

@@ -10,6 +10,7 @@
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -263,15 +264,15 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
 impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipeline
     for CurvatureSlope<T, N>
 {
-    const INTERNALS: &'static [&'static str] = &[
-        "curvature_per_m",
-        "curvature_sd_per_m",
-        "lambda",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("curvature_per_m", "1/m"),
+        Internal::new("curvature_sd_per_m", "1/m"),
+        Internal::new("lambda", "-"),
+        Internal::new("wheel_speed_sd_mps", "m/s"),
+        Internal::new("slope_filter_sd_rad", "rad"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         self.curvature
             .step(reading, self.slope.filter.belief().x.y, dt);
         let (place, delayed_mps) = self.curvature.at_place();
@@ -299,7 +300,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
         };
         let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
         Estimate {
-            t_s,
+            t,
             total_mass_kg: self.mass,
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
             effective_grade_rad: grade(-ahead.unit, doubt),

@@ -62,10 +62,7 @@ pub struct DifferencedMass {
 impl DifferencedMass {
     /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for.
     pub fn new(vehicle: &Vehicle, params: DifferencedParams, lateral: bool) -> Self {
-        let straight = Vehicle {
-            road: None,
-            ..*vehicle
-        };
+        let straight = vehicle.without_road();
         let bending = if lateral { vehicle } else { &straight };
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {

@@ -21,6 +21,7 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -64,7 +65,7 @@ params! {
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
-        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
+        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
 
@@ -154,13 +155,13 @@ impl ForceBalanceRls {
 }
 
 impl MassEstimator for ForceBalanceRls {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "running_resistance",
-        "accel_bias_mps2",
-        "load_changes",
-        "windup_limit",
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("running_resistance", "-"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("load_changes", "-"),
+        Internal::new("windup_limit", "-"),
     ];
 
     fn sample(

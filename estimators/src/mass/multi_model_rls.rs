@@ -20,6 +20,7 @@
 use nalgebra::vector;
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
@@ -154,13 +155,13 @@ fn log_likelihood(rls: &Rls<1>, outcome: &Outcome, a: Real, r: Real) -> Real {
 }
 
 impl MassEstimator for MultiModelMass {
-    const INTERNALS: &'static [&'static str; 6] = &[
-        "lambda",
-        "mass_residual_n",
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "load_changes",
-        "straight_weight",
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("straight_mass_kg", "kg"),
+        Internal::new("turning_mass_kg", "kg"),
+        Internal::new("load_changes", "-"),
+        Internal::new("straight_weight", "-"),
     ];
 
     fn step(
@@ -304,9 +305,15 @@ mod tests {
         };
         let mut stage = MultiModelMass::new(vehicle, params);
         let balance = ForceBalance::new(vehicle);
+        let mut signals = MultiModelMass::resampler(&params);
+        let mut train = DistributedTrain::new(vehicle, params.standstill_mps);
         let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
         for _ in 0..6000 {
-            stage.step(&reading, &balance, true, 0.01);
+            let sample = signals.step(&reading, &balance, true, 0.01);
+            stage.step(&reading, &balance, &signals, 0.0, 0.01);
+            if let Some(ready) = train.step(&signals, sample, &reading, 0.01) {
+                stage.sample(&ready, &balance, &train);
+            }
         }
         stage
     }
@@ -321,10 +328,7 @@ mod tests {
         let value = stage.mass_kg().value;
         assert!(value < straight && value > right, "{value}");
         // On a rail there is only the straight model.
-        let rail = turning(&Vehicle {
-            road: None,
-            ..car()
-        });
+        let rail = turning(&car().without_road());
         assert_eq!(rail.straight_weight, 1.0);
         assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
     }

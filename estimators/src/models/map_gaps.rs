@@ -67,14 +67,18 @@ state!(MapGaps { silent_m, gap_m, since_m; length_m });
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::signals::VehicleData;
     use crate::testing::vehicles::vehicle;
 
     #[test]
     fn a_gap_is_doubted_until_the_train_has_run_over_it() {
-        let mut silence = MapGaps::new(&Vehicle {
-            tare_span_m: [0.0, 18.0],
-            ..vehicle()
-        });
+        let mut silence = MapGaps::new(
+            &Vehicle::new(VehicleData {
+                tare_span_m: [0.0, 18.0],
+                ..vehicle().data()
+            })
+            .unwrap(),
+        );
         assert!(silence.here_rad() > 0.5);
         silence.step(true, 0.0);
         assert_eq!((silence.here_rad(), silence.under_rad()), (0.0, 0.0));

@@ -8,6 +8,7 @@
 
 use nalgebra::{Vector2, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, sin, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -36,7 +37,7 @@ params! {
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
-        square_root [flag] = false, "Carry the covariance as its factors U D Uᵀ, which rounding cannot make indefinite (needed in single precision).";
+        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
 
@@ -117,9 +118,14 @@ impl Ffrls {
 }
 
 impl Pipeline for Ffrls {
-    const INTERNALS: &'static [&'static str] = &["chi1", "chi2", "residual_mps2", "windup_limit"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("chi1", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("residual_mps2", "m/s²"),
+        Internal::new("windup_limit", "-"),
+    ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
@@ -149,7 +155,7 @@ impl Pipeline for Ffrls {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

@@ -10,8 +10,9 @@
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
 //! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
 
-use nalgebra::{Matrix1, Matrix3, SMatrix, Vector1, Vector3, matrix, vector};
+use nalgebra::{Matrix1, Matrix3, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{PI, lag, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -19,10 +20,10 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
 use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
+use crate::pipelines::liu_2023::{JointModel, Push, SCALE};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
@@ -57,63 +58,6 @@ const EXCITATION_MEMORY_S: Real = 5.0;
 
 /// How many times the range of the mass the filter itself goes beyond it.
 const MAX_RATIO: Real = 100.0;
-
-/// M w, kg.
-const SCALE: Real = 1e4;
-
-/// What drives a step of [`JointModel`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
-    /// Traction at the rims less drag, N.
-    pub traction_n: Real,
-    /// Running resistance with the sign of the speed: sgn(v) μ.
-    pub resistance: Real,
-}
-
-/// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointModel {
-    /// Constants of the balance.
-    pub balance: ForceBalance,
-    /// Process noise of v (m²/s³) and θ (rad²/s).
-    pub q: [Real; 2],
-}
-
-impl Model<3, 1> for JointModel {
-    type Input = Push;
-
-    fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
-        let mass = SCALE / x.z;
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        vector![x.x + dt * v_dot, x.y, x.z]
-    }
-
-    fn F(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Matrix3<Real> {
-        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        let by_theta = self.balance.acceleration_by_theta(mass, x.y, u.resistance);
-        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
-        let by_w = (u.traction_n - J * v_dot) / (SCALE + J * x.z);
-        matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
-    }
-
-    fn Q(&self, _: &Push, dt: Real) -> Matrix3<Real> {
-        let [q_v, q_theta] = self.q;
-        Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
-    }
-
-    fn h(&self, x: &Vector3<Real>) -> Vector1<Real> {
-        vector![x.x]
-    }
-
-    fn H(&self, _: &Vector3<Real>) -> SMatrix<Real, 1, 3> {
-        matrix![1.0, 0.0, 0.0]
-    }
-}
 
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -232,10 +176,13 @@ impl JointEkf {
 }
 
 impl Pipeline for JointEkf {
-    const INTERNALS: &'static [&'static str] =
-        &["inverse_mass", "inverse_mass_sd", "slope_mass_correlation"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("inverse_mass", "-"),
+        Internal::new("inverse_mass_sd", "-"),
+        Internal::new("slope_mass_correlation", "-"),
+    ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
@@ -263,7 +210,7 @@ impl Pipeline for JointEkf {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,

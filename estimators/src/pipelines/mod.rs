@@ -1,23 +1,71 @@
-//! Whole estimators, put together from stages.
+//! Whole estimators, put together from stages: one file for each source, in which its variants are a table.
 
-pub mod dffrls_aekf_inclination_robust;
-pub mod dffrls_aekf_robust;
-pub mod dffrls_aukf_robust;
-pub mod dffrls_ukf_robust;
-pub mod dynamic_stf_robust;
-pub mod ffrls_aukf_robust;
+/// Declares the named estimators of one source as a table: name and pipeline type, groups of parameters, construction from vehicle and
+/// parameters. Each becomes a module with `Params`, the pipeline and `new`.
+#[allow(unused_macros)]
+macro_rules! variants {
+    ($(
+        $(#[$about:meta])*
+        $name:ident: $pipeline:ident = $type:ty, { $($field:ident: $group:ident),* }, $build:expr;
+    )*) => {
+        $(
+            $(#[$about])*
+            pub mod $name {
+                use super::*;
+                use crate::api::params::param_groups;
+                use crate::api::signals::Vehicle;
+
+                param_groups! {
+                    /// Its parameters.
+                    Params { $($field: $group),* }
+                }
+
+                /// The pipeline.
+                pub type $pipeline = $type;
+
+                /// From the vehicle's nominal values and the parameters.
+                pub fn new(vehicle: &Vehicle, params: &Params) -> $pipeline {
+                    let build: fn(&Vehicle, &Params) -> $pipeline = $build;
+                    build(vehicle, params)
+                }
+            }
+        )*
+    };
+}
+
+#[cfg(feature = "liu2023")]
 pub mod ffrls_robust;
-pub mod imm_ekf_fixed_robust;
-pub mod imm_ekf_robust;
-pub mod imm_stf_fixed_robust;
-pub mod imm_stf_no_lateral_robust;
-pub mod imm_stf_robust;
+#[cfg(feature = "guo2024")]
+pub mod guo_2024;
+#[cfg(feature = "guo2024")]
+pub mod guo_2024_robust;
+#[cfg(feature = "huainan")]
+pub mod huainan;
+#[cfg(feature = "huainan")]
+pub mod huainan_robust;
+#[cfg(feature = "liu2023")]
 pub mod joint_ekf_robust;
-pub mod kinematic_stf_robust;
-pub mod mmrls_sh_stf_robust;
+#[cfg(feature = "liu2023")]
+pub mod liu_2023;
+#[cfg(feature = "resistance")]
+pub mod liu_2023_resistance;
+#[cfg(feature = "liu2023")]
+pub mod liu_2023_robust;
+#[cfg(any(
+    feature = "liu2023",
+    feature = "huainan",
+    feature = "guo2024",
+    feature = "patent",
+    feature = "resistance"
+))]
+pub mod method;
+#[cfg(feature = "patent")]
+pub mod patent;
+#[cfg(feature = "patent")]
+pub mod patent_robust;
+#[cfg(feature = "bench")]
 pub mod regression;
-pub mod resistance_dffrls_robust;
-pub mod rls_ekf_robust;
-pub mod rls_mff_aukf_robust;
+#[cfg(feature = "resistance")]
+pub mod resistance_robust;
 pub mod runner;
 pub mod two_stage;

@@ -7,6 +7,7 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
+use crate::api::estimator::Internal;
 use crate::api::params::{choices, param_groups, params};
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -80,12 +81,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let balance = ForceBalance::new(vehicle);
     let own = &params.regression;
     // A point: it keeps no map of the rail.
-    let point = Vehicle {
-        tare_span_m: [0.0; 2],
-        load_span_m: [0.0; 2],
-        imu_arm_m: 0.0,
-        ..*vehicle
-    };
+    let point = vehicle.as_point();
     TwoStage::new(
         vehicle,
         Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
@@ -197,8 +193,14 @@ impl OneRegression {
 }
 
 impl MassEstimator for OneRegression {
-    const INTERNALS: &'static [&'static str; 6] =
-        &["lambda", "residual", "chi1", "chi1_sd", "chi2", "chi2_sd"];
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("residual", "-"),
+        Internal::new("chi1", "-"),
+        Internal::new("chi1_sd", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("chi2_sd", "-"),
+    ];
 
     fn step(
         &mut self,

@@ -1,23 +1,31 @@
 //! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
 
-use core::fmt;
-
-use crate::api::estimator::Estimator;
-use crate::api::signals::{Command, Estimate, Measurements, Vehicle};
-use crate::api::snapshot::{Archive, Fingerprint, SnapshotError, State};
+use crate::api::aid::AidStatus;
+use crate::api::estimator::{Estimator, Internal};
+use crate::api::fingerprint::Fingerprint;
+use crate::api::params::Parameters;
+use crate::api::signals::{Command, Estimate, Measurements};
+use crate::api::snapshot::{self, Archive, Origin, SnapshotError, State};
+use crate::api::vehicle::Vehicle;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::{Error, Real, Time};
 
-/// The work of a pipeline, once its input is checked and merged. Plain data: a copy is a snapshot.
+/// The work of a pipeline, once its input is checked and merged. Plain data.
 pub trait Pipeline: Copy {
     /// Names of its internal quantities.
-    const INTERNALS: &'static [&'static str];
+    const INTERNALS: &'static [Internal];
 
-    /// One step at the instant `t_s` after `dt` seconds.
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate;
+    /// One step at the instant `t` after `dt` seconds.
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate;
 
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);
+
+    /// Sources of measurements it uses.
+    const AID_SOURCES: &'static [&'static str] = &[];
+
+    /// What became of the last measurement of each source, written to `status`; as many as fit.
+    fn aid_status(&self, _status: &mut [AidStatus]) {}
 
     /// Its state, for a snapshot. A pipeline that does not say keeps none.
     fn visit(&mut self, archive: &mut Archive) {
@@ -26,61 +34,110 @@ pub trait Pipeline: Copy {
 }
 
 /// A pipeline made an estimator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Runner<P> {
-    front_end: FrontEnd,
-    now: P,
-    start: (FrontEnd, P),
+#[derive(Clone, Copy, Debug)]
+pub struct Runner<P, Q> {
+    name: &'static str,
+    build: fn(&Vehicle, &Q) -> P,
+    vehicle: Vehicle,
+    params: Q,
+    signals: FrontEnd,
+    pipeline: P,
 }
 
-impl<P: Pipeline> Runner<P> {
-    /// Hosts `pipeline`, built for `vehicle`.
-    pub fn new(vehicle: &Vehicle, pipeline: P) -> Self {
-        let front_end = FrontEnd::new(vehicle);
+impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
+    /// Builds a pipeline by its `new`, under the name that its snapshots carry.
+    pub fn new(
+        name: &'static str,
+        build: fn(&Vehicle, &Q) -> P,
+        vehicle: &Vehicle,
+        params: &Q,
+    ) -> Self {
         Self {
-            front_end,
-            now: pipeline,
-            start: (front_end, pipeline),
+            name,
+            build,
+            vehicle: *vehicle,
+            params: *params,
+            signals: FrontEnd::new(vehicle),
+            pipeline: build(vehicle, params),
+        }
+    }
+
+    /// Of the name, and of vehicle and parameters; of the version and size too, as what the state means may change with them.
+    fn origin(&self) -> Origin {
+        let mut estimator = Fingerprint::new();
+        estimator.add(self.name.as_bytes());
+        let mut settings = Fingerprint::new();
+        settings.add(env!("CARGO_PKG_VERSION").as_bytes());
+        settings.add(&(size_of::<P>() as u64).to_le_bytes());
+        self.vehicle.fingerprint(&mut settings);
+        settings.parameters(&self.params);
+        Origin {
+            estimator: estimator.finish(),
+            settings: settings.finish(),
         }
     }
 }
 
-impl<P: Pipeline + fmt::Debug> Runner<P> {
-    /// What it was built with: vehicle, parameters, and how this version keeps them.
-    pub(crate) fn fingerprint(&self) -> u64 {
-        Fingerprint::of(&self.start)
+/// The same name, vehicle, parameters and state.
+impl<P: PartialEq, Q: PartialEq> PartialEq for Runner<P, Q> {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+            && self.vehicle == other.vehicle
+            && self.params == other.params
+            && self.signals == other.signals
+            && self.pipeline == other.pipeline
     }
 }
 
-impl<P: Pipeline> State for Runner<P> {
+impl<P: Pipeline, Q> State for Runner<P, Q> {
     fn visit(&mut self, archive: &mut Archive) {
-        self.front_end.visit(archive);
-        self.now.visit(archive);
+        self.signals.visit(archive);
+        self.pipeline.visit(archive);
     }
 }
 
-impl<P: Pipeline> Estimator for Runner<P> {
+impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let before = (self.front_end, self.now);
-        let reading = self.front_end.read(z, u, dt)?;
-        let estimate = self.now.advance(&reading, z.t_s, dt);
+        let before = (self.signals, self.pipeline);
+        let reading = self.signals.read(z, u, dt)?;
+        let estimate = self.pipeline.advance(&reading, z.t, dt);
         if !estimate.is_finite() {
-            (self.front_end, self.now) = before;
+            (self.signals, self.pipeline) = before;
             return Err(Error::Diverged);
         }
         Ok(estimate)
     }
 
     fn reset(&mut self) {
-        (self.front_end, self.now) = self.start;
+        self.signals = FrontEnd::new(&self.vehicle);
+        self.pipeline = (self.build)(&self.vehicle, &self.params);
     }
 
-    fn internals(&self) -> &'static [&'static str] {
+    fn internals(&self) -> &[Internal] {
         P::INTERNALS
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        self.now.internal_values(values);
+        self.pipeline.internal_values(values);
+    }
+
+    fn aid_sources(&self) -> &[&'static str] {
+        P::AID_SOURCES
+    }
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        self.pipeline.aid_status(status);
+    }
+
+    fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        snapshot::write(bytes, &self.origin(), &mut { *self })
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let mut restored = *self;
+        snapshot::read(bytes, &self.origin(), &mut restored)?;
+        *self = restored;
+        Ok(())
     }
 }
 

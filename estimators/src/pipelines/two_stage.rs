@@ -1,5 +1,6 @@
 //! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
 
+use crate::api::estimator::Internal;
 use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
@@ -25,7 +26,7 @@ pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
 /// Its samples come aligned with the rail under the train; the train with its grade map stands beside the stages and is lent to them.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
-    const INTERNALS: &'static [&'static str; 6];
+    const INTERNALS: &'static [Internal; 6];
 
     /// One step of what the stage filters itself, before the samples of that step. `grade_rad` is the grade angle that the second stage
     /// had after the step before.
@@ -198,7 +199,7 @@ fn direction(reading: &Reading) -> Real {
 }
 
 impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
-    const INTERNALS: &'static [&'static str] = {
+    const INTERNALS: &'static [Internal] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
             a,
@@ -207,13 +208,13 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
             d,
             e,
             f,
-            "wheel_speed_sd_mps",
-            "slope_filter_sd_rad",
-            "fading",
+            Internal::new("wheel_speed_sd_mps", "m/s"),
+            Internal::new("slope_filter_sd_rad", "rad"),
+            Internal::new("fading", "-"),
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.learn_mass(reading, running, dt);
         let drive = self.drive(reading, running);
@@ -227,7 +228,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         let speed = self.slope.belief();
         let (innovation, nis) = self.slope.innovation();
         Estimate {
-            t_s,
+            t,
             total_mass_kg,
             grade_rad: self.grade_at_imu(&effective),
             effective_grade_rad: effective,

@@ -67,10 +67,10 @@ impl FrontEnd {
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
     pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
         self.check.accept(z, u, dt)?;
-        let now = z.t_s;
+        let now = z.t;
         let axis = |sample: Option<Sample<[Real; 3]>>, of: fn([Real; 3]) -> Real| {
             sample.map(|s| Sample {
-                t_s: s.t_s,
+                t: s.t,
                 value: of(s.value),
             })
         };
@@ -135,18 +135,12 @@ mod tests {
         let mut front = FrontEnd::new(&vehicle());
         let u = Command::default();
         for k in 1..=10 {
-            let t_s = 0.05 * Time::from(k);
-            let mut z = Measurements {
-                t_s,
-                ..Default::default()
-            };
-            z.wheel_speed_mps[0] = Some(Sample { t_s, value: 1.0 });
+            let t = Time::from_s(0.05 * f64::from(k));
+            let mut z = Measurements::at(t);
+            z.wheel_speed_mps[0] = Some(Sample { t, value: 1.0 });
             front.read(&z, &u, 0.05).unwrap();
         }
-        let nothing = |t_s| Measurements {
-            t_s,
-            ..Default::default()
-        };
+        let nothing = |t_s| Measurements::at(Time::from_s(t_s));
         let reading = front.read(&nothing(0.6), &u, 0.05).unwrap();
         assert_eq!(
             (reading.speed_mps, reading.new_speed_mps),
@@ -161,12 +155,12 @@ mod tests {
         let u = Command::default();
         let read = |count: usize| {
             let mut z = Measurements {
-                t_s: 1.0,
+                t: Time::from_s(1.0),
                 ..Default::default()
             };
             for place in z.motor_torque_nm.iter_mut().take(count) {
                 *place = Some(Sample {
-                    t_s: 1.0,
+                    t: Time::from_s(1.0),
                     value: 100.0,
                 });
             }
@@ -185,9 +179,9 @@ mod tests {
     #[test]
     fn a_grade_that_grows_is_a_positive_pitch_rate() {
         let z = Measurements {
-            t_s: 1.0,
+            t: Time::from_s(1.0),
             angular_rate_radps: Some(Sample {
-                t_s: 1.0,
+                t: Time::from_s(1.0),
                 value: [0.0, -0.1, 0.0],
             }),
             ..Default::default()

@@ -12,6 +12,7 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3, matrix, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, PI, asin, exp, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
@@ -265,16 +266,16 @@ fn mixture(beliefs: &[Gaussian<3>; 2], weights: &Vector2<Real>) -> Gaussian<3> {
 }
 
 impl Pipeline for ImmStfPrinted {
-    const INTERNALS: &'static [&'static str] = &[
-        "dynamic_model_probability",
-        "kinematic_i",
-        "dynamic_i",
-        "kinematic_fading",
-        "dynamic_fading",
-        "breakdowns",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("dynamic_model_probability", "-"),
+        Internal::new("kinematic_i", "-"),
+        Internal::new("dynamic_i", "-"),
+        Internal::new("kinematic_fading", "-"),
+        Internal::new("dynamic_fading", "-"),
+        Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         if let Some((speed, felt)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
@@ -322,7 +323,7 @@ impl Pipeline for ImmStfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, self.started)
+        .estimate(t, moving, self.started)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

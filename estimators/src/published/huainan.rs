@@ -13,6 +13,7 @@
 
 use nalgebra::{Matrix2, Vector2, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, PI, pow, sin, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
@@ -319,15 +320,15 @@ fn sum<const C: usize>(
 }
 
 impl Pipeline for DffrlsAukfPrinted {
-    const INTERNALS: &'static [&'static str] = &[
-        "curvature_per_m",
-        "smoothing_gain",
-        "q_theta",
-        "r",
-        "breakdowns",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("curvature_per_m", "1/m"),
+        Internal::new("smoothing_gain", "-"),
+        Internal::new("q_theta", "rad²/s"),
+        Internal::new("r", "-"),
+        Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, _) = motion(reading, STANDSTILL_MPS);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
         let mut smoothed = *reading;
@@ -364,7 +365,7 @@ impl Pipeline for DffrlsAukfPrinted {
             innovation: self.now.innovation,
             nis: self.now.nis,
         }
-        .estimate(t_s, moving, known)
+        .estimate(t, moving, known)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -11,6 +11,7 @@
 
 use nalgebra::{Matrix2, Vector2, vector};
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
@@ -164,10 +165,15 @@ impl DffrlsAekfPrinted {
 }
 
 impl Pipeline for DffrlsAekfPrinted {
-    const INTERNALS: &'static [&'static str] =
-        &["lambda", "chi1", "chi2", "breakdowns", "indefinite_share"];
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("chi1", "-"),
+        Internal::new("chi2", "-"),
+        Internal::new("breakdowns", "-"),
+        Internal::new("indefinite_share", "-"),
+    ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading
@@ -209,7 +215,7 @@ impl Pipeline for DffrlsAekfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -5,6 +5,7 @@
 //! - `eq14`: K = P h (φ + hᵀ P h), the inverse missing. Then P ← (1 − K h) P/φ turns negative as soon as P h² > 0.62 (the root of
 //!   x² + φ x = 1), that is P > 0.0065 at h = g.
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, exp};
 use crate::api::signals::{Estimate, Vehicle};
@@ -111,15 +112,15 @@ impl ResistancePrinted {
 }
 
 impl Pipeline for ResistancePrinted {
-    const INTERNALS: &'static [&'static str] = &[
-        "running_resistance",
-        "covariance",
-        "lambda",
-        "negative_steps",
-        "breakdowns",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("running_resistance", "-"),
+        Internal::new("covariance", "-"),
+        Internal::new("lambda", "-"),
+        Internal::new("negative_steps", "-"),
+        Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading
@@ -148,7 +149,7 @@ impl Pipeline for ResistancePrinted {
             innovation: self.residual,
             nis: 0.0,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

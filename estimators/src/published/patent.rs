@@ -9,6 +9,7 @@
 //! The criterion for going from Sage-Husa to strong tracking is cut off in print: there is no strong tracking here. Λ of both models may come out
 //! as 0, and their share as 0/0: a breakdown.
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, PI, cos, exp, pow, sin, sqrt, tanh};
 use crate::api::signals::{Estimate, Vehicle};
@@ -214,16 +215,16 @@ fn weight(straight: &Mass, turning: &Mass, own: &Own) -> Real {
 }
 
 impl Pipeline for MmrlsShStfPrinted {
-    const INTERNALS: &'static [&'static str] = &[
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "straight_weight",
-        "residual_variance",
-        "breakdowns",
-        "indefinite_share",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("straight_mass_kg", "kg"),
+        Internal::new("turning_mass_kg", "kg"),
+        Internal::new("straight_weight", "-"),
+        Internal::new("residual_variance", "N²"),
+        Internal::new("breakdowns", "-"),
+        Internal::new("indefinite_share", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         let turned = reading
             .yaw_rate_radps
@@ -263,7 +264,7 @@ impl Pipeline for MmrlsShStfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -1,9 +1,10 @@
 //! What holds for every named estimator.
 
+use crate::Time;
 use crate::api::estimator::Estimator;
 use crate::api::params::{Key, Kind, Name, ParamError};
 use crate::api::signals::Sample;
-use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle};
+use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle, VehicleData};
 use crate::registry::*;
 use crate::testing::Random;
 use crate::testing::vehicles::*;
@@ -75,50 +76,47 @@ fn every_key_has_a_default_in_its_range_and_a_unique_name() {
 #[test]
 fn an_impossible_vehicle_is_refused() {
     let bad = [
-        Vehicle {
+        VehicleData {
             wheel_radius_m: 0.0,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             drives: 0,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             drives: 17,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             efficiency: 1.1,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             mass_range_kg: [2e4, 1e4],
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             gear_ratio: Real::NAN,
-            ..vehicle()
+            ..vehicle().data()
         },
-        Vehicle {
+        VehicleData {
             road: car().road.map(|road| RoadVehicle {
                 rear_axle_m: 0.0,
                 ..road
             }),
-            ..car()
+            ..car().data()
         },
-        Vehicle {
+        VehicleData {
             road: car().road.map(|road| RoadVehicle {
                 drag_area_m2: Real::NAN,
                 ..road
             }),
-            ..car()
+            ..car().data()
         },
     ];
-    for vehicle in bad {
-        assert!(matches!(
-            build("dffrls_aekf_robust", &vehicle, []),
-            Err(ParamError::Vehicle(_))
-        ));
+    for data in bad {
+        assert!(matches!(Vehicle::new(data), Err(ParamError::Vehicle(_))));
     }
 }
 
@@ -163,20 +161,20 @@ fn standing_never_changes_mass_or_slope() {
         for k in 1..=20_000 {
             let t_s = k as Real * DT;
             let mut z = Measurements {
-                t_s,
+                t: Time::from_s(t_s),
                 ..Default::default()
             };
             z.specific_force_mps2 = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [random.normal(), 0.0, -9.81],
             });
             for i in 0..8 {
                 z.motor_torque_nm[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: 500.0 * random.normal(),
                 });
                 z.wheel_speed_mps[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: 0.005 * random.normal(),
                 });
             }
@@ -215,10 +213,13 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
         } else {
             0.8 + 0.3 * random.normal()
         };
-        (random.uniform() < 0.8).then_some(Sample { t_s, value })
+        (random.uniform() < 0.8).then_some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        })
     };
     let mut z = Measurements {
-        t_s,
+        t: Time::from_s(t_s),
         ..Default::default()
     };
     for i in 0..8 {
@@ -229,11 +230,11 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
         z.wheel_speed_mps[i] = sample(random);
     }
     z.specific_force_mps2 = sample(random).map(|s| Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: [s.value, s.value, 0.0],
     });
     z.angular_rate_radps = sample(random).map(|s| Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: [0.0, s.value, 0.0],
     });
     z.steering_angle_rad = sample(random);
@@ -297,4 +298,22 @@ fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
         assert!(estimator.internals().len() <= values.len());
     }
+}
+
+/// `reset` builds anew from vehicle and parameters, so that an estimator is kept once.
+#[test]
+fn an_estimator_is_kept_once() {
+    use crate::pipelines::liu_2023_robust::dffrls_aekf_robust::{DffrlsAekf, Params};
+    use crate::pipelines::runner::Runner;
+    use crate::preprocess::front_end::FrontEnd;
+    let parts = size_of::<DffrlsAekf>()
+        + size_of::<FrontEnd>()
+        + size_of::<Params>()
+        + size_of::<Vehicle>();
+    std::println!(
+        "AnyEstimator {} bytes, dffrls_aekf_robust {} bytes",
+        size_of::<AnyEstimator>(),
+        size_of::<Runner<DffrlsAekf, Params>>()
+    );
+    assert!(size_of::<Runner<DffrlsAekf, Params>>() <= parts + 64);
 }

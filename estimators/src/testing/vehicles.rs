@@ -1,15 +1,18 @@
 //! A simulated crane for the tests: one degree of freedom, written from the physics and not from the filters' code.
 
 use crate::Real;
+use crate::Time;
 use crate::api::estimator::Estimator;
-use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle};
+use crate::api::signals::{
+    Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
+};
 use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 
 /// What the estimators are told.
 pub fn vehicle() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
         drives: 8,
         wheel_radius_m: 0.17,
@@ -22,12 +25,13 @@ pub fn vehicle() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 /// The road vehicle of Guo et al. 2024; what they do not tell is invented.
 pub fn car() -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 1_900.0,
         drives: 2,
         wheel_radius_m: 0.335,
@@ -47,7 +51,8 @@ pub fn car() -> Vehicle {
             front_cornering_npr: 120e3,
             rear_cornering_npr: 130e3,
         }),
-    }
+    })
+    .unwrap()
 }
 
 /// The road vehicle in a steady turn up a grade, solved from the forces of its axles and not from the estimators' formulas.
@@ -66,9 +71,14 @@ impl Turn {
     /// What the instruments send, at an instant.
     pub fn measurements(&self, t_s: Real) -> Measurements {
         let reading = self.reading();
-        let sample = |value: Option<Real>| value.map(|value| Sample { t_s, value });
+        let sample = |value: Option<Real>| {
+            value.map(|value| Sample {
+                t: Time::from_s(t_s),
+                value,
+            })
+        };
         let mut z = Measurements {
-            t_s,
+            t: Time::from_s(t_s),
             steering_angle_rad: sample(reading.steering_angle_rad),
             ..Default::default()
         };
@@ -77,9 +87,15 @@ impl Turn {
             reading.lateral_force_mps2.unwrap(),
             9.81,
         ];
-        z.specific_force_mps2 = Some(Sample { t_s, value });
+        z.specific_force_mps2 = Some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
         let value = [0.0, 0.0, self.yaw_rate];
-        z.angular_rate_radps = Some(Sample { t_s, value });
+        z.angular_rate_radps = Some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
         for i in 0..2 {
             z.motor_torque_nm[i] = sample(reading.front_torque_nm);
             z.wheel_speed_mps[i] = sample(reading.speed_mps);
@@ -281,17 +297,17 @@ impl World {
             s += v * DT;
 
             let mut z = Measurements {
-                t_s: t,
+                t: Time::from_s(t),
                 ..Default::default()
             };
             let f = a + 9.81 * theta.sin() + self.accel_bias + self.accel_sd * random.normal();
             z.specific_force_mps2 = Some(Sample {
-                t_s: t,
+                t: Time::from_s(t),
                 value: [f, 0.0, -9.81 * theta.cos()],
             });
             let rate = pitch_rate + 1e-4 * random.normal();
             z.angular_rate_radps = Some(Sample {
-                t_s: t,
+                t: Time::from_s(t),
                 value: [0.0, -rate, v * (self.curve)(s) + 1e-4 * random.normal()],
             });
             if k % 2 == 0 {
@@ -305,11 +321,11 @@ impl World {
                 for i in 0..vehicle.drives {
                     let noise = self.torque_noise * (50.0 + torque.abs()) * random.normal();
                     z.motor_torque_nm[i] = Some(Sample {
-                        t_s: t,
+                        t: Time::from_s(t),
                         value: torque * self.torque_gain + noise,
                     });
                     z.wheel_speed_mps[i] = Some(Sample {
-                        t_s: t,
+                        t: Time::from_s(t),
                         value: v + self.speed_sd * random.normal(),
                     });
                 }

@@ -4,7 +4,8 @@
 pub mod world;
 
 use monorig_estimators::Real;
-use monorig_estimators::api::signals::{Measurements, Sample, Vehicle};
+use monorig_estimators::Time;
+use monorig_estimators::api::signals::{Measurements, Sample, Vehicle, VehicleData};
 
 /// Splitmix64 (Steele, Lea & Flood 2014), normal numbers by Box & Muller 1958.
 #[derive(Clone)]
@@ -63,7 +64,7 @@ pub fn chi_square_band(degrees: usize) -> (Real, Real) {
 
 /// What the estimators are told.
 pub fn vehicle(drives: usize) -> Vehicle {
-    Vehicle {
+    Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
         drives,
         wheel_radius_m: 0.17,
@@ -76,7 +77,8 @@ pub fn vehicle(drives: usize) -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         road: None,
-    }
+    })
+    .unwrap()
 }
 
 const GRAVITY: Real = 9.81;
@@ -139,25 +141,25 @@ impl Crane {
 
         let (t_s, random) = (self.t_s, &mut self.random);
         let mut z = Measurements {
-            t_s,
+            t: Time::from_s(t_s),
             ..Measurements::default()
         };
         let f = a + GRAVITY * sine + 0.007 * random.normal();
         z.specific_force_mps2 = Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [f, 0.0, -GRAVITY * cosine],
         });
         z.angular_rate_radps = Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [0.0, 1e-4 * random.normal(), 1e-4 * random.normal()],
         });
         for i in 0..vehicle.drives {
             z.motor_torque_nm[i] = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: torque + 0.01 * (50.0 + torque.abs()) * random.normal(),
             });
             z.wheel_speed_mps[i] = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: self.speed_mps + 0.005 * random.normal(),
             });
         }

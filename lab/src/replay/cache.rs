@@ -2,7 +2,7 @@
 
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
-use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
+use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
@@ -165,7 +165,7 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
 
 /// The numbers of a vehicle, in the order [`vehicle_of`] reads them.
 fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
-    let Vehicle {
+    let VehicleData {
         tare_kg,
         drives,
         wheel_radius_m,
@@ -178,7 +178,7 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         load_span_m: [load_near, load_far],
         imu_arm_m,
         road,
-    } = *vehicle;
+    } = vehicle.data();
     let mut numbers = vec![
         tare_kg,
         drives as f64,
@@ -218,7 +218,7 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
 }
 
 fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
-    let mut vehicle = Vehicle {
+    let mut vehicle = VehicleData {
         tare_kg: get()?,
         drives: get()? as usize,
         wheel_radius_m: get()?,
@@ -242,5 +242,5 @@ fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
             rear_cornering_npr: get()?,
         });
     }
-    Some(vehicle)
+    Vehicle::new(vehicle).ok()
 }

@@ -1,14 +1,15 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
 use crate::metrics::series::Target;
-use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
+use monorig_estimators::Time;
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayData {
     /// The vehicle as the estimators are given it.
     pub vehicle: Vehicle,
-    /// Per step: the samples it has, one bit per stream; see [`slot`].
+    /// Per step: the samples it has, one bit each; see [`COMMAND`].
     pub(super) masks: Vec<u64>,
     /// The values of all steps one after another, in the order of the bits.
     pub(super) values: Vec<f64>,
@@ -16,16 +17,9 @@ pub struct ReplayData {
     pub(super) truth: Vec<Target>,
 }
 
-/// Bits of a mask.
-mod slot {
-    pub const FORCE: u32 = 0;
-    pub const RATE: u32 = 1;
-    pub const STEERING: u32 = 2;
-    pub const COMMAND: u32 = 3;
-    pub const TORQUE: u32 = 4;
-    pub const SPEED: u32 = 20;
-    pub const PRESSURE: u32 = 36;
-}
+/// Bit of a mask for a command; samples count from bit 0, in the order of [`Measurements::vectors`] and
+/// [`Measurements::scalars`].
+const COMMAND: u32 = 63;
 
 impl ReplayData {
     /// Nothing recorded yet.
@@ -52,35 +46,23 @@ impl ReplayData {
     pub fn push(&mut self, z: &Measurements, command: Option<&Command>, truth: Target) {
         let mut mask = 0;
         let values = &mut self.values;
-        for (bit, vector) in [
-            (slot::FORCE, &z.specific_force_mps2),
-            (slot::RATE, &z.angular_rate_radps),
-        ] {
-            if let Some(s) = vector {
+        let vectors = z.vectors();
+        for (bit, sample) in (0..).zip(vectors) {
+            if let Some(s) = sample {
                 mask |= 1 << bit;
-                values.push(s.t_s);
+                values.push(s.t.s());
                 values.extend(s.value);
             }
         }
-        if let Some(s) = z.steering_angle_rad {
-            mask |= 1 << slot::STEERING;
-            values.extend([s.t_s, s.value]);
-        }
         if let Some(command) = command {
-            mask |= 1 << slot::COMMAND;
+            mask |= 1 << COMMAND;
             values.extend(command.motor_torque_nm);
             values.extend([command.clamp_pressure_mpa, command.brake]);
         }
-        for (first, drives) in [
-            (slot::TORQUE, &z.motor_torque_nm),
-            (slot::SPEED, &z.wheel_speed_mps),
-            (slot::PRESSURE, &z.clamp_pressure_mpa),
-        ] {
-            for (bit, sample) in (first..).zip(drives) {
-                if let Some(s) = sample {
-                    mask |= 1 << bit;
-                    values.extend([s.t_s, s.value]);
-                }
+        for (bit, sample) in (vectors.len()..).zip(z.scalars()) {
+            if let Some(s) = sample {
+                mask |= 1 << bit;
+                values.extend([s.t.s(), s.value]);
             }
         }
         self.masks.push(mask);
@@ -118,65 +100,46 @@ impl Steps<'_> {
         let values = &mut self.values;
         let mut next = || values.next().copied();
         let z = &mut self.z;
-        z.t_s = truth.t_s;
-        for (bit, vector) in [
-            (slot::FORCE, &mut z.specific_force_mps2),
-            (slot::RATE, &mut z.angular_rate_radps),
-        ] {
-            *vector = None;
-            if has(bit) {
-                *vector = Some(Sample {
-                    t_s: next()?,
+        z.t = Time::from_s(truth.t_s);
+        let vectors = z.vectors_mut();
+        let first_scalar = vectors.len() as u32;
+        for (bit, sample) in (0..).zip(vectors) {
+            *sample = match has(bit) {
+                true => Some(Sample {
+                    t: Time::from_s(next()?),
                     value: [next()?, next()?, next()?],
-                });
-            }
+                }),
+                false => None,
+            };
         }
-        z.steering_angle_rad = None;
-        if has(slot::STEERING) {
-            z.steering_angle_rad = Some(Sample {
-                t_s: next()?,
-                value: next()?,
-            });
-        }
-        if has(slot::COMMAND) {
+        if has(COMMAND) {
             for torque in &mut self.command.motor_torque_nm {
                 *torque = next()?;
             }
             self.command.clamp_pressure_mpa = next()?;
             self.command.brake = next()?;
         }
-        for (first, drives) in [
-            (slot::TORQUE, &mut z.motor_torque_nm),
-            (slot::SPEED, &mut z.wheel_speed_mps),
-            (slot::PRESSURE, &mut z.clamp_pressure_mpa),
-        ] {
-            for (bit, sample) in (first..).zip(drives.iter_mut()) {
-                *sample = None;
-                if has(bit) {
-                    *sample = Some(Sample {
-                        t_s: next()?,
-                        value: next()?,
-                    });
-                }
-            }
+        for (bit, sample) in (first_scalar..).zip(z.scalars_mut()) {
+            *sample = match has(bit) {
+                true => Some(Sample {
+                    t: Time::from_s(next()?),
+                    value: next()?,
+                }),
+                false => None,
+            };
         }
         Some((&self.z, &self.command, truth))
     }
 }
 
-const _: () = assert!(
-    slot::SPEED - slot::TORQUE == MAX_DRIVES as u32
-        && slot::PRESSURE - slot::SPEED == MAX_DRIVES as u32
-        && slot::PRESSURE + MAX_DRIVES as u32 <= 64,
-    "every drive has its bit"
-);
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_estimators::api::signals::MAX_DRIVES;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     pub fn vehicle() -> Vehicle {
-        Vehicle {
+        Vehicle::new(VehicleData {
             tare_kg: 5000.0,
             drives: 2,
             wheel_radius_m: 0.17,
@@ -189,7 +152,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        }
+        })
+        .unwrap()
     }
 
     /// Every stream there and not there, commands that change and that stay.
@@ -203,24 +167,26 @@ mod tests {
             let some = |i: u32| !(k * 7 + i * 3).is_multiple_of(i + 2);
             let scalar = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: -x(i + 1),
                 })
             };
             let vector = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: [x(i), x(i + 1), x(i + 2)],
                 })
             };
             let z = Measurements {
-                t_s: f64::from(k) * 0.005,
+                t: Time::from_s(f64::from(k) * 0.005),
                 specific_force_mps2: vector(0),
                 angular_rate_radps: vector(1),
                 motor_torque_nm: std::array::from_fn(|i| scalar(i as u32 + 3)),
                 wheel_speed_mps: std::array::from_fn(|i| scalar(i as u32 + 20)),
                 clamp_pressure_mpa: std::array::from_fn(|i| scalar(i as u32 + 40)),
                 steering_angle_rad: scalar(2),
+                inclination_rad: scalar(60),
+                auxiliary: std::array::from_fn(|i| scalar(i as u32 + 61)),
             };
             let change = k % 3 == 0;
             if change {
@@ -228,7 +194,7 @@ mod tests {
                 command.brake = f64::from(k % 2);
             }
             let truth = Target {
-                t_s: z.t_s,
+                t_s: z.t.s(),
                 total_mass_kg: x(9),
                 grade_at_imu_rad: x(10),
                 grade_effective_rad: x(11),
@@ -242,5 +208,11 @@ mod tests {
             assert_eq!(steps.advance(), Some((z, command, truth)));
         }
         assert_eq!(steps.advance(), None);
+    }
+
+    #[test]
+    fn every_sample_has_its_bit() {
+        let z = Measurements::default();
+        assert!(z.vectors().len() + z.scalars().count() <= COMMAND as usize);
     }
 }

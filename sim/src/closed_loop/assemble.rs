@@ -4,7 +4,7 @@ use super::builder::{Moving, SimulationBuilder};
 use super::end::EndCondition;
 use super::events::EventSchedule;
 use super::simulation::Simulation;
-use super::{checks, nominal_vehicle, obstacles, parts};
+use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
@@ -15,8 +15,8 @@ use crate::plant::rapier::{World, WorldOptions};
 use crate::plant::road::{RoadOptions, RoadPlant};
 use crate::plant::train::adhesion::Zone;
 use crate::rail::Rail;
-use crate::sensors::Suite;
 use crate::train::Train;
+use monorig_estimators::api::signals::Vehicle;
 use std::sync::Arc;
 
 /// Where and how the plant starts, and what is start it.
@@ -66,18 +66,19 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
             "`.sensors(Sheet::load(…)?)`",
         ));
     };
-    sheet.check_vehicle(car)?;
-    let mut sensors = Suite::new(&sheet, &train, gravity, seed)?;
-    sensors.check_step(dt_s)?;
-    sensors.add_faults(scenario.path(), &s.events)?;
+    let sensors = instruments::fit(&scenario, &sheet, &train, dt_s, seed)?;
     let imu = sensors
         .imu_mount()
         .or_else(|| train.mount("imu_link"))
         .unwrap_or(0);
+    let mut mounts = sensors.mounts();
+    if !mounts.contains(&imu) {
+        mounts.push(imu);
+    }
     let start = PlantSetup {
         front_m,
         imu,
-        mounts: vec![imu],
+        mounts,
         zones: checks::zones(&scenario, &rail)?,
         obstacles: obstacles::place(&scenario, &rail)?,
     };
@@ -86,6 +87,10 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         Moving::Car(car) => car.nominal_vehicle(&s.vehicle, gravity),
         Moving::Train(_) => nominal_vehicle::nominal_vehicle(&scenario, &train, imu),
     };
+    let vehicle = Vehicle::new(vehicle).map_err(|e| {
+        let help = "values that the data sheet of a vehicle can have";
+        scenario.error("vehicle", e.to_string(), help)
+    })?;
     let nominal_mass_kg = s
         .vehicle
         .total_mass_guess_kg

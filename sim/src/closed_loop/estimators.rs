@@ -1,6 +1,8 @@
 //! Estimators side by side on the same measurements.
 
 use crate::closed_loop::registry::BoxedEstimator;
+use monorig_estimators::api::aid::AidStatus;
+use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 
 /// An estimator in a run, with its last estimate and the steps it refused.
@@ -48,15 +50,15 @@ impl RunningEstimator {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
     }
 
-    /// Names of its internals.
-    pub fn internal_names(&self) -> &'static [&'static str] {
+    /// Its internals, by name and unit.
+    pub fn list_internals(&self) -> &[Internal] {
         self.estimator.internals()
     }
 
     /// One of its internals now; none if it has none of that name.
     pub fn internal(&self, name: &str) -> Option<f64> {
-        let place = self.internal_names().iter().position(|n| *n == name)?;
-        let mut values = vec![f64::NAN; self.internal_names().len()];
+        let place = self.list_internals().iter().position(|i| i.name == name)?;
+        let mut values = vec![f64::NAN; self.list_internals().len()];
         self.estimator.internal_values(&mut values);
         values.get(place).copied()
     }
@@ -64,7 +66,19 @@ impl RunningEstimator {
     /// Its internals now, appended to `row` in the order of their names.
     pub fn internals(&self, row: &mut Vec<f64>) {
         let from = row.len();
-        row.resize(from + self.internal_names().len(), f64::NAN);
+        row.resize(from + self.list_internals().len(), f64::NAN);
         self.estimator.internal_values(&mut row[from..]);
+    }
+
+    /// The sources of measurements it uses.
+    pub fn aid_sources(&self) -> &[&'static str] {
+        self.estimator.aid_sources()
+    }
+
+    /// What became of the last measurement of each source, in that order.
+    pub fn aid_status(&self) -> Vec<AidStatus> {
+        let mut status = vec![AidStatus::default(); self.aid_sources().len()];
+        self.estimator.aid_status(&mut status);
+        status
     }
 }

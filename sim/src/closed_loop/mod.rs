@@ -9,6 +9,7 @@
 //! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |
 //! | `estimators` | an estimator in a run |
 //! | `observer` | what is shown to recorders and metrics after each step |
+//! | `instruments` | the instruments of a scenario, fitted to its vehicle |
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `end` | when a run ends, and how |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
@@ -20,6 +21,7 @@ mod checks;
 mod end;
 pub mod estimators;
 pub mod events;
+mod instruments;
 mod nominal_vehicle;
 mod observer;
 pub mod obstacles;

@@ -2,7 +2,7 @@
 
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::train::Train;
-use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::api::signals::VehicleData;
 
 /// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {
@@ -10,7 +10,7 @@ pub fn nominal_mass_kg(train: &Train) -> f64 {
 }
 
 /// The nominal vehicle of a train: its data sheet, with the changes of the scenario. `imu` is the mount of the IMU.
-pub fn nominal_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicle {
+pub fn nominal_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     let nominal = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
@@ -36,7 +36,7 @@ pub fn nominal_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> Vehicl
             (tare, load, mount_x - middle_x)
         }
     };
-    Vehicle {
+    VehicleData {
         tare_kg: tare,
         drives: train.drives.len(),
         wheel_radius_m: nominal

@@ -4,7 +4,6 @@ pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::error::Error;
-use crate::sensors::Sensors;
 use monorig_estimators::api::signals::Measurements;
 
 /// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns false, the run
@@ -49,16 +48,16 @@ fn closed_loop(
         steps += 1;
         let mut z = Measurements::default();
         s.sensors.measure(s.plant.truth(), &mut z)?;
-        let sampled = any_sample(&z);
+        let (t_s, sampled) = (s.plant.truth().t_s, z.any());
         if sampled {
             s.perception.measure(&z);
             for estimator in &mut s.estimators {
-                estimator.step(&z, &command, z.t_s - last_sample_s);
+                estimator.step(&z, &command, t_s - last_sample_s);
             }
-            last_sample_s = z.t_s;
+            last_sample_s = t_s;
         }
 
-        let time_ns = libm::round(z.t_s * 1e9) as i64;
+        let time_ns = z.t.ns();
         if observers.iter().any(|o| o.wants_truth(time_ns)) {
             s.plant.update_clearance();
         }
@@ -77,13 +76,4 @@ fn closed_loop(
             observer.on_step(&frame)?;
         }
     }
-}
-
-fn any_sample(z: &Measurements) -> bool {
-    z.specific_force_mps2.is_some()
-        || z.angular_rate_radps.is_some()
-        || z.motor_torque_nm.iter().any(Option::is_some)
-        || z.wheel_speed_mps.iter().any(Option::is_some)
-        || z.clamp_pressure_mpa.iter().any(Option::is_some)
-        || z.steering_angle_rad.is_some()
 }

@@ -13,7 +13,7 @@ mod suggest;
 pub use sets::Sets;
 pub use suggest::nearest;
 
-use crate::error::{Error, InputError};
+use crate::error::{DataError, Error, InputError};
 use locate::Target;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
@@ -164,6 +164,13 @@ pub fn input_error(
         help: help.into(),
     }
     .into()
+}
+
+impl DataError {
+    /// The error with the file that the data came from; line and column of the key are looked up in it.
+    pub fn in_file(self, file: &Path) -> Error {
+        input_error(file, self.key, self.message, self.help)
+    }
 }
 
 /// A YAML file as a tree, with its text for looking up places, and what `--set` changed.

@@ -1,8 +1,10 @@
 //! The data sheet of a vehicle's instruments, read and checked.
 
-use crate::config::file::{Sets, input_error, read_yaml_with, with_sets};
-use crate::config::sensor_sheet_file::{Errors, Sampling, SheetFile};
-use crate::error::Error;
+use crate::config::file::{Sets, read_yaml_with, with_sets};
+use crate::config::sensor_sheet_file::SheetFile;
+use crate::error::{DataError, Error};
+use crate::sensors::KINDS;
+use crate::sensors::spec::{Errors, InstrumentSpecs, Mounting, Sampling};
 use std::path::{Path, PathBuf};
 
 /// Longest latency that makes sense; also bounds the memory of the delay line.
@@ -34,114 +36,109 @@ impl Sheet {
     /// Check a sheet already parsed; `file` is named in errors.
     pub fn new(file: PathBuf, data: SheetFile) -> Result<Self, Error> {
         let sheet = Self { file, data };
-        sheet.check()?;
-        Ok(sheet)
+        match sheet.check() {
+            Ok(()) => Ok(sheet),
+            Err(e) => Err(e.in_file(&sheet.file)),
+        }
     }
 
-    fn check(&self) -> Result<(), Error> {
-        let d = &self.data;
-        let inertial = [("accelerometer", &d.accelerometer), ("gyro", &d.gyro)];
-        let plain = [
-            ("motor_torque", &d.motor_torque),
-            ("wheel_speed", &d.wheel_speed),
-            ("clamp_pressure", &d.clamp_pressure),
-            ("steering_angle", &d.steering_angle),
-        ];
-        if inertial.iter().all(|(_, s)| s.is_none()) && plain.iter().all(|(_, s)| s.is_none()) {
-            return Err(self.wrong(
+    /// The instruments that are fitted.
+    pub fn specs(&self) -> InstrumentSpecs {
+        let all = self.data.instruments().into_iter();
+        all.filter_map(|(name, spec)| Some((name, spec?))).collect()
+    }
+
+    fn check(&self) -> Result<(), DataError> {
+        let all = self.data.instruments();
+        if all.iter().all(|(_, spec)| spec.is_none()) {
+            let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+            return Err(DataError::new(
                 "",
                 "no instrument is fitted",
-                "give at least one of accelerometer, gyro, motor_torque, wheel_speed, clamp_pressure, steering_angle",
+                format!("give at least one of {}", names.join(", ")),
             ));
         }
-        for (name, sensor) in inertial {
-            let Some(sensor) = sensor else { continue };
-            self.check_blocks(name, &sensor.sampling, &sensor.errors)?;
-            let known = sensor.misalignment_deg.map_or(0.0, |v| {
-                v.iter().fold(0.0, |m: f64, x| m.max(x.get().abs()))
-            });
-            let drawn = sensor.misalignment_sd_deg.map_or(0.0, |x| x.get());
-            for (key, size) in [("misalignment_deg", known), ("misalignment_sd_deg", drawn)] {
-                if size > MAX_MISALIGNMENT_DEG {
-                    return Err(self.wrong(
-                        format!("{name}.{key}"),
-                        format!("{size}° is no misalignment any more"),
-                        format!("at most {MAX_MISALIGNMENT_DEG}°; turn the mount's link in the URDF instead"),
-                    ));
-                }
-            }
-        }
-        for (name, sensor) in plain {
-            if let Some(sensor) = sensor {
-                self.check_blocks(name, &sensor.sampling, &sensor.errors)?;
+        for (name, spec) in all {
+            if let Some(spec) = spec {
+                check_sampling(&spec.sampling)
+                    .and_then(|()| check_errors(&spec.errors))
+                    .and_then(|()| check_misalignment(&spec.mounting))
+                    .map_err(|e| e.under(name))?;
             }
         }
         Ok(())
     }
 
-    fn check_blocks(&self, name: &str, sampling: &Sampling, errors: &Errors) -> Result<(), Error> {
-        let period_ms = 1e3 / sampling.rate_hz.get();
-        if sampling.jitter_ms.get() > 0.2 * period_ms {
-            return Err(self.wrong(
-                format!("{name}.sampling.jitter_ms"),
-                format!(
-                    "{} ms is too much for a period of {period_ms} ms",
-                    sampling.jitter_ms.get()
-                ),
-                "at most a fifth of the period, so that samples keep their order",
-            ));
-        }
-        if sampling.latency_ms.get() > MAX_LATENCY_MS {
-            return Err(self.wrong(
-                format!("{name}.sampling.latency_ms"),
-                format!(
-                    "{} ms is longer than {MAX_LATENCY_MS} ms",
-                    sampling.latency_ms.get()
-                ),
-                "the time from taking a value to handing it over, in milliseconds",
-            ));
-        }
-        match errors.range {
-            Some([low, high]) if low >= high => Err(self.wrong(
-                format!("{name}.errors.range"),
-                format!("{} is not below {}", low.get(), high.get()),
-                "write [least, greatest]",
-            )),
-            None if errors.linearity.get() > 0.0 => Err(self.wrong(
-                format!("{name}.errors.linearity"),
-                "linearity is a share of full scale, but no range is given",
-                "add `range: [least, greatest]`",
-            )),
-            _ => Ok(()),
-        }
-    }
-
     /// The instruments can be fitted to this vehicle: only a car is steered, only a train has clamps.
     pub fn check_vehicle(&self, car: bool) -> Result<(), Error> {
-        let (train_only, car_only) = (&self.data.clamp_pressure, &self.data.steering_angle);
-        match (car, train_only, car_only) {
-            (true, Some(_), _) => Err(self.wrong(
-                "clamp_pressure",
-                "a car has no clamps",
-                "leave it out of the sheet",
-            )),
-            (false, _, Some(_)) => Err(self.wrong(
-                "steering_angle",
-                "a train is not steered",
-                "leave it out of the sheet",
-            )),
-            _ => Ok(()),
+        let specs = self.specs();
+        for kind in KINDS.iter().filter(|k| specs.contains_key(k.name)) {
+            if let Some(reason) = (kind.unsuited)(car) {
+                let e = DataError::new(kind.name, reason, "leave it out of the sheet");
+                return Err(e.in_file(&self.file));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_sampling(sampling: &Sampling) -> Result<(), DataError> {
+    let period_ms = 1e3 / sampling.rate_hz;
+    if sampling.jitter_ms > 0.2 * period_ms {
+        return Err(DataError::new(
+            "sampling.jitter_ms",
+            format!(
+                "{} ms is too much for a period of {period_ms} ms",
+                sampling.jitter_ms
+            ),
+            "at most a fifth of the period, so that samples keep their order",
+        ));
+    }
+    if sampling.latency_ms > MAX_LATENCY_MS {
+        return Err(DataError::new(
+            "sampling.latency_ms",
+            format!(
+                "{} ms is longer than {MAX_LATENCY_MS} ms",
+                sampling.latency_ms
+            ),
+            "the time from taking a value to handing it over, in milliseconds",
+        ));
+    }
+    Ok(())
+}
+
+fn check_errors(errors: &Errors) -> Result<(), DataError> {
+    match errors.range {
+        Some([low, high]) if low >= high => Err(DataError::new(
+            "errors.range",
+            format!("{low} is not below {high}"),
+            "write [least, greatest]",
+        )),
+        None if errors.linearity > 0.0 => Err(DataError::new(
+            "errors.linearity",
+            "linearity is a share of full scale, but no range is given",
+            "add `range: [least, greatest]`",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn check_misalignment(mounting: &Mounting) -> Result<(), DataError> {
+    let known = mounting.misalignment_deg;
+    let known = known.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let drawn = mounting.misalignment_sd_deg;
+    for (key, size) in [("misalignment_deg", known), ("misalignment_sd_deg", drawn)] {
+        if size > MAX_MISALIGNMENT_DEG {
+            return Err(DataError::new(
+                key,
+                format!("{size}° is no misalignment any more"),
+                format!(
+                    "at most {MAX_MISALIGNMENT_DEG}°; turn the mount's link in the URDF instead"
+                ),
+            ));
         }
     }
-
-    pub(crate) fn wrong(
-        &self,
-        key: impl Into<String>,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Error {
-        input_error(&self.file, key, message, help)
-    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -245,5 +242,15 @@ mod tests {
         ] {
             assert!(matches!(parse(&text), Err(Error::Input(_))), "{text}");
         }
+    }
+
+    #[test]
+    fn every_instrument_of_a_sheet_is_of_a_known_kind() {
+        let sheet = parse(ONE).unwrap();
+        let mut names = sheet.data.instruments().map(|(name, _)| name);
+        let mut known = KINDS.map(|kind| kind.name);
+        names.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(names, known);
     }
 }

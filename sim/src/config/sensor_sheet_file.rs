@@ -1,11 +1,12 @@
 //! The data sheet of a vehicle's instruments: what the YAML says.
 //!
-//! Every instrument has three blocks: where it sits (`mount`, inertial instruments only), `sampling` (when values are
-//! taken and arrive) and `errors` (how they differ from the truth). A block left out means "none of it"; an instrument
-//! left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro), N·m (motor
-//! torque), m/s (wheel speed), MPa (clamp pressure), rad (steering angle).
+//! Every instrument has three blocks: where it sits (`mount`, not of instruments that belong to a part of the vehicle),
+//! `sampling` (when values are taken and arrive) and `errors` (how they differ from the truth). A block left out means "none
+//! of it"; an instrument left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro),
+//! N·m (motor torque), m/s (wheel speed), MPa (clamp pressure), rad (steering angle, inclinometer).
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use crate::sensors::spec::{self, InstrumentSpec, Mounting};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,31 @@ pub struct SheetFile {
     /// Angle of the front wheels of a car, rad.
     #[serde(default)]
     pub steering_angle: Option<PlainSensor>,
+    /// Pitch against the apparent vertical (of gravity and acceleration), rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inclinometer: Option<MountedSensor>,
+}
+
+impl SheetFile {
+    /// Every instrument a sheet can have, by name, in the order of the file; `None` is not fitted.
+    pub fn instruments(&self) -> [(&'static str, Option<InstrumentSpec>); 7] {
+        [
+            ("accelerometer", spec_of(&self.accelerometer)),
+            ("gyro", spec_of(&self.gyro)),
+            ("motor_torque", spec_of(&self.motor_torque)),
+            ("wheel_speed", spec_of(&self.wheel_speed)),
+            ("clamp_pressure", spec_of(&self.clamp_pressure)),
+            ("steering_angle", spec_of(&self.steering_angle)),
+            ("inclinometer", spec_of(&self.inclinometer)),
+        ]
+    }
+}
+
+fn spec_of<'a, T>(block: &'a Option<T>) -> Option<InstrumentSpec>
+where
+    InstrumentSpec: From<&'a T>,
+{
+    block.as_ref().map(InstrumentSpec::from)
 }
 
 /// An instrument with three axes, bolted to a link.
@@ -57,6 +83,19 @@ pub struct InertialSensor {
     /// Standard deviation of a misalignment drawn once a run, each component of the rotation vector, degrees.
     #[serde(default)]
     pub misalignment_sd_deg: Option<NonNegative>,
+}
+
+/// An instrument with one reading, bolted to a link.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MountedSensor {
+    /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
+    pub mount: String,
+    /// When values are taken and arrive.
+    pub sampling: Sampling,
+    /// How values differ from the truth.
+    #[serde(default)]
+    pub errors: Errors,
 }
 
 /// An instrument with one reading, which sits where the vehicle has it.
@@ -178,6 +217,85 @@ impl Default for Errors {
             random_walk_of_integral: zero(),
             quantisation: None,
             range: None,
+        }
+    }
+}
+
+impl From<&InertialSensor> for InstrumentSpec {
+    fn from(s: &InertialSensor) -> Self {
+        let vector = |v: Option<[Finite; 3]>| v.map_or([0.0; 3], |v| v.map(|x| x.get()));
+        Self {
+            sampling: s.sampling.into(),
+            errors: s.errors.into(),
+            mounting: Mounting {
+                link: s.mount.clone(),
+                axis_bias: vector(s.axis_bias),
+                misalignment_deg: vector(s.misalignment_deg),
+                misalignment_sd_deg: s.misalignment_sd_deg.map_or(0.0, |x| x.get()),
+            },
+        }
+    }
+}
+
+impl From<&MountedSensor> for InstrumentSpec {
+    fn from(s: &MountedSensor) -> Self {
+        Self {
+            sampling: s.sampling.into(),
+            errors: s.errors.into(),
+            mounting: Mounting {
+                link: s.mount.clone(),
+                ..Mounting::default()
+            },
+        }
+    }
+}
+
+impl From<&PlainSensor> for InstrumentSpec {
+    fn from(s: &PlainSensor) -> Self {
+        Self {
+            sampling: s.sampling.into(),
+            errors: s.errors.into(),
+            mounting: Mounting::default(),
+        }
+    }
+}
+
+impl From<Sampling> for spec::Sampling {
+    fn from(s: Sampling) -> Self {
+        Self {
+            rate_hz: s.rate_hz.get(),
+            latency_ms: s.latency_ms.get(),
+            jitter_ms: s.jitter_ms.get(),
+            dropout: s.dropout.get(),
+        }
+    }
+}
+
+impl From<Errors> for spec::Errors {
+    fn from(e: Errors) -> Self {
+        Self {
+            bandwidth_hz: e.bandwidth_hz.map(f64::from),
+            scale_error: e.scale_error.get(),
+            scale_error_sd: e.scale_error_sd.get(),
+            linearity: e.linearity.get(),
+            bias: e.bias.get(),
+            bias_sd: e.bias_sd.get(),
+            bias_random_walk: e.bias_random_walk.get(),
+            gauss_markov: e.gauss_markov.map(|m| spec::Markov {
+                sd: m.sd.get(),
+                time_s: m.time_s.get(),
+            }),
+            warm_up: e.warm_up.map(|w| spec::WarmUp {
+                time_s: w.time_s.get(),
+                bias: w.bias.get(),
+                scale_error: w.scale_error.get(),
+            }),
+            noise_sd: e.noise_sd.get(),
+            noise_sd_rel: e.noise_sd_rel.get(),
+            noise_density: e.noise_density.get(),
+            random_walk_of_integral: e.random_walk_of_integral.get(),
+            quantisation: e.quantisation.map(f64::from),
+            range: e.range.map(|r| r.map(f64::from)),
         }
     }
 }

@@ -126,9 +126,10 @@ impl Controller for SpeedController {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_estimators::api::vehicle::VehicleData;
 
     fn controller() -> SpeedController {
-        let vehicle = Vehicle {
+        let vehicle = Vehicle::new(VehicleData {
             tare_kg: 9000.0,
             drives: 8,
             wheel_radius_m: 0.17,
@@ -141,7 +142,8 @@ mod tests {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: None,
-        };
+        })
+        .unwrap();
         let setup = ControllerSetup {
             motor_torque_max_nm: 94.0,
             gravity_mps2: 9.81,

@@ -4,7 +4,9 @@ use super::Channel;
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::control::{Perception, Reference};
 use crate::plant::{DriveState, RoadState, Truth};
-use monorig_estimators::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, Sample};
+use crate::sensors::SensorChannel;
+use monorig_estimators::api::aid::AidStatus;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use std::fmt::Arguments;
 
 /// A column of a group of channels.
@@ -66,40 +68,6 @@ const TRUTH_ROAD: &[Column<RoadState>] = &[
     column("load_rear_right", "N", |r| r.wheel_load_n[3]),
 ];
 
-/// `sensors/imu/…`
-const SENSOR_IMU: &[Column<Measurements>] = &[
-    column("specific_force_x", "m/s²", |z| {
-        axis(&z.specific_force_mps2, 0)
-    }),
-    column("specific_force_y", "m/s²", |z| {
-        axis(&z.specific_force_mps2, 1)
-    }),
-    column("specific_force_z", "m/s²", |z| {
-        axis(&z.specific_force_mps2, 2)
-    }),
-    column("angular_rate_x", "rad/s", |z| {
-        axis(&z.angular_rate_radps, 0)
-    }),
-    column("angular_rate_y", "rad/s", |z| {
-        axis(&z.angular_rate_radps, 1)
-    }),
-    column("angular_rate_z", "rad/s", |z| {
-        axis(&z.angular_rate_radps, 2)
-    }),
-];
-
-/// `sensors/drive_1/…`, one group for each drive unit.
-const SENSOR_DRIVE: &[Column<DriveSamples>] = &[
-    column("motor_torque", "N·m", |d| value(&d.motor_torque_nm)),
-    column("wheel_speed", "m/s", |d| value(&d.wheel_speed_mps)),
-    column("clamp_pressure", "MPa", |d| value(&d.clamp_pressure_mpa)),
-];
-
-/// `sensors/…`, only of a car.
-const SENSOR_ROAD: &[Column<Measurements>] = &[column("steering_angle", "rad", |z| {
-    value(&z.steering_angle_rad)
-})];
-
 /// `control/…`
 const CONTROL: &[Column<ControlState>] = &[
     column("reference_speed", "m/s", |c| c.reference.speed_mps),
@@ -134,12 +102,13 @@ const ESTIMATE: &[Column<Estimate>] = &[
     column("saturated", "1", |e| flag(e.flags.saturated)),
 ];
 
-/// The last samples of one drive unit.
-struct DriveSamples {
-    motor_torque_nm: Option<Sample<f64>>,
-    wheel_speed_mps: Option<Sample<f64>>,
-    clamp_pressure_mpa: Option<Sample<f64>>,
-}
+/// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
+const AID: &[Column<AidStatus>] = &[
+    column("innovation", "", |a| a.innovation),
+    column("innovation_sd", "", |a| libm::sqrt(a.innovation_variance)),
+    column("test_ratio", "1", |a| a.test_ratio),
+    column("outcome", "1", |a| f64::from(a.outcome.code())),
+];
 
 /// What was asked of the controller, what it saw, and what it commanded.
 #[derive(Clone, Copy, Debug, Default)]
@@ -153,6 +122,8 @@ pub(super) struct ControlState {
 /// What a row is made of.
 pub(super) struct RowSource<'a> {
     pub truth: &'a Truth,
+    /// The columns of the instruments: they say themselves what is recorded of them.
+    pub sensors: &'a [SensorChannel],
     /// Samples since the last row.
     pub samples: &'a Measurements,
     pub control: ControlState,
@@ -162,12 +133,13 @@ pub(super) struct RowSource<'a> {
 /// What is done with each group of channels.
 trait Visitor {
     fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], of: &T);
+    fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements);
     fn internals(&mut self, estimator: &RunningEstimator);
 }
 
 /// All channels of a run, group by group, in the order of the columns.
 fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
-    let (truth, z) = (row.truth, row.samples);
+    let truth = row.truth;
     visitor.group(format_args!("truth"), TRUTH, truth);
     for (drive, d) in truth.drives.iter().zip(1..) {
         visitor.group(format_args!("truth/drive_{d}"), TRUTH_DRIVE, drive);
@@ -175,28 +147,16 @@ fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
     if let Some(road) = &truth.road {
         visitor.group(format_args!("truth/road"), TRUTH_ROAD, road);
     }
-    visitor.group(format_args!("sensors/imu"), SENSOR_IMU, z);
-    for i in 0..truth.drives.len().min(MAX_DRIVES) {
-        let samples = DriveSamples {
-            motor_torque_nm: z.motor_torque_nm[i],
-            wheel_speed_mps: z.wheel_speed_mps[i],
-            clamp_pressure_mpa: z.clamp_pressure_mpa[i],
-        };
-        visitor.group(
-            format_args!("sensors/drive_{}", i + 1),
-            SENSOR_DRIVE,
-            &samples,
-        );
-    }
-    if truth.road.is_some() {
-        visitor.group(format_args!("sensors"), SENSOR_ROAD, z);
-    }
+    visitor.sensors(row.sensors, row.samples);
     visitor.group(format_args!("control"), CONTROL, &row.control);
     for estimator in row.estimators {
         let name = &estimator.name;
         let estimate = &estimator.estimate;
         visitor.group(format_args!("estimates/{name}"), ESTIMATE, estimate);
         visitor.internals(estimator);
+        for (source, status) in estimator.aid_sources().iter().zip(estimator.aid_status()) {
+            visitor.group(format_args!("aid/{name}/{source}"), AID, &status);
+        }
     }
 }
 
@@ -210,12 +170,17 @@ pub(super) fn channels(row: &RowSource<'_>) -> Vec<Channel> {
                 unit: c.unit,
             }));
         }
+        fn sensors(&mut self, channels: &[SensorChannel], _: &Measurements) {
+            self.0.extend(channels.iter().map(|c| Channel {
+                path: c.path.clone(),
+                unit: c.unit,
+            }));
+        }
         fn internals(&mut self, estimator: &RunningEstimator) {
-            let name = &estimator.name;
-            let internals = estimator.internal_names().iter();
-            self.0.extend(internals.map(|internal| Channel {
-                path: format!("internals/{name}/{internal}"),
-                unit: "",
+            let internals = estimator.list_internals().iter();
+            self.0.extend(internals.map(|i| Channel {
+                path: format!("internals/{}/{}", estimator.name, i.name),
+                unit: if i.unit == "-" { "1" } else { i.unit },
             }));
         }
     }
@@ -231,6 +196,10 @@ pub(super) fn values(row: &RowSource<'_>, values: &mut Vec<f64>) {
         fn group<T>(&mut self, _: Arguments<'_>, columns: &[Column<T>], of: &T) {
             self.0.extend(columns.iter().map(|c| (c.value)(of)));
         }
+        fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements) {
+            let values = channels.iter().map(|c| (c.value)(samples));
+            self.0.extend(values.map(|x| x.unwrap_or(f64::NAN)));
+        }
         fn internals(&mut self, estimator: &RunningEstimator) {
             estimator.internals(self.0);
         }
@@ -245,14 +214,6 @@ fn finite(x: f64) -> f64 {
 
 fn flag(b: bool) -> f64 {
     if b { 1.0 } else { 0.0 }
-}
-
-fn value(sample: &Option<Sample<f64>>) -> f64 {
-    sample.map_or(f64::NAN, |s| s.value)
-}
-
-fn axis(sample: &Option<Sample<[f64; 3]>>, i: usize) -> f64 {
-    sample.map_or(f64::NAN, |s| s.value[i])
 }
 
 fn least_clamp_pressure(t: &Truth) -> f64 {
@@ -278,6 +239,7 @@ mod tests {
         };
         let row = RowSource {
             truth: &truth,
+            sensors: &[],
             samples: &Measurements::default(),
             control: ControlState::default(),
             estimators: &[],

@@ -6,7 +6,8 @@ use super::{Channel, Chunk, Layout, Sink};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
 use crate::error::Error;
-use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
+use crate::sensors::SensorChannel;
+use monorig_estimators::api::signals::Measurements;
 use std::path::Path;
 
 /// Simulated time between two chunks unless given, s.
@@ -22,6 +23,7 @@ pub struct Recorder<'a> {
     next_row_ns: i64,
     pose_ns: i64,
     next_pose_ns: i64,
+    sensors: Vec<SensorChannel>,
     latest: Measurements,
     row: Vec<f64>,
     rows: usize,
@@ -52,6 +54,7 @@ impl<'a> Recorder<'a> {
             next_row_ns: 0,
             pose_ns: 0,
             next_pose_ns: 0,
+            sensors: Vec::new(),
             latest: Measurements::default(),
             row: Vec::new(),
             rows: 0,
@@ -77,6 +80,7 @@ impl<'a> Recorder<'a> {
     fn row(&mut self, f: &StepFrame<'_>) {
         let source = RowSource {
             truth: f.truth,
+            sensors: &self.sensors,
             samples: &self.latest,
             control: ControlState {
                 reference: *f.reference,
@@ -120,27 +124,11 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Keep what is new in `z`.
-fn merge(latest: &mut Measurements, z: &Measurements) {
-    fn keep<T: Copy>(old: &mut Option<T>, new: &Option<T>) {
-        if new.is_some() {
-            *old = *new;
-        }
-    }
-    keep(&mut latest.specific_force_mps2, &z.specific_force_mps2);
-    keep(&mut latest.angular_rate_radps, &z.angular_rate_radps);
-    keep(&mut latest.steering_angle_rad, &z.steering_angle_rad);
-    for i in 0..MAX_DRIVES {
-        keep(&mut latest.motor_torque_nm[i], &z.motor_torque_nm[i]);
-        keep(&mut latest.wheel_speed_mps[i], &z.wheel_speed_mps[i]);
-        keep(&mut latest.clamp_pressure_mpa[i], &z.clamp_pressure_mpa[i]);
-    }
-}
-
 /// Channels of a simulation, in the order of the columns.
 pub fn channels(simulation: &Simulation) -> Vec<Channel> {
     channels::channels(&RowSource {
         truth: simulation.plant.truth(),
+        sensors: &simulation.sensors.channels(),
         samples: &Measurements::default(),
         control: ControlState::default(),
         estimators: &simulation.estimators,
@@ -171,6 +159,7 @@ impl Observer for Recorder<'_> {
             sink.begin(&layout)?;
         }
         let record = &scenario.file.record;
+        self.sensors = simulation.sensors.channels();
         self.row_ns = period_ns(record.rate_hz.get());
         self.pose_ns = period_ns(record.pose_rate_hz.get());
         self.next_chunk_ns = self.chunk_ns;
@@ -186,7 +175,7 @@ impl Observer for Recorder<'_> {
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
-            merge(&mut self.latest, f.measurements);
+            self.latest.merge(f.measurements);
         }
         for text in f.events {
             self.event(f.time_ns, text.clone());

@@ -7,57 +7,89 @@
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 
-use super::instrument::{Instrument, SamplingMode, StepInterval};
-use super::misalignment;
-use crate::config::sensor_sheet_file::InertialSensor;
+use super::fault::FaultWindow;
+use super::signal_path::{SignalPath, StepInterval};
+use super::{Instrument, InstrumentKind, SensorChannel, mount};
 use crate::error::Error;
-use crate::plant::MountState;
+use crate::plant::{MountState, Truth};
+use monorig_estimators::api::signals::Measurements;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Name in events and errors.
-pub const NAME: &str = "accelerometer";
+/// The accelerometer, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: "accelerometer",
+    unsuited: |_| None,
+    build: |spec, on| {
+        Ok(Box::new(Accelerometer {
+            mount: mount::find(on.train, KIND.name, &spec.mounting.link)?,
+            path: SignalPath::inertial(KIND.name, spec, on.seed),
+            gravity_mps2: on.gravity_mps2,
+            before: None,
+        }))
+    },
+};
 
-/// A three-axis accelerometer.
+/// Name in events of the accelerometer and the gyro together.
+pub const IMU: &str = "imu";
+
+/// A three-axis accelerometer at a mount.
 #[derive(Clone, Debug)]
-pub struct Accelerometer {
-    /// Index in `Truth::mounts`.
-    pub mount: usize,
-    /// Sampling, errors, faults.
-    pub instrument: Instrument<3>,
+struct Accelerometer {
+    mount: usize,
+    path: SignalPath<3>,
     gravity_mps2: f64,
+    before: Option<MountState>,
 }
 
-impl Accelerometer {
-    /// An accelerometer at a mount.
-    pub fn new(sheet: &InertialSensor, mount: usize, gravity_mps2: f64, seed: u64) -> Self {
-        let bias = sheet.axis_bias.map_or([0.0; 3], |b| b.map(|x| x.get()));
-        let axes = [(".x", bias[0]), (".y", bias[1]), (".z", bias[2])];
-        let mut instrument = Instrument::new(
-            NAME,
-            SamplingMode::Integrating,
-            (&sheet.sampling, &sheet.errors),
-            axes,
-            seed,
-        );
-        instrument.misalign(misalignment::draw(sheet, seed, NAME));
-        Self {
-            mount,
-            instrument,
-            gravity_mps2,
-        }
+impl Instrument for Accelerometer {
+    fn name(&self) -> &str {
+        KIND.name
     }
 
-    /// The mount moved from `before` to `now`; over an empty span both are the same.
-    pub fn observe(
+    fn group(&self) -> Option<&str> {
+        Some(IMU)
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.path.rate_hz()
+    }
+
+    fn mount(&self) -> Option<usize> {
+        Some(self.mount)
+    }
+
+    fn measure(
         &mut self,
-        span: StepInterval,
-        before: &MountState,
-        now: &MountState,
+        step: StepInterval,
+        truth: &Truth,
+        z: &mut Measurements,
     ) -> Result<(), Error> {
-        // At least 1 ns: an empty span has no change of velocity to divide.
-        let dt_s = (span.to_ns - span.from_ns).max(1) as f64 * 1e-9;
-        let (start, end) = specific_force(before, now, dt_s, self.gravity_mps2);
-        self.instrument.observe(span, start.into(), end.into())
+        let now = truth.mounts[self.mount];
+        let before = self.before.replace(now).unwrap_or(now);
+        let (start, end) = specific_force(&before, &now, step.length_s(), self.gravity_mps2);
+        self.path.observe(step, start.into(), end.into())?;
+        z.specific_force_mps2 = self.path.deliver(step.to_ns);
+        Ok(())
+    }
+
+    fn ideal(&self, z: &mut Measurements) {
+        z.specific_force_mps2 = self.path.ideal();
+    }
+
+    fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
+        self.path.add_fault(fault);
+    }
+
+    fn channels(&self) -> Vec<SensorChannel> {
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        axes.map(|(i, axis)| {
+            SensorChannel::new(
+                format_args!("imu/specific_force_{axis}"),
+                "m/s²",
+                move |z| z.specific_force_mps2.map(|s| s.value[i]),
+            )
+        })
+        .collect()
     }
 }
 
@@ -72,8 +104,8 @@ pub fn specific_force(
     let acceleration_m =
         half_way(&before.q_wm, &now.q_wm).inverse_transform_vector(&acceleration_w);
     let up_w = Vector3::new(0.0, 0.0, gravity_mps2);
-    let felt = |state: &MountState| acceleration_m + state.q_wm.inverse_transform_vector(&up_w);
-    (felt(before), felt(now))
+    let force_m = |state: &MountState| acceleration_m + state.q_wm.inverse_transform_vector(&up_w);
+    (force_m(before), force_m(now))
 }
 
 /// The rotation half-way between two: the normalised sum of the quaternions, on the shorter arc.
@@ -102,7 +134,7 @@ mod tests {
 
     /// At rest on a grade θ (nose up = rotation by −θ about y, left): f = (g sin θ, 0, g cos θ).
     #[test]
-    fn at_rest_on_a_grade_it_feels_gravity_along_the_rail() {
+    fn at_rest_on_a_grade_it_reads_gravity_along_the_rail() {
         let theta: f64 = 0.2;
         let q = UnitQuaternion::from_euler_angles(0.0, -theta, 0.0);
         let s = state([0.0; 3], q);
@@ -114,9 +146,9 @@ mod tests {
         );
     }
 
-    /// Free fall: velocity changes by g dt downwards, nothing is felt.
+    /// Free fall: velocity changes by g dt downwards, the specific force is zero.
     #[test]
-    fn in_free_fall_it_feels_nothing() {
+    fn in_free_fall_it_reads_zero() {
         let q = UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);
         let (f, end) = specific_force(
             &state([1.0, 2.0, 0.0], q),
@@ -129,7 +161,7 @@ mod tests {
 
     /// On a level circle to the left: v²/R to the left, whatever the sign of the quaternion.
     #[test]
-    fn on_a_circle_it_feels_the_centripetal_acceleration() {
+    fn on_a_circle_it_reads_the_centripetal_acceleration() {
         let (v, radius, dt) = (2.0, 10.0, 0.002);
         let at = |t: f64, sign: f64| {
             let psi = v / radius * t;

@@ -1,10 +1,24 @@
 //! Clamp pressure: pressure in the clamp cylinder of a drive unit, MPa.
 
+use super::InstrumentKind;
+use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
 use crate::train::Drive;
 
-/// Name in events and errors; `[i]` follows for a single unit.
-pub const NAME: &str = "clamp_pressure";
+/// The clamp pressure of every drive unit, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: QUANTITY.name,
+    unsuited: |car| car.then_some("a car has no clamps"),
+    build: |spec, on| Ok(Box::new(DriveInstruments::new(QUANTITY, spec, on))),
+};
+
+const QUANTITY: DriveQuantity = DriveQuantity {
+    name: "clamp_pressure",
+    unit: "MPa",
+    ideal,
+    samples: |z| &z.clamp_pressure_mpa,
+    samples_mut: |z| &mut z.clamp_pressure_mpa,
+};
 
 /// The ideal value, MPa.
 pub fn ideal(state: &DriveState, _nominal: &Drive) -> f64 {

@@ -11,8 +11,8 @@
 //! samples (see `sampling`); misalignment mixes axes (see `misalignment`).
 
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
+use super::spec::{Errors, WarmUp};
 use super::stream::Stream;
-use crate::config::sensor_sheet_file::{Errors, WarmUp};
 
 /// The errors of one axis during one run.
 #[derive(Clone, Debug)]
@@ -35,28 +35,26 @@ impl ErrorModel {
     pub fn new(errors: &Errors, rate_hz: f64, axis_bias: f64, seed: u64, axis: &str) -> Self {
         let stream = |effect: &str| Stream::new(seed, &format!("{axis}/{effect}"));
         let period_s = 1.0 / rate_hz;
-        let range = errors.range.map(|[low, high]| [low.get(), high.get()]);
+        let range = errors.range;
         let white = white_sd(
-            errors.noise_sd.get(),
-            errors.noise_density.get(),
-            errors.random_walk_of_integral.get(),
+            errors.noise_sd,
+            errors.noise_density,
+            errors.random_walk_of_integral,
             rate_hz,
         );
-        let walk = errors.bias_random_walk.get();
+        let walk = errors.bias_random_walk;
         Self {
-            gain: 1.0
-                + errors.scale_error.get()
-                + errors.scale_error_sd.get() * stream("scale").normal(),
-            linearity: errors.linearity.get(),
+            gain: 1.0 + errors.scale_error + errors.scale_error_sd * stream("scale").normal(),
+            linearity: errors.linearity,
             full_scale: range.map_or(f64::INFINITY, |[low, high]| low.abs().max(high.abs())),
-            bias: errors.bias.get() + axis_bias + errors.bias_sd.get() * stream("bias").normal(),
+            bias: errors.bias + axis_bias + errors.bias_sd * stream("bias").normal(),
             walk: (walk > 0.0).then(|| RandomWalk::new(walk, period_s, stream("walk"))),
             markov: errors
                 .gauss_markov
-                .map(|m| GaussMarkov::new(m.sd.get(), m.time_s.get(), period_s, stream("markov"))),
+                .map(|m| GaussMarkov::new(m.sd, m.time_s, period_s, stream("markov"))),
             warmth: errors.warm_up.map(|w| Warmth::new(&w, period_s)),
-            white: White::new(white, errors.noise_sd_rel.get(), stream("white")),
-            quantisation: errors.quantisation.map(|q| q.get()),
+            white: White::new(white, errors.noise_sd_rel, stream("white")),
+            quantisation: errors.quantisation,
             range,
         }
     }
@@ -105,10 +103,10 @@ struct Warmth {
 impl Warmth {
     fn new(w: &WarmUp, period_s: f64) -> Self {
         Self {
-            bias: w.bias.get(),
-            scale: w.scale_error.get(),
+            bias: w.bias,
+            scale: w.scale_error,
             share: 0.0,
-            per_sample: 1.0 - libm::exp(-period_s / w.time_s.get()),
+            per_sample: 1.0 - libm::exp(-period_s / w.time_s),
         }
     }
 
@@ -123,14 +121,8 @@ impl Warmth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
+    use crate::sensors::spec::Markov;
 
-    fn f(x: f64) -> Finite {
-        Finite::try_from(x).unwrap()
-    }
-    fn n(x: f64) -> NonNegative {
-        NonNegative::try_from(x).unwrap()
-    }
     fn model(errors: Errors, seed: u64) -> ErrorModel {
         ErrorModel::new(&errors, 100.0, 0.0, seed, "test")
     }
@@ -148,8 +140,8 @@ mod tests {
     fn known_scale_and_bias_act_as_a_straight_line() {
         let mut m = ErrorModel::new(
             &Errors {
-                scale_error: f(0.02),
-                bias: f(-0.5),
+                scale_error: 0.02,
+                bias: -0.5,
                 ..Errors::default()
             },
             100.0,
@@ -167,9 +159,9 @@ mod tests {
         let mut m = model(
             Errors {
                 warm_up: Some(WarmUp {
-                    time_s: Positive::new(20.0),
-                    bias: f(0.5),
-                    scale_error: f(-0.1),
+                    time_s: 20.0,
+                    bias: 0.5,
+                    scale_error: -0.1,
                 }),
                 ..Errors::default()
             },
@@ -186,8 +178,8 @@ mod tests {
     fn linearity_is_right_at_the_ends_and_off_half_way() {
         let mut m = model(
             Errors {
-                linearity: Fraction::try_from(0.01).unwrap(),
-                range: Some([f(-10.0), f(10.0)]),
+                linearity: 0.01,
+                range: Some([-10.0, 10.0]),
                 ..Errors::default()
             },
             1,
@@ -207,8 +199,8 @@ mod tests {
     #[test]
     fn constants_of_a_run_have_their_spread_and_stay() {
         let errors = Errors {
-            bias_sd: n(0.3),
-            scale_error_sd: n(0.01),
+            bias_sd: 0.3,
+            scale_error_sd: 0.01,
             ..Errors::default()
         };
         let runs = 20_000;
@@ -231,7 +223,7 @@ mod tests {
     fn quantisation_rounds_to_steps_with_the_variance_of_a_uniform() {
         let m = model(
             Errors {
-                quantisation: Some(Positive::try_from(0.25).unwrap()),
+                quantisation: Some(0.25),
                 ..Errors::default()
             },
             1,
@@ -252,9 +244,9 @@ mod tests {
     fn readings_never_leave_the_range() {
         let mut m = model(
             Errors {
-                noise_sd: n(3.0),
-                quantisation: Some(Positive::try_from(0.7).unwrap()),
-                range: Some([f(-2.0), f(5.0)]),
+                noise_sd: 3.0,
+                quantisation: Some(0.7),
+                range: Some([-2.0, 5.0]),
                 ..Errors::default()
             },
             1,
@@ -275,12 +267,12 @@ mod tests {
     fn independent_noises_add_as_variances() {
         let mut m = model(
             Errors {
-                noise_sd: n(0.1),
-                noise_density: n(0.02),
-                random_walk_of_integral: n(0.015),
-                gauss_markov: Some(crate::config::sensor_sheet_file::Markov {
-                    sd: n(0.2),
-                    time_s: Positive::try_from(0.02).unwrap(),
+                noise_sd: 0.1,
+                noise_density: 0.02,
+                random_walk_of_integral: 0.015,
+                gauss_markov: Some(Markov {
+                    sd: 0.2,
+                    time_s: 0.02,
                 }),
                 ..Errors::default()
             },
@@ -297,12 +289,12 @@ mod tests {
     #[test]
     fn switching_one_effect_on_leaves_the_draws_of_the_others() {
         let white = Errors {
-            noise_sd: n(1.0),
+            noise_sd: 1.0,
             ..Errors::default()
         };
         let more = Errors {
-            bias_random_walk: n(1e-30),
-            bias_sd: n(1e-30),
+            bias_random_walk: 1e-30,
+            bias_sd: 1e-30,
             ..white
         };
         let (mut a, mut b) = (model(white, 5), model(more, 5));

@@ -3,49 +3,82 @@
 //! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between steps.
 //! A grade that grows shows as a negative rate about y.
 
-use super::instrument::{Instrument, SamplingMode, StepInterval};
-use super::misalignment;
-use crate::config::sensor_sheet_file::InertialSensor;
+use super::accelerometer::IMU;
+use super::fault::FaultWindow;
+use super::signal_path::{SignalPath, StepInterval};
+use super::{Instrument, InstrumentKind, SensorChannel, mount};
 use crate::error::Error;
-use crate::plant::MountState;
+use crate::plant::{MountState, Truth};
+use monorig_estimators::api::signals::Measurements;
 
-/// Name in events and errors.
-pub const NAME: &str = "gyro";
+/// The gyro, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: "gyro",
+    unsuited: |_| None,
+    build: |spec, on| {
+        Ok(Box::new(Gyro {
+            mount: mount::find(on.train, KIND.name, &spec.mounting.link)?,
+            path: SignalPath::inertial(KIND.name, spec, on.seed),
+            before: None,
+        }))
+    },
+};
 
-/// A three-axis gyro.
+/// A three-axis gyro at a mount.
 #[derive(Clone, Debug)]
-pub struct Gyro {
-    /// Index in `Truth::mounts`.
-    pub mount: usize,
-    /// Sampling, errors, faults.
-    pub instrument: Instrument<3>,
+struct Gyro {
+    mount: usize,
+    path: SignalPath<3>,
+    before: Option<MountState>,
 }
 
-impl Gyro {
-    /// A gyro at a mount.
-    pub fn new(sheet: &InertialSensor, mount: usize, seed: u64) -> Self {
-        let bias = sheet.axis_bias.map_or([0.0; 3], |b| b.map(|x| x.get()));
-        let axes = [(".x", bias[0]), (".y", bias[1]), (".z", bias[2])];
-        let mut instrument = Instrument::new(
-            NAME,
-            SamplingMode::Integrating,
-            (&sheet.sampling, &sheet.errors),
-            axes,
-            seed,
-        );
-        instrument.misalign(misalignment::draw(sheet, seed, NAME));
-        Self { mount, instrument }
+impl Instrument for Gyro {
+    fn name(&self) -> &str {
+        KIND.name
     }
 
-    /// The mount moved from `before` to `now`.
-    pub fn observe(
+    fn group(&self) -> Option<&str> {
+        Some(IMU)
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.path.rate_hz()
+    }
+
+    fn mount(&self) -> Option<usize> {
+        Some(self.mount)
+    }
+
+    fn measure(
         &mut self,
-        span: StepInterval,
-        before: &MountState,
-        now: &MountState,
+        step: StepInterval,
+        truth: &Truth,
+        z: &mut Measurements,
     ) -> Result<(), Error> {
-        self.instrument
-            .observe(span, body_rate(before), body_rate(now))
+        let now = truth.mounts[self.mount];
+        let before = self.before.replace(now).unwrap_or(now);
+        self.path
+            .observe(step, body_rate(&before), body_rate(&now))?;
+        z.angular_rate_radps = self.path.deliver(step.to_ns);
+        Ok(())
+    }
+
+    fn ideal(&self, z: &mut Measurements) {
+        z.angular_rate_radps = self.path.ideal();
+    }
+
+    fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
+        self.path.add_fault(fault);
+    }
+
+    fn channels(&self) -> Vec<SensorChannel> {
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        axes.map(|(i, axis)| {
+            SensorChannel::new(format_args!("imu/angular_rate_{axis}"), "rad/s", move |z| {
+                z.angular_rate_radps.map(|s| s.value[i])
+            })
+        })
+        .collect()
     }
 }
 

@@ -2,11 +2,25 @@
 //!
 //! In practice an estimate from the inverter's current; its error is therefore mostly a share of the reading.
 
+use super::InstrumentKind;
+use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
 use crate::train::Drive;
 
-/// Name in events and errors; `[i]` follows for a single unit.
-pub const NAME: &str = "motor_torque";
+/// The motor torque of every drive unit, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: QUANTITY.name,
+    unsuited: |_| None,
+    build: |spec, on| Ok(Box::new(DriveInstruments::new(QUANTITY, spec, on))),
+};
+
+const QUANTITY: DriveQuantity = DriveQuantity {
+    name: "motor_torque",
+    unit: "N·m",
+    ideal,
+    samples: |z| &z.motor_torque_nm,
+    samples_mut: |z| &mut z.motor_torque_nm,
+};
 
 /// The ideal value, N·m.
 pub fn ideal(state: &DriveState, _nominal: &Drive) -> f64 {

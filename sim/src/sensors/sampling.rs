@@ -1,11 +1,11 @@
 //! When values are taken, and when they arrive.
 //!
 //! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The value
-//! is *taken* at the due instant plus jitter, but *stamped* with the due instant: the sensor does not know its jitter.
+//! is *taken* at the due instant plus jitter, but *stamped* with the due instant.
 //! Arrival is the instant of taking plus the latency. Lost samples never arrive.
 
+use super::spec::Sampling;
 use super::stream::Stream;
-use crate::config::sensor_sheet_file::Sampling;
 use std::collections::VecDeque;
 
 /// Seconds to whole nanoseconds.
@@ -41,12 +41,12 @@ pub struct SamplingInstant {
 impl Schedule {
     /// A schedule that begins at 0.
     pub fn new(sampling: &Sampling, seed: u64, name: &str) -> Self {
-        let rate_hz = sampling.rate_hz.get();
+        let rate_hz = sampling.rate_hz;
         let mut schedule = Self {
             rate_hz,
-            jitter_ns: sampling.jitter_ms.get() * 1e6,
+            jitter_ns: sampling.jitter_ms * 1e6,
             jitter_limit_ns: 0.49e9 / rate_hz,
-            dropout: sampling.dropout.get(),
+            dropout: sampling.dropout,
             jitter: Stream::new(seed, &format!("{name}/jitter")),
             loss: Stream::new(seed, &format!("{name}/loss")),
             k: 0,
@@ -60,7 +60,12 @@ impl Schedule {
         schedule
     }
 
-    /// Begin later: the next instant is the first multiple of the period at or after `start_ns`.
+    /// Samples per second, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    /// Begins later: the next instant is the first multiple of the period at or after `start_ns`.
     pub fn begin_at(&mut self, start_ns: i64) {
         self.k = libm::floor(start_ns.max(0) as f64 * 1e-9 * self.rate_hz) as u64;
         while self.due_ns() < start_ns {
@@ -106,9 +111,9 @@ impl Schedule {
 pub struct Reading<const N: usize> {
     /// Stamp, ns.
     pub stamp_ns: i64,
-    /// What the instrument says.
+    /// The value as measured.
     pub measured: [f64; N],
-    /// What it would say without its errors (after its bandwidth).
+    /// The ideal value, after the bandwidth of the instrument.
     pub ideal: [f64; N],
 }
 
@@ -122,9 +127,9 @@ pub struct DelayLine<const N: usize> {
 impl<const N: usize> DelayLine<N> {
     /// A line with room for every sample that can be on its way at once.
     pub fn new(sampling: &Sampling) -> Self {
-        let latency_s = sampling.latency_ms.get() * 1e-3;
+        let latency_s = sampling.latency_ms * 1e-3;
         // Kept below 2²⁰: a rate this absurd is refused by `check_step` before the first step.
-        let room = (latency_s * sampling.rate_hz.get()).min(1e6) as usize + 4;
+        let room = (latency_s * sampling.rate_hz).min(1e6) as usize + 4;
         Self {
             latency_ns: to_ns(latency_s),
             queue: VecDeque::with_capacity(room),
@@ -134,7 +139,7 @@ impl<const N: usize> DelayLine<N> {
     /// Send off a reading taken at `taken_ns`.
     pub fn send(&mut self, taken_ns: i64, reading: Reading<N>) {
         if self.queue.len() == self.queue.capacity() {
-            self.queue.pop_front(); // nobody collects: forget the oldest rather than grow
+            self.queue.pop_front(); // nothing is collected: drop the oldest rather than grow
         }
         self.queue.push_back((taken_ns + self.latency_ns, reading));
     }
@@ -153,14 +158,13 @@ impl<const N: usize> DelayLine<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::checked::{Fraction, NonNegative, Positive};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {
-            rate_hz: Positive::try_from(rate_hz).unwrap(),
-            latency_ms: NonNegative::try_from(latency_ms).unwrap(),
-            jitter_ms: NonNegative::try_from(jitter_ms).unwrap(),
-            dropout: Fraction::try_from(dropout).unwrap(),
+            rate_hz,
+            latency_ms,
+            jitter_ms,
+            dropout,
         }
     }
 

@@ -2,71 +2,72 @@
 //!
 //! Real cars measure it at the steering wheel; ratio and play of the gear are errors of scale and quantisation here.
 
-use super::fault::Window;
-use super::instrument::{Instrument, SamplingMode, StepInterval};
-use crate::config::sensor_sheet_file::PlainSensor;
+use super::fault::FaultWindow;
+use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
+use super::{Instrument, InstrumentKind, SensorChannel};
 use crate::error::Error;
 use crate::plant::Truth;
-use monorig_estimators::api::signals::Sample;
+use monorig_estimators::api::signals::Measurements;
 
-/// Name in events and errors.
-pub const NAME: &str = "steering_angle";
+/// The steering angle of a car, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: "steering_angle",
+    unsuited: |car| (!car).then_some("a train is not steered"),
+    build: |spec, on| {
+        Ok(Box::new(SteeringAngle {
+            path: SignalPath::scalar(KIND.name, SamplingMode::Instant, spec, on.seed),
+            before: None,
+        }))
+    },
+};
 
 /// The one steering-angle sensor of a car.
 #[derive(Clone, Debug)]
-pub struct SteeringAngle {
-    instrument: Instrument<1>,
+struct SteeringAngle {
+    path: SignalPath<1>,
     before: Option<f64>,
 }
 
-impl SteeringAngle {
-    /// A sensor as the sheet has it.
-    pub fn new(sheet: &PlainSensor, seed: u64) -> Self {
-        Self {
-            instrument: Instrument::new(
-                NAME,
-                SamplingMode::Instant,
-                (&sheet.sampling, &sheet.errors),
-                [("", 0.0)],
-                seed,
-            ),
-            before: None,
-        }
+impl Instrument for SteeringAngle {
+    fn name(&self) -> &str {
+        KIND.name
     }
 
-    /// Add a fault.
-    pub fn add_fault(&mut self, window: Window) {
-        self.instrument.add_fault(window);
+    fn rate_hz(&self) -> f64 {
+        self.path.rate_hz()
     }
 
-    /// Look at the truth at the end of `span`; what arrived, if anything.
-    pub fn measure(
+    fn measure(
         &mut self,
-        span: StepInterval,
+        step: StepInterval,
         truth: &Truth,
-    ) -> Result<Option<Sample<f64>>, Error> {
+        z: &mut Measurements,
+    ) -> Result<(), Error> {
         let now = ideal(truth);
         let before = self.before.replace(now).unwrap_or(now);
-        self.instrument.observe(span, [before], [now])?;
-        Ok(self.instrument.deliver(span.to_ns).map(plain))
+        self.path.observe(step, [before], [now])?;
+        z.steering_angle_rad = scalar(self.path.deliver(step.to_ns));
+        Ok(())
     }
 
-    /// The ideal value behind the sample last handed over.
-    pub fn ideal(&self) -> Option<Sample<f64>> {
-        self.instrument.ideal().map(plain)
+    fn ideal(&self, z: &mut Measurements) {
+        z.steering_angle_rad = scalar(self.path.ideal());
+    }
+
+    fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
+        self.path.add_fault(fault);
+    }
+
+    fn channels(&self) -> Vec<SensorChannel> {
+        vec![SensorChannel::new(KIND.name, "rad", |z| {
+            z.steering_angle_rad.map(|s| s.value)
+        })]
     }
 }
 
-/// The ideal value, rad; 0 where nobody steers.
+/// The ideal value, rad; 0 for a vehicle that is not steered.
 pub fn ideal(truth: &Truth) -> f64 {
     truth.road.map_or(0.0, |r| r.steering_rad)
-}
-
-fn plain(s: Sample<[f64; 1]>) -> Sample<f64> {
-    Sample {
-        t_s: s.t_s,
-        value: s.value[0],
-    }
 }
 
 #[cfg(test)]

@@ -1,49 +1,36 @@
-//! All instruments of a train, from data sheet to measurements.
+//! All instruments of a vehicle: their order, the checks of time and vehicle, faults by name.
 
-use super::accelerometer::{self, Accelerometer};
-use super::fault::{self, Window};
-use super::gyro::{self, Gyro};
-use super::instrument::StepInterval;
-use super::per_drive::{Ideal, PerDrive};
+use super::accelerometer::IMU;
+use super::fault::FaultWindow;
 use super::sampling::to_ns;
-use super::steering_angle::{self, SteeringAngle};
-use super::{Sensors, clamp_pressure, motor_torque, wheel_speed};
-use crate::config::file::input_error;
-use crate::config::scenario::Event;
-use crate::config::sensor_sheet::Sheet;
-use crate::config::sensor_sheet_file::{PlainSensor, Sampling};
-use crate::error::Error;
-use crate::plant::{MountState, Truth};
+use super::signal_path::StepInterval;
+use super::spec::InstrumentSpecs;
+use super::{Fitting, Instrument, KINDS, SensorChannel};
+use crate::error::{DataError, Error};
+use crate::plant::Truth;
 use crate::train::Train;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
-use std::path::Path;
 
-/// Name in events for accelerometer and gyro together.
-const IMU: &str = "imu";
-
-/// All instruments of a train during one run.
-#[derive(Clone, Debug)]
+/// All instruments of a vehicle during one run.
 pub struct Suite {
-    /// Instant of the last look, ns, and how the mounts moved then.
+    /// Instant of the last step, ns.
     last_ns: Option<i64>,
-    accelerometer: Option<(Accelerometer, Option<MountState>)>,
-    gyro: Option<(Gyro, Option<MountState>)>,
-    motor_torque: Option<PerDrive>,
-    wheel_speed: Option<PerDrive>,
-    clamp_pressure: Option<PerDrive>,
-    steering_angle: Option<SteeringAngle>,
+    instruments: Vec<Box<dyn Instrument>>,
     mounts: usize,
     drives: usize,
-    rates: Vec<(&'static str, f64)>,
-    sheet: Sheet,
 }
 
 impl Suite {
-    /// The instruments of a sheet on a train. The same seed gives the same errors, bit for bit.
-    pub fn new(sheet: &Sheet, train: &Train, gravity_mps2: f64, seed: u64) -> Result<Self, Error> {
-        let d = &sheet.data;
+    /// The instruments of a data sheet on a train. The same seed gives the same errors, bit for bit.
+    pub fn new(
+        specs: &InstrumentSpecs,
+        train: &Train,
+        gravity_mps2: f64,
+        seed: u64,
+    ) -> Result<Self, DataError> {
         if train.drives.len() > MAX_DRIVES {
-            return Err(sheet.wrong(
+            return Err(DataError::new(
                 "",
                 format!(
                     "the train `{}` has {} drive units",
@@ -53,77 +40,57 @@ impl Suite {
                 format!("measurements have room for {MAX_DRIVES}"),
             ));
         }
-        let accelerometer = match &d.accelerometer {
-            Some(s) => {
-                let mount = sheet.find_mount(train, accelerometer::NAME, &s.mount)?;
-                Some((Accelerometer::new(s, mount, gravity_mps2, seed), None))
+        let on = Fitting {
+            train,
+            gravity_mps2,
+            seed,
+        };
+        let mut instruments = Vec::new();
+        for kind in &KINDS {
+            if let Some(spec) = specs.get(kind.name) {
+                instruments.push((kind.build)(spec, &on)?);
             }
-            None => None,
-        };
-        let gyro = match &d.gyro {
-            Some(s) => Some((
-                Gyro::new(s, sheet.find_mount(train, gyro::NAME, &s.mount)?, seed),
-                None,
-            )),
-            None => None,
-        };
-        let per_drive = |name: &str, sensor: &Option<PlainSensor>, ideal: Ideal| {
-            sensor
-                .as_ref()
-                .map(|s| PerDrive::new(name, s, ideal, &train.drives, seed))
-        };
-        let rate = |name, sampling: Option<&Sampling>| sampling.map(|s| (name, s.rate_hz.get()));
-        let rates = [
-            rate(
-                accelerometer::NAME,
-                d.accelerometer.as_ref().map(|s| &s.sampling),
-            ),
-            rate(gyro::NAME, d.gyro.as_ref().map(|s| &s.sampling)),
-            rate(
-                motor_torque::NAME,
-                d.motor_torque.as_ref().map(|s| &s.sampling),
-            ),
-            rate(
-                wheel_speed::NAME,
-                d.wheel_speed.as_ref().map(|s| &s.sampling),
-            ),
-            rate(
-                clamp_pressure::NAME,
-                d.clamp_pressure.as_ref().map(|s| &s.sampling),
-            ),
-            rate(
-                steering_angle::NAME,
-                d.steering_angle.as_ref().map(|s| &s.sampling),
-            ),
-        ];
+        }
         Ok(Self {
             last_ns: None,
-            accelerometer,
-            gyro,
-            motor_torque: per_drive(motor_torque::NAME, &d.motor_torque, motor_torque::ideal),
-            wheel_speed: per_drive(wheel_speed::NAME, &d.wheel_speed, wheel_speed::ideal),
-            clamp_pressure: per_drive(
-                clamp_pressure::NAME,
-                &d.clamp_pressure,
-                clamp_pressure::ideal,
-            ),
-            steering_angle: d
-                .steering_angle
-                .as_ref()
-                .map(|s| SteeringAngle::new(s, seed)),
+            instruments,
             mounts: train.mounts.len(),
             drives: train.drives.len(),
-            rates: rates.into_iter().flatten().collect(),
-            sheet: sheet.clone(),
         })
     }
 
-    /// Whether a physics step can serve every sensor: at most one sample a step.
-    pub fn check_step(&self, dt_s: f64) -> Result<(), Error> {
-        for (name, rate_hz) in &self.rates {
+    /// Fits one more instrument, which may be of another crate. It is read after those there are.
+    pub fn fit(&mut self, instrument: Box<dyn Instrument>) -> Result<(), DataError> {
+        let name = instrument.name();
+        let wrong = |message: String, help: String| Err(DataError::new(name, message, help));
+        if self.names().iter().any(|n| n == name) {
+            return wrong(
+                format!("there is a sensor `{name}` already"),
+                "another name".into(),
+            );
+        }
+        match instrument.mount() {
+            Some(mount) if mount >= self.mounts => wrong(
+                format!(
+                    "the train has no mount number {mount}, but {} of them",
+                    self.mounts
+                ),
+                "an index into `Train::mounts`".into(),
+            ),
+            _ => {
+                self.instruments.push(instrument);
+                Ok(())
+            }
+        }
+    }
+
+    /// Checks that a physics step can serve every instrument: at most one sample a step.
+    pub fn check_step(&self, dt_s: f64) -> Result<(), DataError> {
+        for instrument in &self.instruments {
+            let rate_hz = instrument.rate_hz();
             if rate_hz * dt_s > 1.0 + 1e-9 {
-                return Err(self.sheet.wrong(
-                    format!("{name}.sampling.rate_hz"),
+                return Err(DataError::new(
+                    format!("{}.sampling.rate_hz", instrument.name()),
                     format!(
                         "{rate_hz} Hz is more than one sample per physics step of {} ms",
                         libm::round(dt_s * 1e6) / 1e3
@@ -138,115 +105,94 @@ impl Suite {
         Ok(())
     }
 
-    /// Take the sensor faults out of a scenario's events; `scenario` is named in errors.
-    pub fn add_faults(&mut self, scenario: &Path, events: &[Event]) -> Result<(), Error> {
-        for (index, event) in events.iter().enumerate() {
-            if let Some((sensor, window)) = fault::read(scenario, index, event)?
-                && !self.add_fault(sensor, window)
-            {
-                return Err(input_error(
-                    scenario,
-                    format!("events[{index}].sensor"),
-                    format!("no sensor `{sensor}` is fitted"),
-                    format!("known here: {}", self.names().join(", ")),
-                ));
+    /// Adds a fault to the sensor of this name: an instrument, a group such as `imu`, or one unit such as `wheel_speed[2]`.
+    pub fn add_fault(&mut self, sensor: &str, fault: FaultWindow) -> Result<(), DataError> {
+        let mut found = false;
+        for instrument in &mut self.instruments {
+            let name = instrument.name();
+            let whole = name == sensor || instrument.group() == Some(sensor);
+            let unit = (0..instrument.units()).find(|i| format!("{name}[{i}]") == sensor);
+            if whole || unit.is_some() {
+                instrument.add_fault(unit, fault);
+                found = true;
             }
         }
-        Ok(())
+        match found {
+            true => Ok(()),
+            false => Err(DataError::new(
+                "sensor",
+                format!("no sensor `{sensor}` is fitted"),
+                format!("known here: {}", self.names().join(", ")),
+            )),
+        }
     }
 
-    /// Index in `Train::mounts` of the accelerometer's place, else the gyro's.
+    /// Index in `Train::mounts` of the IMU's place: the accelerometer's, else the gyro's.
     pub fn imu_mount(&self) -> Option<usize> {
-        let accelerometer = self.accelerometer.as_ref().map(|(a, _)| a.mount);
-        accelerometer.or(self.gyro.as_ref().map(|(g, _)| g.mount))
+        let imu = self.instruments.iter().find(|i| i.group() == Some(IMU));
+        imu.and_then(|i| i.mount())
+    }
+
+    /// Indices in `Train::mounts` of all mounts that carry an instrument, ascending.
+    pub fn mounts(&self) -> Vec<usize> {
+        let mut mounts: Vec<usize> = self.instruments.iter().filter_map(|i| i.mount()).collect();
+        mounts.sort_unstable();
+        mounts.dedup();
+        mounts
+    }
+
+    /// Recorded columns of the instruments that are fitted, those of one place (IMU, drive unit) together.
+    pub fn channels(&self) -> Vec<SensorChannel> {
+        let place = |c: &SensorChannel| c.path.rsplit_once('/').map_or("", |p| p.0).to_owned();
+        let mut channels: Vec<_> = self.instruments.iter().flat_map(|i| i.channels()).collect();
+        let mut places: Vec<String> = Vec::new();
+        for c in &channels {
+            if !places.contains(&place(c)) {
+                places.push(place(c));
+            }
+        }
+        channels.sort_by_key(|c| places.iter().position(|p| *p == place(c)));
+        channels
     }
 
     /// What `measure` would have put out last without errors of the sensors: same samples, same stamps.
     pub fn ideal(&self) -> Measurements {
         let mut z = Measurements {
-            t_s: self.last_ns.unwrap_or(0) as f64 * 1e-9,
-            specific_force_mps2: self
-                .accelerometer
-                .as_ref()
-                .and_then(|(a, _)| a.instrument.ideal()),
-            angular_rate_radps: self.gyro.as_ref().and_then(|(g, _)| g.instrument.ideal()),
-            steering_angle_rad: self.steering_angle.as_ref().and_then(SteeringAngle::ideal),
+            t: Time::from_ns(self.last_ns.unwrap_or(0)),
             ..Measurements::default()
         };
-        let per_drive = [
-            (&self.motor_torque, &mut z.motor_torque_nm),
-            (&self.wheel_speed, &mut z.wheel_speed_mps),
-            (&self.clamp_pressure, &mut z.clamp_pressure_mpa),
-        ];
-        for (sensors, out) in per_drive {
-            if let Some(sensors) = sensors {
-                sensors.ideal(out);
-            }
-        }
+        self.instruments.iter().for_each(|i| i.ideal(&mut z));
         z
     }
 
-    /// Names an event can use on this train. Units count from 0 at the front, as in [`Measurements`].
+    /// Names an event can use on this vehicle. Units count from 0 at the front, as in [`Measurements`].
     pub fn names(&self) -> Vec<String> {
-        let mut names = Vec::new();
-        let (accelerometer, gyro) = (self.accelerometer.is_some(), self.gyro.is_some());
-        for (name, fitted) in [
-            (IMU, accelerometer || gyro),
-            (accelerometer::NAME, accelerometer),
-            (gyro::NAME, gyro),
-        ] {
-            if fitted {
-                names.push(name.to_string());
+        let mut names: Vec<String> = Vec::new();
+        for instrument in &self.instruments {
+            if let Some(group) = instrument.group()
+                && !names.iter().any(|n| n == group)
+            {
+                names.push(group.to_owned());
             }
-        }
-        for (name, sensors) in [
-            (motor_torque::NAME, &self.motor_torque),
-            (wheel_speed::NAME, &self.wheel_speed),
-            (clamp_pressure::NAME, &self.clamp_pressure),
-        ] {
-            if let Some(sensors) = sensors {
-                names.push(name.to_string());
-                names.extend((0..sensors.count()).map(|i| format!("{name}[{i}]")));
-            }
-        }
-        if self.steering_angle.is_some() {
-            names.push(steering_angle::NAME.to_string());
+            let name = instrument.name();
+            names.push(name.to_owned());
+            names.extend((0..instrument.units()).map(|i| format!("{name}[{i}]")));
         }
         names
     }
 
-    /// Whether there is a sensor of this name; it gets the fault.
-    fn add_fault(&mut self, sensor: &str, window: Window) -> bool {
-        if !self.names().iter().any(|n| n == sensor) {
-            return false;
+    /// Samples the truth after a step of the plant; puts new samples into `z`, cleared by the caller.
+    pub fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error> {
+        let step = self.step(truth)?;
+        z.t = Time::from_s(truth.t_s);
+        for instrument in &mut self.instruments {
+            instrument.measure(step, truth, z)?;
         }
-        let (name, unit) = match sensor.split_once('[') {
-            Some((name, rest)) => (name, rest.trim_end_matches(']').parse().ok()),
-            None => (sensor, None),
-        };
-        if let (Some((a, _)), IMU | accelerometer::NAME) = (&mut self.accelerometer, name) {
-            a.instrument.add_fault(window);
-        }
-        if let (Some((g, _)), IMU | gyro::NAME) = (&mut self.gyro, name) {
-            g.instrument.add_fault(window);
-        }
-        if let (Some(s), steering_angle::NAME) = (&mut self.steering_angle, name) {
-            s.add_fault(window);
-        }
-        for (own, sensors) in [
-            (motor_torque::NAME, &mut self.motor_torque),
-            (wheel_speed::NAME, &mut self.wheel_speed),
-            (clamp_pressure::NAME, &mut self.clamp_pressure),
-        ] {
-            if let (true, Some(sensors)) = (own == name, sensors) {
-                sensors.add_fault(unit, window);
-            }
-        }
-        true
+        Ok(())
     }
 
-    /// The stretch of time since the last look. Time must not run backwards, and the truth must be this train's.
-    fn span(&mut self, truth: &Truth) -> Result<StepInterval, Error> {
+    /// The interval since the last step. Time must not run backwards, and the truth must be this train's.
+    fn step(&mut self, truth: &Truth) -> Result<StepInterval, Error> {
         let broken = |what: String| Error::Broken {
             t_s: truth.t_s,
             what,
@@ -272,37 +218,5 @@ impl Suite {
             )));
         }
         Ok(StepInterval { from_ns, to_ns })
-    }
-}
-
-impl Sensors for Suite {
-    fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error> {
-        let span = self.span(truth)?;
-        z.t_s = truth.t_s;
-        if let Some((sensor, last)) = &mut self.accelerometer {
-            let now = truth.mounts[sensor.mount];
-            let before = last.replace(now).unwrap_or(now);
-            sensor.observe(span, &before, &now)?;
-            z.specific_force_mps2 = sensor.instrument.deliver(span.to_ns);
-        }
-        if let Some((sensor, last)) = &mut self.gyro {
-            let now = truth.mounts[sensor.mount];
-            let before = last.replace(now).unwrap_or(now);
-            sensor.observe(span, &before, &now)?;
-            z.angular_rate_radps = sensor.instrument.deliver(span.to_ns);
-        }
-        if let Some(sensors) = &mut self.motor_torque {
-            sensors.measure(span, &truth.drives, &mut z.motor_torque_nm)?;
-        }
-        if let Some(sensors) = &mut self.wheel_speed {
-            sensors.measure(span, &truth.drives, &mut z.wheel_speed_mps)?;
-        }
-        if let Some(sensors) = &mut self.clamp_pressure {
-            sensors.measure(span, &truth.drives, &mut z.clamp_pressure_mpa)?;
-        }
-        if let Some(sensor) = &mut self.steering_angle {
-            z.steering_angle_rad = sensor.measure(span, truth)?;
-        }
-        Ok(())
     }
 }

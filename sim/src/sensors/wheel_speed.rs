@@ -3,11 +3,25 @@
 //! Slip is in it, as in a real encoder. A worn wheel is an error of scale (`scale_error`), an encoder's pulses are
 //! quantisation.
 
+use super::InstrumentKind;
+use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
 use crate::train::Drive;
 
-/// Name in events and errors; `[i]` follows for a single unit.
-pub const NAME: &str = "wheel_speed";
+/// The wheel speed of every drive unit, as a data sheet names it.
+pub const KIND: InstrumentKind = InstrumentKind {
+    name: QUANTITY.name,
+    unsuited: |_| None,
+    build: |spec, on| Ok(Box::new(DriveInstruments::new(QUANTITY, spec, on))),
+};
+
+const QUANTITY: DriveQuantity = DriveQuantity {
+    name: "wheel_speed",
+    unit: "m/s",
+    ideal,
+    samples: |z| &z.wheel_speed_mps,
+    samples_mut: |z| &mut z.wheel_speed_mps,
+};
 
 /// The ideal value, m/s.
 pub fn ideal(state: &DriveState, nominal: &Drive) -> f64 {

@@ -1,4 +1,4 @@
-//! ErrorGroups over time and their distributions; whether the stated uncertainty fits them.
+//! Errors over time and their distributions; whether the stated uncertainty fits them.
 
 use crate::plot::axis::Axis;
 use crate::plot::bars::Histogram;
@@ -18,7 +18,7 @@ pub fn section(run: &Recorded) -> Section {
     let slope = slope(run);
     let mass = mass(run);
     let after_s = run.summary.after_s;
-    Section::new("ErrorGroups")
+    Section::new("Errors")
         .text(format!(
             "Estimate minus truth where the estimator vouches for its value; distributions from {after_s} s on. The slope's \
              truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
@@ -156,7 +156,7 @@ pub fn consistency(run: &Recorded) -> Section {
     Section::new("Consistency")
         .text(
             "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
-             filter is too sure of itself; below: too careful. ErrorGroups change slowly, so in a single run their share may stray.",
+             filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
         )
         .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu"))
         .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass"))

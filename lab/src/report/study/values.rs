@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 pub struct MetricValues {
     /// Runs there are.
     pub runs: usize,
-    /// MetricValues of those runs in which it could be measured.
+    /// Values of those runs in which it could be measured.
     pub measured: Vec<f64>,
 }
 
@@ -21,7 +21,7 @@ impl MetricValues {
         Self::new(runs.len(), values.collect())
     }
 
-    /// MetricValues in any order, of so many runs.
+    /// Values in any order, of so many runs.
     pub fn new(runs: usize, mut measured: Vec<f64>) -> Self {
         measured.sort_unstable_by(f64::total_cmp);
         Self { runs, measured }

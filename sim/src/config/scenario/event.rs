@@ -1,6 +1,8 @@
 //! Things that happen during a run. Which keys an event has says what it is.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
+use crate::error::DataError;
+use crate::sensors::fault;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
@@ -84,6 +86,73 @@ impl Fault {
     /// Whether the fault means something only with a `size`.
     pub fn needs_size(self) -> bool {
         matches!(self, Fault::Drift | Fault::Scale | Fault::Spikes)
+    }
+}
+
+impl Event {
+    /// The sensor fault that this event is, with the name of the sensor; `None` for other events. Keys in errors are those of
+    /// the event.
+    pub fn sensor_fault(&self) -> Result<Option<(&str, fault::FaultWindow)>, DataError> {
+        let Event::SensorFault {
+            from_s,
+            to_s,
+            sensor,
+            fault,
+            size,
+        } = self
+        else {
+            return Ok(None);
+        };
+        let wrong = |key: &str, message: &str, help: &str| Err(DataError::new(key, message, help));
+        let (from_s, to_s) = (from_s.get(), to_s.map_or(f64::INFINITY, |t| t.get()));
+        if to_s <= from_s {
+            return wrong(
+                "to_s",
+                &format!("the fault ends at {to_s} s, before it begins"),
+                "to_s above from_s, or leave it out: to the end",
+            );
+        }
+        let fault = match (fault, size.map(|x| x.get())) {
+            (Fault::Off, None) => fault::Fault::Off,
+            (Fault::Stuck, None) => fault::Fault::Stuck,
+            (Fault::Drift, Some(rate)) => fault::Fault::Drift(rate),
+            (Fault::Scale, Some(factor)) => fault::Fault::Scale(factor),
+            (Fault::Spikes, Some(height)) => fault::Fault::Spikes(height),
+            (Fault::Drift, None) => {
+                return wrong(
+                    "size",
+                    "a drift needs a size",
+                    "size in the sensor's unit per second",
+                );
+            }
+            (Fault::Scale, None) => {
+                return wrong(
+                    "size",
+                    "a wrong scale needs a size",
+                    "the factor values are multiplied by, such as 1.1",
+                );
+            }
+            (Fault::Spikes, None) => {
+                return wrong(
+                    "size",
+                    "spikes need a size",
+                    "the height of a spike in the sensor's unit",
+                );
+            }
+            (Fault::Off | Fault::Stuck, Some(_)) => {
+                return wrong(
+                    "size",
+                    "a sensor that is off or stuck has no size of fault",
+                    "leave `size` out",
+                );
+            }
+        };
+        let window = fault::FaultWindow {
+            from_s,
+            to_s,
+            fault,
+        };
+        Ok(Some((sensor, window)))
     }
 }
 
@@ -300,5 +369,37 @@ mod tests {
                 assert!(wrong.contains(absent) || absent == name, "{wrong}");
             }
         }
+    }
+
+    #[test]
+    fn wrong_faults_are_refused_at_the_right_key() {
+        let event = |to_s: Option<f64>, fault, size: Option<f64>| Event::SensorFault {
+            from_s: NonNegative::new(5.0),
+            to_s: to_s.map(Positive::new),
+            sensor: "imu".into(),
+            fault,
+            size: size.map(Finite::new),
+        };
+        for (e, key) in [
+            (event(Some(5.0), Fault::Off, None), "to_s"),
+            (event(None, Fault::Drift, None), "size"),
+            (event(None, Fault::Scale, None), "size"),
+            (event(None, Fault::Spikes, None), "size"),
+            (event(None, Fault::Stuck, Some(1.0)), "size"),
+        ] {
+            assert_eq!(e.sensor_fault().unwrap_err().key, key);
+        }
+        let right = event(Some(6.0), Fault::Scale, Some(2.0));
+        let (sensor, window) = right.sensor_fault().unwrap().unwrap();
+        assert_eq!(
+            (sensor, window.to_s, window.fault),
+            ("imu", 6.0, fault::Fault::Scale(2.0))
+        );
+        let load = Event::LoadMass {
+            at_s: NonNegative::new(1.0),
+            every_s: None,
+            load_mass_kg: NonNegative::new(1.0),
+        };
+        assert!(load.sensor_fault().unwrap().is_none());
     }
 }

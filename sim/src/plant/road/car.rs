@@ -10,7 +10,7 @@ use crate::config::file::{Sets, input_error, read_yaml_with, with_sets};
 use crate::config::scenario::NominalVehicle;
 use crate::error::Error;
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
-use monorig_estimators::api::signals::{RoadVehicle, Vehicle};
+use monorig_estimators::api::vehicle::{RoadVehicle, VehicleData};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -184,11 +184,11 @@ impl Car {
     }
 
     /// What the estimators are told: the car's data sheet, and what the scenario puts in its place.
-    pub fn nominal_vehicle(&self, nominal: &NominalVehicle, gravity: f64) -> Vehicle {
+    pub fn nominal_vehicle(&self, nominal: &NominalVehicle, gravity: f64) -> VehicleData {
         let (d, w) = (&self.data, &self.data.wheels);
         let mass = nominal.tare_kg.map_or(d.body.mass_kg.get(), f64::from);
         let [front, rear] = self.cornering(gravity);
-        Vehicle {
+        VehicleData {
             tare_kg: mass,
             drives: 2,
             wheel_radius_m: nominal.wheel_radius_m.map_or(w.radius_m.get(), f64::from),

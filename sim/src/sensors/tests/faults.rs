@@ -1,22 +1,20 @@
 //! Faults by event through the whole suite.
 
+use super::super::fault::{Fault, FaultWindow};
 use super::*;
-use crate::config::checked::{Finite, NonNegative};
-use crate::config::scenario::{Event, Fault};
-use std::path::Path;
+use crate::error::DataError;
 
-fn fault(sensor: &str, from_s: f64, fault: Fault, size: Option<f64>) -> Event {
-    Event::SensorFault {
-        from_s: NonNegative::try_from(from_s).unwrap(),
-        to_s: None,
-        sensor: sensor.into(),
+/// From this instant to the end.
+fn from(from_s: f64, fault: Fault) -> FaultWindow {
+    FaultWindow {
+        from_s,
+        to_s: f64::INFINITY,
         fault,
-        size: size.map(|x| Finite::try_from(x).unwrap()),
     }
 }
 
 /// Which of the channels differ between a sound run and one with the fault.
-fn touched(event: Event) -> Vec<String> {
+fn touched(sensor: &str, fault: Fault) -> Vec<String> {
     let (sheet, train) = (asset("huainan.yaml"), train(2));
     let sound = look(
         &mut suite(&sheet, &train, 5),
@@ -25,9 +23,7 @@ fn touched(event: Event) -> Vec<String> {
         1000,
     );
     let mut faulty = suite(&sheet, &train, 5);
-    faulty
-        .add_faults(Path::new("scenario.yaml"), &[event])
-        .unwrap();
+    faulty.add_fault(sensor, from(1.0, fault)).unwrap();
     let seen = look(&mut faulty, |t| rolling(&train, t), DT, 1000);
     let mut names = Vec::new();
     let mut note = |name: String, differs: bool| {
@@ -62,7 +58,7 @@ fn touched(event: Event) -> Vec<String> {
 
 #[test]
 fn a_fault_reaches_the_sensor_it_names_and_no_other() {
-    let off = |name| touched(fault(name, 1.0, Fault::Off, None));
+    let off = |name| touched(name, Fault::Off);
     assert_eq!(off("accelerometer"), ["accelerometer"]);
     assert_eq!(off("gyro"), ["gyro"]);
     assert_eq!(off("imu"), ["accelerometer", "gyro"]);
@@ -72,10 +68,7 @@ fn a_fault_reaches_the_sensor_it_names_and_no_other() {
         off("clamp_pressure"),
         ["clamp_pressure[0]", "clamp_pressure[1]"]
     );
-    assert_eq!(
-        touched(fault("gyro", 1.0, Fault::Spikes, Some(1.0))),
-        ["gyro"]
-    );
+    assert_eq!(touched("gyro", Fault::Spikes(1.0)), ["gyro"]);
 }
 
 #[test]
@@ -88,10 +81,8 @@ fn a_drift_adds_to_the_noise_of_the_run_and_leaves_it_as_it_was() {
         2000,
     );
     let mut faulty = suite(&sheet, &train, 5);
-    let event = fault("wheel_speed", 1.0, Fault::Drift, Some(0.1));
-    faulty
-        .add_faults(Path::new("scenario.yaml"), &[event])
-        .unwrap();
+    let drift = from(1.0, Fault::Drift(0.1));
+    faulty.add_fault("wheel_speed", drift).unwrap();
     let seen = look(&mut faulty, |t| rolling(&train, t), DT, 2000);
     let pairs: Vec<_> = speeds(&sound, 0)
         .into_iter()
@@ -99,24 +90,16 @@ fn a_drift_adds_to_the_noise_of_the_run_and_leaves_it_as_it_was() {
         .collect();
     assert_eq!(pairs.len(), 401);
     for (a, b) in pairs {
-        assert!((b.value - a.value - 0.1 * (a.t_s - 1.0).max(0.0)).abs() < 1e-12);
+        assert!((b.value - a.value - 0.1 * (a.t.s() - 1.0).max(0.0)).abs() < 1e-12);
     }
 }
 
 #[test]
 fn unknown_sensors_are_refused_and_the_known_ones_listed() {
     let (sheet, train) = (asset("huainan.yaml"), train(2));
-    let refuse = |sheet: &Sheet, name: &str| {
-        let events = [
-            fault("gyro", 1.0, Fault::Off, None),
-            fault(name, 1.0, Fault::Off, None),
-        ];
+    let refuse = |sheet: &InstrumentSpecs, name: &str| {
         let mut suite = suite(sheet, &train, 1);
-        key_and_help(
-            suite
-                .add_faults(Path::new("scenario.yaml"), &events)
-                .unwrap_err(),
-        )
+        suite.add_fault(name, from(1.0, Fault::Off)).unwrap_err()
     };
     for name in [
         "",
@@ -128,8 +111,8 @@ fn unknown_sensors_are_refused_and_the_known_ones_listed() {
         "wheel_speed[01]",
         "imu[0]",
     ] {
-        let (key, help) = refuse(&sheet, name);
-        assert_eq!(key, "events[1].sensor", "{name}");
+        let DataError { key, help, .. } = refuse(&sheet, name);
+        assert_eq!(key, "sensor", "{name}");
         for known in [
             "imu",
             "accelerometer",
@@ -141,9 +124,9 @@ fn unknown_sensors_are_refused_and_the_known_ones_listed() {
             assert!(help.contains(known), "{help}");
         }
     }
-    let mut blind = sheet.clone();
-    blind.data.wheel_speed = None;
-    let (_, help) = refuse(&blind, "wheel_speed");
+    let mut fewer = sheet.clone();
+    fewer.remove("wheel_speed");
+    let help = refuse(&fewer, "wheel_speed").help;
     assert!(
         !help.contains("wheel_speed"),
         "a sensor that is not fitted is not known: {help}"

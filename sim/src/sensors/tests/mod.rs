@@ -6,9 +6,9 @@ mod noise;
 mod physics;
 mod seeds;
 
-use super::{Sensors, Suite};
+use super::Suite;
+use super::spec::{InstrumentSpec, InstrumentSpecs};
 use crate::config::sensor_sheet::Sheet;
-use crate::error::Error;
 use crate::plant::{DriveState, MountState, Truth};
 use crate::train::{Drive, Mount, Train};
 use monorig_estimators::api::signals::{Measurements, Sample};
@@ -106,20 +106,27 @@ pub fn standing(train: &Train, t_s: f64) -> Truth {
     }
 }
 
-pub fn asset(name: &str) -> Sheet {
+/// The instruments of a sheet in the assets.
+pub fn asset(name: &str) -> InstrumentSpecs {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sensors");
-    Sheet::load(&PathBuf::from(folder).join(name)).unwrap()
+    let sheet = Sheet::load(&PathBuf::from(folder).join(name)).unwrap();
+    sheet.specs()
 }
 
-pub fn suite(sheet: &Sheet, train: &Train, seed: u64) -> Suite {
-    Suite::new(sheet, train, G, seed).unwrap()
+/// An instrument of them, to be changed.
+pub fn spec<'a>(specs: &'a mut InstrumentSpecs, name: &str) -> &'a mut InstrumentSpec {
+    specs.get_mut(name).unwrap()
 }
 
-pub fn key_and_help(error: Error) -> (String, String) {
-    match error {
-        Error::Input(e) => (e.key, e.help),
-        other => panic!("not an input error: {other}"),
-    }
+pub fn suite(specs: &InstrumentSpecs, train: &Train, seed: u64) -> Suite {
+    Suite::new(specs, train, G, seed).unwrap()
+}
+
+/// The train at time t with every mount moved by `change` from standing level.
+pub fn moving(train: &Train, t_s: f64, change: impl Fn(&mut MountState)) -> Truth {
+    let mut truth = standing(train, t_s);
+    truth.mounts.iter_mut().for_each(change);
+    truth
 }
 
 /// Look at `truth(t)` every `dt` for so many steps, beginning at 0; every result.

@@ -1,8 +1,6 @@
 //! Noise through the whole suite: levels, slopes, independence.
 
 use super::*;
-use crate::config::checked::Positive;
-use crate::config::sensor_sheet_file::SheetFile;
 use monorig_estimators::api::signals::MAX_DRIVES;
 
 /// Density, bandwidth and rate together: whatever the rate, the Allan deviation is N/√τ with N = density/√2, and the
@@ -12,8 +10,7 @@ fn a_density_is_the_same_noise_at_every_rate() {
     let train = train(1);
     for rate in [200.0, 100.0, 50.0] {
         let mut sheet = asset("huainan.yaml");
-        sheet.data.accelerometer.as_mut().unwrap().sampling.rate_hz =
-            Positive::try_from(rate).unwrap();
+        spec(&mut sheet, "accelerometer").sampling.rate_hz = rate;
         let seen = forces(&look(
             &mut suite(&sheet, &train, 7),
             |t| standing(&train, t),
@@ -52,13 +49,7 @@ fn a_density_is_the_same_noise_at_every_rate() {
 fn the_angle_of_the_gyro_wanders_as_the_sheet_prints() {
     let train = train(1);
     let mut sheet = asset("huainan.yaml");
-    sheet.data = SheetFile {
-        accelerometer: None,
-        motor_torque: None,
-        wheel_speed: None,
-        clamp_pressure: None,
-        ..sheet.data
-    };
+    sheet.retain(|name, _| *name == "gyro");
     let truth = standing(&train, 0.0);
     let mut squares = 0.0;
     let runs = 60;
@@ -127,17 +118,17 @@ fn ideal_values_have_the_stamps_of_the_measured_ones() {
             .unwrap();
         let ideal = suite.ideal();
         assert_eq!(
-            z.specific_force_mps2.map(|s| s.t_s),
-            ideal.specific_force_mps2.map(|s| s.t_s)
+            z.specific_force_mps2.map(|s| s.t.s()),
+            ideal.specific_force_mps2.map(|s| s.t.s())
         );
         assert_eq!(
-            z.angular_rate_radps.map(|s| s.t_s),
-            ideal.angular_rate_radps.map(|s| s.t_s)
+            z.angular_rate_radps.map(|s| s.t.s()),
+            ideal.angular_rate_radps.map(|s| s.t.s())
         );
         for i in 0..MAX_DRIVES {
             assert_eq!(
-                z.wheel_speed_mps[i].map(|s| s.t_s),
-                ideal.wheel_speed_mps[i].map(|s| s.t_s)
+                z.wheel_speed_mps[i].map(|s| s.t.s()),
+                ideal.wheel_speed_mps[i].map(|s| s.t.s())
             );
         }
         if let Some(s) = ideal.specific_force_mps2 {

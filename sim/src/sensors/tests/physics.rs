@@ -1,18 +1,15 @@
 //! Ideal physics through the whole suite.
 
 use super::*;
-use crate::config::checked::{Finite, Positive};
 
 /// A mount that moves at constant speed v on a vertical circle of radius r, nose up ever more: θ = v t / r.
 fn on_an_arc(train: &Train, t_s: f64, v: f64, radius: f64) -> Truth {
-    let mut truth = standing(train, t_s);
     let theta = v * t_s / radius;
-    for mount in &mut truth.mounts {
+    moving(train, t_s, |mount| {
         mount.v_w = Vector3::new(v * theta.cos(), 0.0, v * theta.sin());
         mount.q_wm = UnitQuaternion::from_euler_angles(0.0, -theta, 0.0);
         mount.w_w = Vector3::new(0.0, -v / radius, 0.0);
-    }
-    truth
+    })
 }
 
 /// On a vertical arc at constant speed: f = (g sin θ, 0, g cos θ + v²/r), averaged over the period; rate (0, −v/r, 0).
@@ -27,7 +24,7 @@ fn on_a_vertical_arc_the_ideal_imu_reads_the_closed_form() {
     );
     let omega = v / radius;
     for s in forces(&seen) {
-        let (a, b) = (omega * (s.t_s - 0.005), omega * s.t_s);
+        let (a, b) = (omega * (s.t.s() - 0.005), omega * s.t.s());
         let mean_sin = (a.cos() - b.cos()) / (b - a);
         let mean_cos = (b.sin() - a.sin()) / (b - a);
         let expected = Vector3::new(G * mean_sin, 0.0, G * mean_cos + v * v / radius);
@@ -47,19 +44,11 @@ fn on_a_vertical_arc_the_ideal_imu_reads_the_closed_form() {
 fn the_sum_of_specific_force_is_the_change_of_speed() {
     let train = train(1);
     let speed = |t: f64| 0.3 * (7.0 * t).sin() + 0.05 * (91.0 * t).sin();
-    let moving = |t: f64| {
-        let mut truth = standing(&train, t);
-        truth
-            .mounts
-            .iter_mut()
-            .for_each(|m| m.v_w = Vector3::new(speed(t), 0.0, 0.0));
-        truth
-    };
+    let level = |t: f64| moving(&train, t, |m| m.v_w = Vector3::new(speed(t), 0.0, 0.0));
     for rate in [500.0, 200.0, 100.0, 50.0] {
         let mut sheet = asset("ideal.yaml");
-        sheet.data.accelerometer.as_mut().unwrap().sampling.rate_hz =
-            Positive::try_from(rate).unwrap();
-        let seen = forces(&look(&mut suite(&sheet, &train, 1), moving, DT, 5000));
+        spec(&mut sheet, "accelerometer").sampling.rate_hz = rate;
+        let seen = forces(&look(&mut suite(&sheet, &train, 1), level, DT, 5000));
         assert_eq!(seen.len(), (10.0 * rate) as usize);
         let sum: f64 = seen.iter().map(|s| s.value[0] / rate).sum();
         assert!(
@@ -88,10 +77,10 @@ fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
         let torque: Vec<_> = seen.iter().filter_map(|z| z.motor_torque_nm[i]).collect();
         assert_eq!(torque.len(), 201);
         for s in torque {
-            assert!((s.value - (10.0 * x + s.t_s)).abs() < 1e-9);
+            assert!((s.value - (10.0 * x + s.t.s())).abs() < 1e-9);
         }
         for s in speeds(&seen, i) {
-            assert!((s.value - 0.17 * (x + s.t_s)).abs() < 1e-9);
+            assert!((s.value - 0.17 * (x + s.t.s())).abs() < 1e-9);
         }
         for s in seen.iter().filter_map(|z| z.clamp_pressure_mpa[i]) {
             assert!((s.value - (8.0 - x)).abs() < 1e-12);
@@ -113,10 +102,9 @@ fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
 fn misalignment_and_axis_bias_reach_the_reading() {
     let train = train(1);
     let mut sheet = asset("ideal.yaml");
-    let sensor = sheet.data.accelerometer.as_mut().unwrap();
-    let vector = |v: [f64; 3]| Some(v.map(|x| Finite::try_from(x).unwrap()));
-    sensor.misalignment_deg = vector([0.0, -2.0, 0.0]);
-    sensor.axis_bias = vector([0.1, 0.2, 0.3]);
+    let mounting = &mut spec(&mut sheet, "accelerometer").mounting;
+    mounting.misalignment_deg = [0.0, -2.0, 0.0];
+    mounting.axis_bias = [0.1, 0.2, 0.3];
     let seen = forces(&look(
         &mut suite(&sheet, &train, 1),
         |t| standing(&train, t),
@@ -136,13 +124,7 @@ fn misalignment_and_axis_bias_reach_the_reading() {
 fn bandwidth_shows_as_a_lag_of_the_reading() {
     let train = train(1);
     let mut sheet = asset("ideal.yaml");
-    sheet
-        .data
-        .clamp_pressure
-        .as_mut()
-        .unwrap()
-        .errors
-        .bandwidth_hz = Some(Positive::try_from(20.0).unwrap());
+    spec(&mut sheet, "clamp_pressure").errors.bandwidth_hz = Some(20.0);
     let jumping = |t: f64| {
         let mut truth = standing(&train, t);
         truth.drives[0].clamp_mpa = if t > 0.999 { 8.0 } else { 0.0 };
@@ -154,10 +136,10 @@ fn bandwidth_shows_as_a_lag_of_the_reading() {
     for s in seen
         .iter()
         .filter_map(|z| z.clamp_pressure_mpa[0])
-        .filter(|s| s.t_s > 1.001)
+        .filter(|s| s.t.s() > 1.001)
     {
         // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is left.
-        let left = 8.0 * f64::exp(-(s.t_s - 0.999) / tau);
+        let left = 8.0 * f64::exp(-(s.t.s() - 0.999) / tau);
         // A stamp between two steps is read on the chord of the exponential: off by at most (dt/τ)²/8 of what is left.
         assert!(
             (s.value - (8.0 - left)).abs() < 0.012 * left + 1e-12,

@@ -15,6 +15,7 @@
 
 use nalgebra::vector;
 
+use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, cos, sin, sqrt, within};
 use crate::api::signals::{Command, Estimate, Flags, Measurements, Value, Vehicle};
@@ -155,7 +156,7 @@ impl Resistance {
         self.rls.belief.x.x = within(self.rls.belief.x.x, -MAX_COEFFICIENT, MAX_COEFFICIENT);
     }
 
-    fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t_s: Time) -> Estimate {
+    fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t: Time) -> Estimate {
         let felt = self
             .train
             .felt_now()
@@ -175,7 +176,7 @@ impl Resistance {
             }
         };
         Estimate {
-            t_s,
+            t,
             total_mass_kg: Value {
                 value: self.mass_kg,
                 sd: self.params.known_mass_sd * self.mass_kg,
@@ -200,16 +201,16 @@ impl Resistance {
 }
 
 impl Pipeline for Resistance {
-    const INTERNALS: &'static [&'static str] = &[
-        "running_resistance",
-        "running_resistance_sd",
-        "lambda",
-        "residual_mps2",
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("running_resistance", "-"),
+        Internal::new("running_resistance_sd", "-"),
+        Internal::new("lambda", "-"),
+        Internal::new("residual_mps2", "m/s²"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let motion = self.step(reading, false, dt);
-        self.estimate(reading, motion, t_s)
+        self.estimate(reading, motion, t)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

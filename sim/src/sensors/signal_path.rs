@@ -1,15 +1,17 @@
-//! What all instruments have in common: ideal signal → bandwidth → sampling → misalignment → errors → faults → latency.
+//! Signal path of an instrument: ideal signal → bandwidth → sampling → misalignment → errors → faults → latency.
 //!
 //! Between two physics steps the ideal signal is taken as linear, so a value can be taken at any instant between steps.
 //! An instrument either reads the signal *at* an instant, or its *mean* since the instant before (integrating sensors:
 //! accelerometer, gyro). A mean carries the stamp of the end of its period, as strapdown sensors do.
 
 use super::error_model::ErrorModel;
-use super::fault::{Faults, Window};
+use super::fault::{FaultWindow, Faults};
 use super::low_pass::LowPass;
+use super::misalignment;
 use super::sampling::{DelayLine, Reading, Schedule};
-use crate::config::sensor_sheet_file::{Errors, Sampling};
+use super::spec::InstrumentSpec;
 use crate::error::Error;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,6 +24,13 @@ pub struct StepInterval {
     pub to_ns: i64,
 }
 
+impl StepInterval {
+    /// Length, s; at least 1 ns, so that an empty interval can be divided by.
+    pub fn length_s(&self) -> f64 {
+        (self.to_ns - self.from_ns).max(1) as f64 * 1e-9
+    }
+}
+
 /// Sampling mode of an instrument: what one value stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplingMode {
@@ -31,9 +40,9 @@ pub enum SamplingMode {
     Integrating,
 }
 
-/// One instrument of `N` axes.
+/// Signal path of an instrument of `N` axes, from the ideal signal to samples.
 #[derive(Clone, Debug)]
-pub struct Instrument<const N: usize> {
+pub struct SignalPath<const N: usize> {
     /// Such as `gyro` or `wheel_speed[3]`.
     name: String,
     mode: SamplingMode,
@@ -50,22 +59,24 @@ pub struct Instrument<const N: usize> {
     delivered: Option<Reading<N>>,
 }
 
-impl<const N: usize> Instrument<N> {
-    /// An instrument as the sheet has it; `axes` = a name and a known bias for each axis.
+impl<const N: usize> SignalPath<N> {
+    /// The path of the instrument `name`, whose random streams start with that name; `axes` = a name and a known bias for
+    /// each axis.
     pub fn new(
         name: &str,
         mode: SamplingMode,
-        (sampling, errors): (&Sampling, &Errors),
+        spec: &InstrumentSpec,
         axes: [(&str, f64); N],
         seed: u64,
     ) -> Self {
-        let rate_hz = sampling.rate_hz.get();
+        let (sampling, errors) = (&spec.sampling, &spec.errors);
+        let rate_hz = sampling.rate_hz;
         Self {
             name: name.into(),
             mode,
             schedule: Schedule::new(sampling, seed, name),
             begun: false,
-            low_pass: errors.bandwidth_hz.map(|f| LowPass::new(f.get())),
+            low_pass: errors.bandwidth_hz.map(LowPass::new),
             since_ns: None,
             integral: [0.0; N],
             misalignment: None,
@@ -78,12 +89,17 @@ impl<const N: usize> Instrument<N> {
         }
     }
 
-    /// Add a fault.
-    pub fn add_fault(&mut self, window: Window) {
-        self.faults.add(window);
+    /// Samples per second, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        self.schedule.rate_hz()
     }
 
-    /// The ideal signal goes from `start` to `end` over `span`: take the values that are due. Spans follow each other
+    /// Adds a fault.
+    pub fn add_fault(&mut self, fault: FaultWindow) {
+        self.faults.add(fault);
+    }
+
+    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`. Spans follow each other
     /// without gap; the first may be empty.
     pub fn observe(
         &mut self,
@@ -154,11 +170,11 @@ impl<const N: usize> Instrument<N> {
         Ok(())
     }
 
-    /// The sample that has arrived by `now_ns`, if any.
+    /// Delivers the sample that has arrived by `now_ns`, if any; at most one a call.
     pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; N]>> {
         self.delivered = self.line.receive(now_ns);
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.measured,
         })
     }
@@ -166,7 +182,7 @@ impl<const N: usize> Instrument<N> {
     /// The ideal value behind the sample last delivered; `None` when the last call delivered none.
     pub fn ideal(&self) -> Option<Sample<[f64; N]>> {
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.ideal,
         })
     }
@@ -192,11 +208,31 @@ impl<const N: usize> Instrument<N> {
     }
 }
 
-impl Instrument<3> {
-    /// Turn the sensor's axes: `matrix` takes a vector from mount axes to sensor axes.
-    pub fn misalign(&mut self, matrix: Option<Matrix3<f64>>) {
-        self.misalignment = matrix;
+impl SignalPath<3> {
+    /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment of
+    /// the run.
+    pub fn inertial(name: &str, spec: &InstrumentSpec, seed: u64) -> Self {
+        let [x, y, z] = spec.mounting.axis_bias;
+        let axes = [(".x", x), (".y", y), (".z", z)];
+        let mut path = Self::new(name, SamplingMode::Integrating, spec, axes, seed);
+        path.misalignment = misalignment::draw(&spec.mounting, seed, name);
+        path
     }
+}
+
+impl SignalPath<1> {
+    /// The path of an instrument with one reading.
+    pub fn scalar(name: &str, mode: SamplingMode, spec: &InstrumentSpec, seed: u64) -> Self {
+        Self::new(name, mode, spec, [("", 0.0)], seed)
+    }
+}
+
+/// The sample of an instrument with one reading as a number.
+pub fn scalar(sample: Option<Sample<[f64; 1]>>) -> Option<Sample<f64>> {
+    sample.map(|s| Sample {
+        t: s.t,
+        value: s.value[0],
+    })
 }
 
 /// From the axes of the mount to those of the sensor.
@@ -205,13 +241,13 @@ pub trait Align<const N: usize> {
     fn align(&self, v: [f64; N]) -> [f64; N];
 }
 
-impl Align<1> for Instrument<1> {
+impl Align<1> for SignalPath<1> {
     fn align(&self, v: [f64; 1]) -> [f64; 1] {
         v
     }
 }
 
-impl Align<3> for Instrument<3> {
+impl Align<3> for SignalPath<3> {
     fn align(&self, v: [f64; 3]) -> [f64; 3] {
         match &self.misalignment {
             Some(matrix) => (matrix * Vector3::from(v)).into(),
@@ -223,20 +259,20 @@ impl Align<3> for Instrument<3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::checked::{Fraction, NonNegative, Positive};
+    use crate::sensors::spec::Sampling;
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {
-            rate_hz: Positive::try_from(rate_hz).unwrap(),
-            latency_ms: NonNegative::try_from(latency_ms).unwrap(),
-            jitter_ms: NonNegative::try_from(jitter_ms).unwrap(),
-            dropout: Fraction::try_from(0.0).unwrap(),
+            rate_hz,
+            latency_ms,
+            jitter_ms,
+            dropout: 0.0,
         }
     }
 
     /// Run on the signal x(t) in steps of 2 ms; all samples with the instant each was handed over at.
     fn run(
-        instrument: &mut Instrument<1>,
+        path: &mut SignalPath<1>,
         x: impl Fn(f64) -> f64,
         seconds: f64,
     ) -> Vec<(f64, Sample<[f64; 1]>)> {
@@ -248,24 +284,21 @@ mod tests {
                 to_ns: (k + 1) * 2_000_000,
             };
             let t = |ns: i64| x(ns as f64 * 1e-9);
-            instrument
-                .observe(span, [t(span.from_ns)], [t(span.to_ns)])
+            path.observe(span, [t(span.from_ns)], [t(span.to_ns)])
                 .unwrap();
-            if let Some(sample) = instrument.deliver(span.to_ns) {
+            if let Some(sample) = path.deliver(span.to_ns) {
                 seen.push((span.to_ns as f64 * 1e-9, sample));
             }
         }
         seen
     }
 
-    fn instrument(mode: SamplingMode, sampling: Sampling) -> Instrument<1> {
-        Instrument::new(
-            "test",
-            mode,
-            (&sampling, &Errors::default()),
-            [("", 0.0)],
-            1,
-        )
+    fn path(mode: SamplingMode, sampling: Sampling) -> SignalPath<1> {
+        let spec = InstrumentSpec {
+            sampling,
+            ..InstrumentSpec::default()
+        };
+        SignalPath::scalar("test", mode, &spec, 1)
     }
 
     /// A ramp is linear between steps: every value must be that of its own stamp, also for stamps between steps.
@@ -273,15 +306,15 @@ mod tests {
     fn values_are_taken_between_steps() {
         for rate in [200.0, 150.0, 100.0, 50.0, 7.0] {
             let seen = run(
-                &mut instrument(SamplingMode::Instant, sampling(rate, 0.0, 0.0)),
+                &mut path(SamplingMode::Instant, sampling(rate, 0.0, 0.0)),
                 |t| 3.0 * t,
                 10.0,
             );
             assert!((seen.len() as f64 - 10.0 * rate).abs() <= 1.0);
             for (k, (handed_over, sample)) in seen.iter().enumerate() {
-                assert!((sample.t_s - k as f64 / rate).abs() < 1e-9);
-                assert!((sample.value[0] - 3.0 * sample.t_s).abs() < 1e-9);
-                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t_s)));
+                assert!((sample.t.s() - k as f64 / rate).abs() < 1e-9);
+                assert!((sample.value[0] - 3.0 * sample.t.s()).abs() < 1e-9);
+                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t.s())));
             }
         }
     }
@@ -291,16 +324,16 @@ mod tests {
     fn means_cover_exactly_their_period() {
         for rate in [200.0, 150.0, 50.0] {
             let seen = run(
-                &mut instrument(SamplingMode::Integrating, sampling(rate, 0.0, 0.0)),
+                &mut path(SamplingMode::Integrating, sampling(rate, 0.0, 0.0)),
                 |t| t,
                 5.0,
             );
             assert!(
-                (seen[0].1.t_s - 1.0 / rate).abs() < 1e-9,
+                (seen[0].1.t.s() - 1.0 / rate).abs() < 1e-9,
                 "no sample before a full period"
             );
             for (_, sample) in &seen {
-                assert!((sample.value[0] - (sample.t_s - 0.5 / rate)).abs() < 1e-8);
+                assert!((sample.value[0] - (sample.t.s() - 0.5 / rate)).abs() < 1e-8);
             }
         }
     }
@@ -308,14 +341,14 @@ mod tests {
     #[test]
     fn a_late_sample_keeps_its_stamp_and_value() {
         let seen = run(
-            &mut instrument(SamplingMode::Instant, sampling(100.0, 33.0, 0.0)),
+            &mut path(SamplingMode::Instant, sampling(100.0, 33.0, 0.0)),
             |t| t,
             2.0,
         );
         assert!(seen.len() > 190);
         for (handed_over, sample) in seen {
-            assert!((sample.value[0] - sample.t_s).abs() < 1e-9);
-            let late = handed_over - sample.t_s;
+            assert!((sample.value[0] - sample.t.s()).abs() < 1e-9);
+            let late = handed_over - sample.t.s();
             assert!((0.033 - 1e-9..0.035 + 1e-9).contains(&late), "{late}");
         }
     }
@@ -324,7 +357,7 @@ mod tests {
     #[test]
     fn jitter_shows_as_error_of_a_moving_signal() {
         let seen = run(
-            &mut instrument(SamplingMode::Instant, sampling(100.0, 0.0, 1.0)),
+            &mut path(SamplingMode::Instant, sampling(100.0, 0.0, 1.0)),
             |t| t,
             200.0,
         );
@@ -332,7 +365,7 @@ mod tests {
         assert!(n > 19_990.0);
         let variance = seen
             .iter()
-            .map(|(_, s)| (s.value[0] - s.t_s).powi(2))
+            .map(|(_, s)| (s.value[0] - s.t.s()).powi(2))
             .sum::<f64>()
             / n;
         assert!(
@@ -345,20 +378,20 @@ mod tests {
     #[test]
     fn one_sample_a_step_at_most_and_none_lost() {
         let seen = run(
-            &mut instrument(SamplingMode::Instant, sampling(500.0, 0.0, 0.4)),
+            &mut path(SamplingMode::Instant, sampling(500.0, 0.0, 0.4)),
             |t| t,
             10.0,
         );
         assert!(seen.len() >= 4997, "{}", seen.len());
         for pair in seen.windows(2) {
-            assert!((pair[1].1.t_s - pair[0].1.t_s - 0.002).abs() < 1e-9);
+            assert!((pair[1].1.t.s() - pair[0].1.t.s() - 0.002).abs() < 1e-9);
         }
     }
 
     #[test]
     fn a_signal_that_is_not_finite_is_reported_with_its_instrument() {
-        let mut i = instrument(SamplingMode::Instant, sampling(200.0, 0.0, 0.0));
-        let result = i.observe(
+        let mut path = path(SamplingMode::Instant, sampling(200.0, 0.0, 0.0));
+        let result = path.observe(
             StepInterval {
                 from_ns: 0,
                 to_ns: 2_000_000,

@@ -1,0 +1,69 @@
+//! What became of each measurement: one status per source, so that a plot shows why an estimate moved or did not.
+
+use crate::Real;
+
+/// The last measurement of one source as the filter saw it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AidStatus {
+    /// Measurement less prediction, in the unit of the source.
+    pub innovation: Real,
+    /// Variance of that by the filter's own account.
+    pub innovation_variance: Real,
+    /// Innovation squared over variance, over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
+    pub test_ratio: Real,
+    /// What was done with it.
+    pub outcome: AidOutcome,
+}
+
+/// What was done with a measurement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AidOutcome {
+    /// None has come, or none for so long that the source counts as lost.
+    #[default]
+    Stale,
+    /// It entered with the weight of its variance.
+    Fused,
+    /// It entered with less.
+    Deweighted,
+    /// It did not enter.
+    Rejected(Rejection),
+}
+
+/// Why a measurement did not enter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Rejection {
+    /// Its innovation was beyond the gate.
+    Gate,
+    /// Wheels contradict each other: slip.
+    Slip,
+    /// The channel repeats one value: stuck sensor.
+    Stuck,
+    /// The vehicle stands or brakes: the model does not hold.
+    NotRunning,
+    /// The regressor is not excited: nothing to learn from it.
+    NotExcited,
+    /// The update would have left the filter without a finite state or a covariance.
+    Numeric,
+}
+
+impl AidOutcome {
+    /// As a number for a record: 0 stale, 1 fused, 2 deweighted, from 3 on rejected (gate, slip, stuck, not running, not excited,
+    /// numeric).
+    pub fn code(self) -> u8 {
+        match self {
+            AidOutcome::Stale => 0,
+            AidOutcome::Fused => 1,
+            AidOutcome::Deweighted => 2,
+            AidOutcome::Rejected(reason) => match reason {
+                Rejection::Gate => 3,
+                Rejection::Slip => 4,
+                Rejection::Stuck => 5,
+                Rejection::NotRunning => 6,
+                Rejection::NotExcited => 7,
+                Rejection::Numeric => 8,
+            },
+        }
+    }
+}

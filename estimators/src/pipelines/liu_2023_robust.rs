@@ -1,0 +1,70 @@
+//! Robust forms of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification research",
+//! Coal Science and Technology 51(S1): mass by least squares ([`ForceBalanceRls`]), then slope by an extended Kalman filter with that mass
+//! ([`ForceBalanceEkf`]).
+//!
+//! | name | least squares | Kalman filter |
+//! |---|---|---|
+//! | `dffrls_aekf_robust` | forgets by the residual (eq. 19) | wheel-speed noise adapted (Sage & Husa) |
+//! | `rls_ekf_robust`, their baseline | never forgets | fixed noise |
+//!
+//! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope helps
+//! instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations; angles are not
+//! taken for small; Sage-Husa adapts R alone, in a form that stays positive.
+
+use crate::api::params::params;
+use crate::api::signals::Vehicle;
+use crate::filters::forgetting::Forgetting;
+use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
+use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
+use crate::models::distributed_train::DistributedTrain;
+use crate::models::force_balance::ForceBalance;
+use crate::pipelines::two_stage::TwoStage;
+
+params! {
+    /// How `dffrls_aekf_robust` forgets and adapts.
+    ForgettingParams {
+        lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
+        delta ["-"] = 0.995, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
+        sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
+        kappa ["-"] = 0.98, 0.5 => 0.99999, "Fading factor κ of the adapted wheel-speed noise, per wheel-speed sample.";
+    }
+}
+
+variants! {
+    /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
+    dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
+        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams },
+        |vehicle, p| two_stage(
+            vehicle,
+            &p.mass,
+            Forgetting::Dynamic {
+                floor: p.forgetting.delta,
+                sharpness: p.forgetting.sigma,
+                first: p.forgetting.lambda0,
+            },
+            &p.slope,
+            Adaptation::sage_husa(p.forgetting.kappa),
+        );
+    /// `rls_ekf_robust`: no forgetting, fixed noise. A comparison with `dffrls_aekf_robust` shows what forgetting and adaptation do, and
+    /// nothing else. With a load that never changes, no forgetting is the best forgetting.
+    rls_ekf_robust: RlsEkf = TwoStage<ForceBalanceRls>,
+        { mass: MassParams, slope: GradeParams },
+        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None);
+}
+
+fn two_stage(
+    vehicle: &Vehicle,
+    mass: &MassParams,
+    forgetting: Forgetting<4>,
+    slope: &GradeParams,
+    adaptation: Adaptation,
+) -> TwoStage<ForceBalanceRls> {
+    TwoStage::new(
+        vehicle,
+        ForceBalanceRls::resampler(mass),
+        DistributedTrain::new(vehicle, mass.standstill_mps),
+        ForceBalanceRls::new(vehicle, *mass, forgetting),
+        ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation),
+        mass.standstill_mps,
+    )
+}
