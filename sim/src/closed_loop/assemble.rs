@@ -34,6 +34,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         rail,
         moving,
         sheet,
+        instruments: others,
         registry,
         mut estimators,
         controller,
@@ -66,7 +67,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
             "`.sensors(Sheet::load(…)?)`",
         ));
     };
-    let sensors = instruments::fit(&scenario, &sheet, &train, dt_s, seed)?;
+    let sensors = instruments::fit(&scenario, &sheet, others, &train, seed)?;
     let imu = sensors
         .imu_mount()
         .or_else(|| train.mount("imu_link"))

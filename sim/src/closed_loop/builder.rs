@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::plant::Plant;
 use crate::plant::road::Car;
 use crate::rail::Rail;
+use crate::sensors::Instrument;
 use crate::train::Train;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -29,6 +30,7 @@ pub struct SimulationBuilder {
     pub(super) rail: Arc<Rail>,
     pub(super) moving: Moving,
     pub(super) sheet: Option<Sheet>,
+    pub(super) instruments: Vec<Box<dyn Instrument>>,
     pub(super) registry: Registry,
     pub(super) estimators: BTreeMap<String, BoxedEstimator>,
     pub(super) controller: Option<BoxedController>,
@@ -73,6 +75,7 @@ impl SimulationBuilder {
             rail: Arc::new(rail),
             moving,
             sheet,
+            instruments: Vec::new(),
             registry: Registry::default(),
             estimators: BTreeMap::new(),
             controller: None,
@@ -112,6 +115,12 @@ impl SimulationBuilder {
     pub fn sensors(mut self, sheet: Sheet) -> Self {
         self.scenario.file.sensors = sheet.file.display().to_string();
         self.sheet = Some(sheet);
+        self
+    }
+
+    /// An instrument of one's own beside those of the sheet.
+    pub fn instrument(mut self, instrument: Box<dyn Instrument>) -> Self {
+        self.instruments.push(instrument);
         self
     }
 
