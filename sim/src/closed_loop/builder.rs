@@ -89,7 +89,8 @@ impl Simulation {
             Some(car) => car.consist(),
             None => Train::load_with(&scenario.vehicle, &scenario.sets("train"))?,
         };
-        rail.check(&train.limits)?;
+        rail.check(&train.limits)
+            .map_err(|e| e.in_file(&scenario.track))?;
         if let Some(kg) = s.load.mass_kg {
             let limit = train.limits.max_load_kg;
             train = train.with_load_mass(kg.get()).map_err(|_| {
@@ -121,7 +122,7 @@ impl Simulation {
 
         let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
         let vehicle = match &car {
-            Some(car) => car.nominal_vehicle(&s.vehicle, gravity),
+            Some(car) => nominal_vehicle::of_car(&scenario, car),
             None => nominal_vehicle::vehicle(&scenario, &train, imu),
         };
         let vehicle = Vehicle::new(vehicle).map_err(|e| {
@@ -228,13 +229,12 @@ fn check_track(scenario: &Scenario, rail: &Rail, car: bool) -> Result<(), Error>
 
 /// The physics step suits the train's springs. The scenario is blamed: it chose the step.
 fn check_step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
-    train.check_step(dt_s).map_err(|e| match e {
-        Error::Input(e) => scenario.error(
+    train.check_step(dt_s).map_err(|e| {
+        scenario.error(
             "physics.dt_ms",
             format!("{} (train {})", e.message, scenario.vehicle.display()),
             e.help,
-        ),
-        other => other,
+        )
     })
 }
 

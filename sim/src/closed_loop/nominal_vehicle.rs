@@ -1,6 +1,7 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
 use crate::config::scenario::{PlantKind, Scenario};
+use crate::plant::road::Car;
 use crate::train::Train;
 use monorig_estimators::api::vehicle::VehicleData;
 
@@ -57,5 +58,21 @@ pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         load_span_m,
         imu_arm_m,
         road: None,
+    }
+}
+
+/// Vehicle parameters of a car for the estimators: its data sheet, with the changes of the scenario.
+pub fn of_car(scenario: &Scenario, car: &Car) -> VehicleData {
+    let nominal = &scenario.file.vehicle;
+    let gravity = scenario.file.physics.gravity_mps2.get();
+    let sheet = car.nominal_vehicle(nominal.tare_kg.map(f64::from), gravity);
+    VehicleData {
+        wheel_radius_m: nominal
+            .wheel_radius_m
+            .map_or(sheet.wheel_radius_m, f64::from),
+        running_resistance: nominal
+            .running_resistance
+            .map_or(sheet.running_resistance, f64::from),
+        ..sheet
     }
 }
