@@ -60,9 +60,9 @@ fn climb() -> Climb {
         let z = f.measurements;
         let grade = f.truth.grade_at_imu_rad;
         by_survey = surveyed
-            .step(z, f.command, z.t_s - last_s, grade)
+            .step(z, f.command, z.t.s() - last_s, grade)
             .expect("step");
-        last_s = z.t_s;
+        last_s = z.t.s();
         if f.truth.speed_mps > 0.5 {
             sum += f.truth.running_resistance;
             n += 1.0;
@@ -97,8 +97,8 @@ fn descent() -> (Vec<Row>, Vehicle, f64) {
         let count = speeds.clone().count().max(1) as f64;
         let speed = speeds.sum::<f64>() / count;
         let torque: f64 = torques.iter().sum();
-        rows.push([z.t_s - last_s, speed, torque, f.truth.grade_effective_rad]);
-        last_s = z.t_s;
+        rows.push([z.t.s() - last_s, speed, torque, f.truth.grade_effective_rad]);
+        last_s = z.t.s();
         force_n = force_n.max(f.truth.traction_n.abs());
     });
     (rows, rig.vehicle, force_n)

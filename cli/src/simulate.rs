@@ -100,7 +100,7 @@ fn start_recorder<'a>(
         &rig.estimators,
     );
     let samples = rig.rail_samples();
-    let blocks: Vec<_> = rig.blocks.iter().map(|b| (b.pose, b.size)).collect();
+    let obstacles: Vec<_> = rig.obstacles.iter().map(|b| (b.pose, b.size)).collect();
     let layout = Layout {
         scenario: &scenario.name,
         seed: rig.seed,
@@ -109,7 +109,7 @@ fn start_recorder<'a>(
         train: &rig.train,
         rail: &samples,
         profile: rig.rail.outline(),
-        obstacles: &blocks,
+        obstacles: &obstacles,
     };
     let chunk_s = if live {
         monorig_viz::sink::LIVE_CHUNK_S

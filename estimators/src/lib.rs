@@ -1,21 +1,70 @@
-//! monorig-estimators: what would be flashed on the vehicle.
+//! Estimators of the load mass of a monorail crane, a train or a car, and of the grade under it, from motor torque, wheel speed and an IMU.
 //!
-//! `no_std`, no allocation, no panic, no NaN: every algorithm estimates the load mass of a monorail crane and the slope
-//! under it from motor torque, wheel speed and an IMU.
+//! `no_std`, no allocation, no panic, no NaN; the same bits on every machine. In single precision it is the package
+//! `monorig-estimators-f32`.
 //!
-//! - [`api`]: what crosses the border: signals in, estimates out, parameters, errors, snapshots
-//! - [`filters`]: algorithms, one a file; none knows what a crane is
-//! - [`preprocess`], [`models`], [`mass`], [`grade`]: from samples to signals, the force balance and the rail, first and second stages
-//! - [`pipelines`]: whole estimators, put together from stages; [`registry`] builds them by name
-//! - with the feature `printed`, `published`: the published methods letter by letter, errata and all
+//! # Quick start
 //!
-//! Notation used in filter code: `x` state, `P` covariance, `F` transition Jacobian, `H` measurement Jacobian,
-//! `Q` process noise, `R` measurement noise, `y` innovation, `S` innovation covariance, `K` gain,
-//! `lambda` forgetting factor, `theta` grade angle (+ uphill in the direction of growing chainage).
+//! ```
+//! use monorig_estimators::pipelines::liu_2023_robust::dffrls_aekf_robust;
+//! use monorig_estimators::{Command, Estimator, Measurements, Runner, Sample, Time, Vehicle, VehicleData};
+//!
+//! let vehicle = Vehicle::new(VehicleData {
+//!     tare_kg: 4_000.0,
+//!     drives: 1,
+//!     wheel_radius_m: 0.17,
+//!     gear_ratio: 20.0,
+//!     efficiency: 0.9,
+//!     running_resistance: 0.02,
+//!     mass_range_kg: [4_000.0, 30_000.0],
+//!     ..VehicleData::default()
+//! })?;
+//! let params = dffrls_aekf_robust::Params::default();
+//! let mut estimator = Runner::new("dffrls_aekf_robust", dffrls_aekf_robust::new, &vehicle, &params);
+//!
+//! for step in 1..=2_000 {
+//!     let t = Time::from_ns(5_000_000 * step);
+//!     let (v, a) = (0.5 + 0.002 * step as f64 * 0.005, 0.002);
+//!     let force = 12_000.0 * (a + 0.02 * 9.81);
+//!     let mut z = Measurements::at(t);
+//!     z.wheel_speed_mps[0] = Some(Sample { t, value: v });
+//!     z.motor_torque_nm[0] = Some(Sample { t, value: force * 0.17 / (20.0 * 0.9) });
+//!     z.specific_force_mps2 = Some(Sample { t, value: [a, 0.0, 9.81] });
+//!     let estimate = estimator.step(&z, &Command::default(), 0.005)?;
+//!     assert!(estimate.grade_rad.value.is_finite() && estimate.total_mass_kg.sd > 0.0);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! By name, with parameters from a file: [`registry::build`]. An estimator of your own: [`Estimator`], with parameters of
+//! [`params!`].
+//!
+//! # Map
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`api`] | what crosses the border: signals, vehicle, trait, parameters, errors, snapshots, time |
+//! | [`filters`] | algorithms, one a file; none knows what a crane is |
+//! | [`preprocess`] | from samples to signals: sample and hold, stuck detector, wheel-speed vote, resampler |
+//! | [`models`] | force balance, bends, regressors, distributed train, grade map |
+//! | [`mass`], [`grade`] | first and second stages |
+//! | [`pipelines`] | whole estimators: published methods with their errata corrected, one file a source, and their `_robust` forms |
+//! | [`registry`] | the same by name (feature `registry`) |
+//! | `published` | the methods letter by letter, errata and all (feature `printed`) |
+//!
+//! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `bench`).
+//!
+//! # Notation
+//!
+//! Filter code uses the letters of the books:
+//!
+//! | `x` `P` | `F` `H` | `Q` `R` | `y` `S` `K` | `lambda` | `theta` |
+//! |---|---|---|---|---|---|
+//! | state, covariance | Jacobians of transition and measurement | process and measurement noise | innovation, its covariance, gain | forgetting factor | grade angle, rad, + uphill towards growing chainage |
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
-#![cfg_attr(feature = "f32", allow(clippy::excessive_precision))] // constants are written out for both scalars
+#![cfg_attr(single_precision, allow(clippy::excessive_precision))] // constants are written out for both scalars
 #![cfg_attr(
     not(test),
     deny(
@@ -40,28 +89,30 @@ pub mod pipelines;
 pub mod preprocess;
 #[cfg(feature = "printed")]
 pub mod published;
+#[cfg(feature = "registry")]
 pub mod registry;
+pub mod supervise;
 
 #[cfg(test)]
 mod behaviour;
 #[cfg(test)]
 mod testing;
 
-pub use api::aid::{AidOutcome, AidStatus, Rejection};
+pub use api::aid::AidStatus;
 pub use api::error::Error;
 pub use api::estimator::{Estimator, Internal};
 pub use api::params::{ParamError, Parameters, Setting};
-pub use api::signals::{Command, Estimate, Flags, MAX_DRIVES, Measurements, Sample, Value};
+pub use api::signals::{Command, Estimate, Measurements, Sample, Value};
 pub use api::snapshot::SnapshotError;
-pub use api::vehicle::{RoadVehicle, Vehicle, VehicleData};
+pub use api::time::Time;
+pub use api::vehicle::{Vehicle, VehicleData};
+pub use nalgebra;
+pub use pipelines::runner::Runner;
 
-/// The scalar of every estimator: double precision, or single with the feature `f32`.
-#[cfg(not(feature = "f32"))]
+/// The scalar of every estimator: double precision here, single in the package `monorig-estimators-f32`.
+#[cfg(not(single_precision))]
 pub type Real = f64;
 
-/// The scalar of every estimator: single precision.
-#[cfg(feature = "f32")]
+/// The scalar of every estimator: single precision here, double in the package `monorig-estimators`.
+#[cfg(single_precision)]
 pub type Real = f32;
-
-/// An instant, s. Always double precision: with 24 bits a clock of 5 ms would stand still after 18 hours.
-pub type Time = f64;

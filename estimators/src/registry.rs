@@ -1,8 +1,7 @@
-//! Estimators of a crane's mass and slope, constructed by name.
+//! Estimators by name, behind the cargo feature `registry`: names, parameter keys, construction.
 //!
-//! A pipeline gets checked and merged signals ([`front_end`], [`hosted`]), knows the [`force_balance`], and puts algorithms of this
-//! crate together. To add one: write its file with `Params`, a pipeline type and `new`, and give it a line in
-//! `registry!`.
+//! What firmware does not need: it names one pipeline and its parameters in code ([`Runner::new`]), and pays for that one. To add a name:
+//! write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!` with the cargo feature of its source.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::{Estimator, Internal};
@@ -10,18 +9,41 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
+#[cfg(feature = "guo2024")]
+use crate::pipelines::guo_2024::{
+    dynamic_stf, imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, kinematic_stf,
+};
+#[cfg(feature = "guo2024")]
 use crate::pipelines::guo_2024_robust::{
     dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
     imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
 };
+#[cfg(feature = "huainan")]
+use crate::pipelines::huainan::{
+    dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, ffrls_aukf, rls_mff_aukf,
+};
+#[cfg(feature = "huainan")]
 use crate::pipelines::huainan_robust::{
     dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
     rls_mff_aukf_robust,
 };
+#[cfg(feature = "liu2023")]
+use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, joint_ekf, rls_ekf};
+#[cfg(feature = "resistance")]
+use crate::pipelines::liu_2023_resistance::resistance_dffrls;
+#[cfg(feature = "liu2023")]
 use crate::pipelines::liu_2023_robust::{dffrls_aekf_robust, rls_ekf_robust};
+#[cfg(feature = "patent")]
+use crate::pipelines::patent::mmrls_sh_stf;
+#[cfg(feature = "patent")]
 use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
+#[cfg(feature = "bench")]
+use crate::pipelines::regression;
+#[cfg(feature = "resistance")]
+use crate::pipelines::resistance_robust;
 use crate::pipelines::runner::Runner;
-use crate::pipelines::{ffrls_robust, joint_ekf_robust, regression, resistance_robust};
+#[cfg(feature = "liu2023")]
+use crate::pipelines::{ffrls_robust, joint_ekf_robust};
 #[cfg(feature = "printed")]
 use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{Error, Real};
@@ -29,12 +51,12 @@ use crate::{Error, Real};
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
     (
-        { $($(#[$about:meta])* $name:literal => $module:ident::$pipeline:ident,)* }
+        { $($(#[$about:meta])* $name:literal in $family:literal => $module:ident::$pipeline:ident,)* }
         as printed:
         { $($(#[$print_about:meta])* $print_name:literal => $print_module:ident::$print:ident,)* }
     ) => {
         /// Names [`build`] knows.
-        pub const NAMES: &[&str] = &[$($name),*];
+        pub const NAMES: &[&str] = &[$(#[cfg(feature = $family)] $name),*];
 
         /// Names it also knows with the feature `printed`: methods as printed, slips and all. None without it.
         pub const PRINTED_NAMES: &[&str] = &[$(#[cfg(feature = "printed")] $print_name),*];
@@ -42,7 +64,7 @@ macro_rules! registry {
         /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
         pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
             match name {
-                $($name => Some(<$module::Params as Parameters>::GROUPS),)*
+                $(#[cfg(feature = $family)] $name => Some(<$module::Params as Parameters>::GROUPS),)*
                 $(#[cfg(feature = "printed")] $print_name => Some(<$print_module::Params as Parameters>::GROUPS),)*
                 _ => None,
             }
@@ -55,7 +77,7 @@ macro_rules! registry {
             settings: impl IntoIterator<Item = (&'a str, Setting<'a>)>,
         ) -> Result<AnyEstimator, ParamError> {
             match name {
-                $($name => {
+                $(#[cfg(feature = $family)] $name => {
                     let mut params = $module::Params::default();
                     settings.into_iter().try_for_each(|(key, value)| params.set(key, value))?;
                     Ok(AnyEstimator::$pipeline(Runner::new($name, $module::new, vehicle, &params)))
@@ -73,14 +95,14 @@ macro_rules! registry {
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
-            $($(#[$about])* $pipeline(Runner<$module::$pipeline, $module::Params>),)*
+            $(#[cfg(feature = $family)] $(#[$about])* $pipeline(Runner<$module::$pipeline, $module::Params>),)*
             $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Runner<$print_module::$print, $print_module::Params>),)*
         }
 
         impl AnyEstimator {
             fn inner(&self) -> &dyn Estimator {
                 match self {
-                    $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(estimator) => estimator,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
@@ -88,14 +110,14 @@ macro_rules! registry {
             /// The name it was built by.
             pub fn name(&self) -> &'static str {
                 match self {
-                    $(AnyEstimator::$pipeline(_) => $name,)*
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_) => $name,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => $print_name,)*
                 }
             }
 
             fn inner_mut(&mut self) -> &mut dyn Estimator {
                 match self {
-                    $(AnyEstimator::$pipeline(estimator) => estimator,)*
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(estimator) => estimator,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(estimator) => estimator,)*
                 }
             }
@@ -105,43 +127,79 @@ macro_rules! registry {
 
 registry! {{
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    "dffrls_aekf_robust" => dffrls_aekf_robust::DffrlsAekf,
+    "dffrls_aekf" in "liu2023" => dffrls_aekf::DffrlsAekfPublished,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
-    "rls_ekf_robust" => rls_ekf_robust::RlsEkf,
+    "rls_ekf" in "liu2023" => rls_ekf::RlsEkfPublished,
     /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
-    "ffrls_robust" => ffrls_robust::Ffrls,
+    "ffrls" in "liu2023" => ffrls::FfrlsPublished,
     /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
-    "joint_ekf_robust" => joint_ekf_robust::JointEkf,
+    "joint_ekf" in "liu2023" => joint_ekf::JointEkfPublished,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
-    "dffrls_aukf_robust" => dffrls_aukf_robust::DffrlsAukf,
+    "dffrls_aukf" in "huainan" => dffrls_aukf::DffrlsAukfPublished,
     /// The same with fixed noise.
-    "dffrls_ukf_robust" => dffrls_ukf_robust::DffrlsUkf,
+    "dffrls_ukf" in "huainan" => dffrls_ukf::DffrlsUkfPublished,
     /// The adaptive one with an extended filter.
-    "dffrls_aekf_inclination_robust" => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
+    "dffrls_aekf_inclination" in "huainan" => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
     /// The adaptive one with constant forgetting.
-    "ffrls_aukf_robust" => ffrls_aukf_robust::FfrlsAukf,
+    "ffrls_aukf" in "huainan" => ffrls_aukf::FfrlsAukfPublished,
     /// The adaptive one with multiple forgetting.
-    "rls_mff_aukf_robust" => rls_mff_aukf_robust::RlsMffAukf,
+    "rls_mff_aukf" in "huainan" => rls_mff_aukf::RlsMffAukfPublished,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
-    "imm_stf_robust" => imm_stf_robust::ImmStf,
+    "imm_stf" in "guo2024" => imm_stf::ImmStfPublished,
     /// The same with fixed transitions between the models.
-    "imm_stf_fixed_robust" => imm_stf_fixed_robust::ImmStfFixed,
+    "imm_stf_fixed" in "guo2024" => imm_stf_fixed::ImmStfFixedPublished,
     /// The same without correction for bends.
-    "imm_stf_no_lateral_robust" => imm_stf_no_lateral_robust::ImmStfNoLateral,
+    "imm_stf_no_lateral" in "guo2024" => imm_stf_no_lateral::ImmStfNoLateralPublished,
     /// The same with plain Kalman filters.
-    "imm_ekf_robust" => imm_ekf_robust::ImmEkf,
+    "imm_ekf" in "guo2024" => imm_ekf::ImmEkfPublished,
     /// Plain Kalman filters, fixed transitions.
-    "imm_ekf_fixed_robust" => imm_ekf_fixed_robust::ImmEkfFixed,
-    /// The kinematic model of `imm_stf_robust` alone.
-    "kinematic_stf_robust" => kinematic_stf_robust::KinematicStf,
-    /// The dynamic model of `imm_stf_robust` alone.
-    "dynamic_stf_robust" => dynamic_stf_robust::DynamicStf,
+    "imm_ekf_fixed" in "guo2024" => imm_ekf_fixed::ImmEkfFixedPublished,
+    /// The kinematic model of `imm_stf` alone.
+    "kinematic_stf" in "guo2024" => kinematic_stf::KinematicStfPublished,
+    /// The dynamic model of `imm_stf` alone.
+    "dynamic_stf" in "guo2024" => dynamic_stf::DynamicStfPublished,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
-    "mmrls_sh_stf_robust" => mmrls_sh_stf_robust::MmrlsShStf,
+    "mmrls_sh_stf" in "patent" => mmrls_sh_stf::MmrlsShStfPublished,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls_robust" => resistance_robust::Resistance,
+    "resistance_dffrls" in "resistance" => resistance_dffrls::ResistancePublished,
+    /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
+    "dffrls_aekf_robust" in "liu2023" => dffrls_aekf_robust::DffrlsAekf,
+    /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
+    "rls_ekf_robust" in "liu2023" => rls_ekf_robust::RlsEkf,
+    /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
+    "ffrls_robust" in "liu2023" => ffrls_robust::Ffrls,
+    /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
+    "joint_ekf_robust" in "liu2023" => joint_ekf_robust::JointEkf,
+    /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
+    "dffrls_aukf_robust" in "huainan" => dffrls_aukf_robust::DffrlsAukf,
+    /// The same with fixed noise.
+    "dffrls_ukf_robust" in "huainan" => dffrls_ukf_robust::DffrlsUkf,
+    /// The adaptive one with an extended filter.
+    "dffrls_aekf_inclination_robust" in "huainan" => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
+    /// The adaptive one with constant forgetting.
+    "ffrls_aukf_robust" in "huainan" => ffrls_aukf_robust::FfrlsAukf,
+    /// The adaptive one with multiple forgetting.
+    "rls_mff_aukf_robust" in "huainan" => rls_mff_aukf_robust::RlsMffAukf,
+    /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
+    "imm_stf_robust" in "guo2024" => imm_stf_robust::ImmStf,
+    /// The same with fixed transitions between the models.
+    "imm_stf_fixed_robust" in "guo2024" => imm_stf_fixed_robust::ImmStfFixed,
+    /// The same without correction for bends.
+    "imm_stf_no_lateral_robust" in "guo2024" => imm_stf_no_lateral_robust::ImmStfNoLateral,
+    /// The same with plain Kalman filters.
+    "imm_ekf_robust" in "guo2024" => imm_ekf_robust::ImmEkf,
+    /// Plain Kalman filters, fixed transitions.
+    "imm_ekf_fixed_robust" in "guo2024" => imm_ekf_fixed_robust::ImmEkfFixed,
+    /// The kinematic model of `imm_stf_robust` alone.
+    "kinematic_stf_robust" in "guo2024" => kinematic_stf_robust::KinematicStf,
+    /// The dynamic model of `imm_stf_robust` alone.
+    "dynamic_stf_robust" in "guo2024" => dynamic_stf_robust::DynamicStf,
+    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    "mmrls_sh_stf_robust" in "patent" => mmrls_sh_stf_robust::MmrlsShStf,
+    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
+    "resistance_dffrls_robust" in "resistance" => resistance_robust::Resistance,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
-    "regression_bench" => regression::Regression,
+    "regression_bench" in "bench" => regression::Regression,
 } as printed: {
     /// Liu et al. 2023 as printed.
     "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,

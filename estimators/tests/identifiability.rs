@@ -8,6 +8,7 @@ use common::{
     Random, vehicle,
     world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Kind, Setting};
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
@@ -317,18 +318,18 @@ fn every_choice_bears_nonsense() {
                 for k in 1..=4000 {
                     let t_s = Real::from(k) * DT;
                     let mut any = |size: Real| Sample {
-                        t_s,
+                        t: Time::from_s(t_s),
                         value: size * random.normal() * if k % 7 == 0 { 30.0 } else { 1.0 },
                     };
                     let mut z = Measurements {
-                        t_s,
+                        t: Time::from_s(t_s),
                         ..Measurements::default()
                     };
                     let speed = any(1.0);
                     z.motor_torque_nm[..2].fill(Some(any(300.0)));
                     z.wheel_speed_mps[..2].fill(Some(speed));
                     z.specific_force_mps2 = (k % 11 > 2).then(|| Sample {
-                        t_s,
+                        t: Time::from_s(t_s),
                         value: [any(5.0).value, any(5.0).value, -G],
                     });
                     let estimate = estimator.step(&z, &Command::default(), DT).unwrap();

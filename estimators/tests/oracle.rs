@@ -72,6 +72,59 @@ fn recursive_least_squares() {
     }
 }
 
+/// The recursion as it is written in books: K = P h/(r + hᵀ P h), P ← P − K hᵀ P, made symmetric.
+fn plain_recursion(belief: &mut Gaussian<3>, y: f64, h: &Vector3<f64>, r: f64, lambda: f64) {
+    belief.P /= lambda;
+    let K = belief.P * h / (r + h.dot(&(belief.P * h)));
+    belief.x += K * (y - h.dot(&belief.x));
+    belief.P -= K * (belief.P * h).transpose();
+    belief.P = 0.5 * (belief.P + belief.P.transpose());
+}
+
+/// Regressors that differ by a thousandth to a hundred-thousandth, against 60 digits (`rls_near_equal.py`): worst error of any number of P
+/// relative to the standard deviations beside it, and of χ in standard deviations.
+#[test]
+fn near_equal_regressors_need_the_square_root_form() {
+    let input = Table::read("rls_near_equal_input.csv").arrays::<5>();
+    let exact = Table::read("rls_near_equal_output.csv").arrays::<12>();
+    let prior = Gaussian::independent(SVector::zeros(), vector![1.0, 1.0, 1.0]);
+    let error = |belief: &Gaussian<3>, row: &[f64; 12]| {
+        let [_, _, _, x1, x2, x3, P11, P12, P13, P22, P23, P33] = *row;
+        let P = matrix![P11, P12, P13; P12, P22, P23; P13, P23, P33];
+        let sd = P.diagonal().map(f64::sqrt);
+        let of_P = (belief.P - P).component_div(&(sd * sd.transpose()));
+        let of_x = (belief.x - vector![x1, x2, x3]).component_div(&sd);
+        of_P.abs().max().max(of_x.abs().max())
+    };
+    for (case, apart) in [1e-3, 1e-4, 1e-5].into_iter().enumerate() {
+        let [mut factored, mut joseph, mut plain] = [0.0_f64; 3];
+        for lambda in [1.0, 0.999] {
+            let square_root = Rls::new(prior, Forgetting::Constant(lambda));
+            let mut forms = [square_root, square_root.in_square_root_form(false)];
+            let mut book = prior;
+            let mine = input.iter().filter(|row| row[0] == case as f64);
+            for (k, [_, y, h1, h2, h3]) in mine.enumerate() {
+                let h = vector![*h1, *h2, *h3];
+                for form in &mut forms {
+                    form.update(*y, &h, 1e-12, false);
+                }
+                plain_recursion(&mut book, *y, &h, 1e-12, lambda);
+                let at = [case as f64, lambda, (k + 1) as f64];
+                if let Some(row) = exact.iter().find(|row| row[..3] == at) {
+                    factored = factored.max(error(&forms[0].belief, row));
+                    joseph = joseph.max(error(&forms[1].belief, row));
+                    plain = plain.max(error(&book, row));
+                }
+            }
+        }
+        println!(
+            "apart by {apart:.0e}: square root {factored:.1e}, plain {plain:.1e}, Joseph {joseph:.1e}"
+        );
+        assert!(factored < 1e-8);
+        assert!(plain > 1e3 * factored && joseph > 10.0 * plain);
+    }
+}
+
 /// The crane of the state filters: x = (v, θ, 10 t / M), u = tractive force / 10 t; `common.py` has its equations.
 mod crane {
     use super::*;

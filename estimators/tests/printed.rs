@@ -11,6 +11,7 @@ use common::{
     Random, vehicle,
     world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
@@ -715,12 +716,12 @@ fn nonsense_in_never_makes_infinities_out() {
             let t_s = Real::from(k) * DT;
             let mut sample = |size: Real| {
                 (!random.chance(0.1)).then(|| Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: size * any(&mut random),
                 })
             };
             let mut z = Measurements {
-                t_s,
+                t: Time::from_s(t_s),
                 ..Measurements::default()
             };
             for i in 0..2.min(MAX_DRIVES) {
@@ -729,11 +730,11 @@ fn nonsense_in_never_makes_infinities_out() {
             }
             let along = sample(1.0);
             z.specific_force_mps2 = along.map(|s| Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [s.value, 0.5 * s.value, -G],
             });
             z.angular_rate_radps = sample(0.1).map(|s| Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [0.0, 0.0, s.value],
             });
             let before = estimator;

@@ -5,6 +5,7 @@
 mod common;
 
 use common::{Crane, Random, vehicle};
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Estimate, MAX_DRIVES, Measurements, Sample};
 use monorig_estimators::registry::AnyEstimator;
@@ -50,6 +51,7 @@ enum Kind {
     TimeStep,
     OutOfOrder,
     TooFarAhead,
+    ClockMismatch,
     NotFinite,
     OutOfRange,
     Diverged,
@@ -60,9 +62,11 @@ fn kind(error: &Error) -> Kind {
         Error::TimeStep(_) => Kind::TimeStep,
         Error::OutOfOrder { .. } => Kind::OutOfOrder,
         Error::TooFarAhead { .. } => Kind::TooFarAhead,
+        Error::ClockMismatch { .. } => Kind::ClockMismatch,
         Error::NotFinite(_) => Kind::NotFinite,
         Error::OutOfRange(_) => Kind::OutOfRange,
         Error::Diverged => Kind::Diverged,
+        _ => panic!("{error}"),
     }
 }
 
@@ -83,23 +87,23 @@ fn spoil(
         (HUGE[random.below(3)], Kind::OutOfRange)
     };
     let (drive, axis) = (random.below(MAX_DRIVES), random.below(3));
-    let t_s = z.t_s;
+    let t_s = z.t.s();
     match random.below(11) {
         0 => {
             *dt = [0.0, -DT, -1e300, 1e300, 1.001, Real::NAN, Real::INFINITY][random.below(7)];
             Some(Kind::TimeStep)
         }
         1 => {
-            z.t_s = NOT_FINITE[random.below(3)];
-            Some(Kind::NotFinite)
+            z.t = Time::from_s(NOT_FINITE[random.below(3)]);
+            Some(Kind::OutOfRange)
         }
         2 => {
-            z.t_s = [last_s, last_s - DT, -1e300][random.below(3)];
+            z.t = Time::from_s([last_s, last_s - DT, -1e9][random.below(3)]);
             Some(Kind::OutOfOrder)
         }
         3 => {
             let sample = z.specific_force_mps2.get_or_insert(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [0.0; 3],
             });
             sample.value[axis] = value;
@@ -107,25 +111,34 @@ fn spoil(
         }
         4 => {
             let sample = z.angular_rate_radps.get_or_insert(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [0.0; 3],
             });
             sample.value[axis] = value;
             Some(refusal)
         }
         5 => {
-            z.motor_torque_nm[drive] = Some(Sample { t_s, value });
+            z.motor_torque_nm[drive] = Some(Sample {
+                t: Time::from_s(t_s),
+                value,
+            });
             Some(refusal)
         }
         6 => {
-            z.wheel_speed_mps[drive] = Some(Sample { t_s, value });
+            z.wheel_speed_mps[drive] = Some(Sample {
+                t: Time::from_s(t_s),
+                value,
+            });
             Some(refusal)
         }
         7 => {
             let value = 0.5;
             let t_s = NOT_FINITE[random.below(3)];
-            z.wheel_speed_mps[drive] = Some(Sample { t_s, value });
-            Some(Kind::NotFinite)
+            z.wheel_speed_mps[drive] = Some(Sample {
+                t: Time::from_s(t_s),
+                value,
+            });
+            Some(Kind::OutOfRange)
         }
         8 => {
             u.brake = value;
@@ -133,14 +146,17 @@ fn spoil(
         }
         9 => {
             // What no estimator looks at.
-            z.clamp_pressure_mpa[drive] = Some(Sample { t_s, value });
+            z.clamp_pressure_mpa[drive] = Some(Sample {
+                t: Time::from_s(t_s),
+                value,
+            });
             u.motor_torque_nm[drive] = value;
             None
         }
         _ => {
             // Stale stamps: such samples are skipped.
             z.wheel_speed_mps[drive] = Some(Sample {
-                t_s: t_s - 1e3 * random.uniform(),
+                t: Time::from_s(t_s - 1e3 * random.uniform()),
                 value: 0.5,
             });
             None
@@ -152,21 +168,30 @@ fn spoil(
 fn nonsense(random: &mut Random, t_s: Real) -> Measurements {
     let size = |random: &mut Random, most: Real| most * random.normal().clamp(-4.0, 4.0) / 4.0;
     let mut z = Measurements {
-        t_s,
+        t: Time::from_s(t_s),
         ..Measurements::default()
     };
     let scale = [1e-3, 0.03, 1.0][random.below(3)];
     let vector = |random: &mut Random| {
         let value = [0; 3].map(|_| size(random, 1e3 * scale));
-        random.chance(0.7).then_some(Sample { t_s, value })
+        random.chance(0.7).then_some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        })
     };
     z.specific_force_mps2 = vector(random);
     z.angular_rate_radps = vector(random);
     for i in 0..MAX_DRIVES {
         let value = size(random, 1e5 * scale);
-        z.motor_torque_nm[i] = random.chance(0.7).then_some(Sample { t_s, value });
+        z.motor_torque_nm[i] = random.chance(0.7).then_some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
         let value = size(random, 1e2 * scale);
-        z.wheel_speed_mps[i] = random.chance(0.7).then_some(Sample { t_s, value });
+        z.wheel_speed_mps[i] = random.chance(0.7).then_some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
     }
     z
 }
@@ -176,7 +201,7 @@ fn survives_garbage(name: &str, mut estimator: AnyEstimator) {
     let (mut t_s, mut last_s) = (0.0, -1.0);
     let (mut refused, mut borne) = (0, 0);
     for step in 0..GARBAGE_STEPS {
-        let mut dt = [DT, 1e-9, 0.02, 1.0][random.below(4)];
+        let mut dt = [DT, 1e-6, 0.02, 1.0][random.below(4)];
         t_s += dt;
         let mut z = nonsense(&mut random, t_s);
         let mut u = Command {
@@ -227,9 +252,16 @@ fn an_instant_in_the_far_future_is_refused_and_the_next_step_goes_on() {
             let z = crane.step(1.0, DT);
             let before = estimator;
             let t_s = [1e300, 1e4, 1e9, Real::MAX][step % 4];
-            let outcome = estimator.step(&Measurements { t_s, ..z }, &Command::default(), DT);
+            let outcome = estimator.step(
+                &Measurements {
+                    t: Time::from_s(t_s),
+                    ..z
+                },
+                &Command::default(),
+                DT,
+            );
             let refused = kind(&outcome.unwrap_err());
-            let expected = if step == 0 {
+            let expected = if t_s > 9e9 {
                 Kind::OutOfRange
             } else {
                 Kind::TooFarAhead
@@ -250,7 +282,7 @@ fn a_sample_from_the_far_future_silences_its_sensor_for_a_second_only() {
             let mut z = crane.step(1.0, DT);
             if step == 400 {
                 for sample in z.wheel_speed_mps.iter_mut().flatten() {
-                    sample.t_s = 1e300;
+                    sample.t = Time::from_s(8e9);
                 }
             }
             let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
@@ -317,7 +349,7 @@ impl Faults {
                     sample.value = stuck;
                 }
                 if let Some(sample) = sample.as_mut() {
-                    sample.t_s -= self.late_s;
+                    sample.t = Time::from_s(sample.t.s() - self.late_s);
                 }
                 if missing {
                     *sample = None;
@@ -381,7 +413,20 @@ const SLOW_DT: Real = 0.1;
 const DAY: usize = 24 * 3600 * 10;
 
 /// Estimators that learn 1/M, so that the prior bounds the standard deviation of 1/M, sd/M², and not that of M.
-const BY_INVERSE_MASS: [&str; 2] = ["ffrls_robust", "joint_ekf_robust"];
+const BY_INVERSE_MASS: [&str; 6] = [
+    "dffrls_aekf",
+    "rls_ekf",
+    "ffrls",
+    "joint_ekf",
+    "ffrls_robust",
+    "joint_ekf_robust",
+];
+
+/// Whether the estimator is made to be used. The published methods are not supervised: they go on learning where nothing can be learnt,
+/// and what they are after that is theirs. Of them only what holds for every estimator is asked: finite, and no less known than at the start.
+fn supervised(name: &str) -> bool {
+    name.ends_with("_robust") || name == "regression_bench"
+}
 
 /// Estimators that take the mass for a constant without process noise and never pause while moving: a day at constant speed makes them
 /// sure of a mass that the noise of their inputs has made, and no later excitation moves it soon. Part of their method; they must say
@@ -427,20 +472,20 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
         let fresh = estimator;
         let mut crane = Crane::new(vehicle(2), 18_000.0, 5);
         crane.speed_mps = speed_mps;
-        let mut prior_sd = None;
+        // What it starts from is what it says before any sample.
+        let unknowing = { fresh }.step(&Measurements::default(), &Command::default(), dt);
+        let prior_sd = learnt_sd(name, &unknowing.unwrap());
         let mut most_sd: Real = 0.0;
         for _ in 0..steps {
             let z = crane.step(speed_mps, dt);
             let estimate = estimator.step(&z, &Command::default(), dt).unwrap();
             let sd = learnt_sd(name, &estimate);
-            prior_sd.get_or_insert(sd);
             most_sd = sd.max(most_sd);
             if FALLS_ASLEEP.contains(&name) {
                 assert!(!estimate.total_mass_kg.valid, "{name}: {estimate:?}");
             }
             assert!(estimate.is_finite(), "{name}: {estimate:?}");
         }
-        let prior_sd = prior_sd.unwrap();
         println!("{name} at {speed_mps} m/s: mass sd {prior_sd} at first, {most_sd} at most");
         assert!(
             most_sd <= prior_sd * (1.0 + 1e-9),
@@ -459,7 +504,7 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
         let error_fresh = excite(&mut fresh.clone(), &mut new_crane);
         let error = excite(&mut estimator, &mut crane);
         println!("    mass error {error:.4} after the day, {error_fresh:.4} fresh");
-        if FALLS_ASLEEP.contains(&name) && speed_mps > 0.0 {
+        if !supervised(name) || FALLS_ASLEEP.contains(&name) && speed_mps > 0.0 {
             continue;
         }
         assert!(

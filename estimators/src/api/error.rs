@@ -6,22 +6,30 @@ use crate::{Real, Time};
 
 /// The refusal of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Error {
     /// The time step is not a number, not positive, or longer than a second.
     TimeStep(Real),
     /// The step's instant is not after the previous one.
     OutOfOrder {
-        /// Instant of the refused step, s.
-        t_s: Time,
-        /// Instant of the step before it, s.
-        last_s: Time,
+        /// Instant of the refused step.
+        t: Time,
+        /// Instant of the step before it.
+        last: Time,
     },
     /// The step's instant is further after the previous one than any pause: a wrong stamp. After a true pause, reset.
     TooFarAhead {
-        /// Instant of the refused step, s.
-        t_s: Time,
-        /// Instant of the step before it, s.
-        last_s: Time,
+        /// Instant of the refused step.
+        t: Time,
+        /// Instant of the step before it.
+        last: Time,
+    },
+    /// The time step is more than twice the time since the step before.
+    ClockMismatch {
+        /// The time step, s.
+        dt: Real,
+        /// Time since the step before by the stamps, s.
+        since: Real,
     },
     /// A number of the named signal is NaN or infinite.
     NotFinite(&'static str),
@@ -35,12 +43,16 @@ impl fmt::Display for Error {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::TimeStep(dt) => write!(out, "time step {dt} s is not in 0…1 s"),
-            Error::OutOfOrder { t_s, last_s } => {
-                write!(out, "step at {t_s} s comes after one at {last_s} s")
+            Error::OutOfOrder { t, last } => {
+                write!(out, "step at {t} s comes after one at {last} s")
             }
-            Error::TooFarAhead { t_s, last_s } => write!(
+            Error::TooFarAhead { t, last } => write!(
                 out,
-                "step at {t_s} s comes too long after one at {last_s} s: a wrong stamp, or a pause that calls for a reset"
+                "step at {t} s comes too long after one at {last} s: a wrong stamp, or a pause that calls for a reset"
+            ),
+            Error::ClockMismatch { dt, since } => write!(
+                out,
+                "time step of {dt} s, but {since} s since the step before"
             ),
             Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
             Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),

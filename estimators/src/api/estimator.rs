@@ -40,7 +40,7 @@ impl Internal {
 ///         let count = fresh().count();
 ///         let mean = fresh().map(|sample| sample.value).sum::<Real>() / count.max(1) as Real;
 ///         let speed_mps = Value { value: mean, sd: 0.01, valid: count > 0 };
-///         Ok(Estimate { speed_mps, ..Estimate::at(z.t_s) })
+///         Ok(Estimate { speed_mps, ..Estimate::at(z.t) })
 ///     }
 ///
 ///     fn reset(&mut self) {}
@@ -53,6 +53,9 @@ impl Internal {
 /// ```
 pub trait Estimator {
     /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
+    ///
+    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against each other: `dt`
+    /// may not be more than twice the time since the last step (which leaves room for jitter). Less is a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
 
     /// Back to the state it was built in.

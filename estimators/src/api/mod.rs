@@ -8,4 +8,5 @@ pub mod params;
 pub mod real;
 pub mod signals;
 pub mod snapshot;
+pub mod time;
 pub mod vehicle;

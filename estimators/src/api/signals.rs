@@ -13,8 +13,8 @@ pub const MAX_AUXILIARY: usize = 4;
 /// A measured value and the instant it was taken at, on the sensor's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
-    /// Instant the value was taken, s since the start of the run.
-    pub t_s: Time,
+    /// Instant the value was taken.
+    pub t: Time,
     /// The value, in the unit of the field that holds it.
     pub value: T,
 }
@@ -24,8 +24,8 @@ pub struct Sample<T> {
 /// IMU axes: x forward (growing chainage), y left, z up, so a grade that grows shows as a *negative* rate about y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measurements {
-    /// Now, s since the start of the run.
-    pub t_s: Time,
+    /// Now.
+    pub t: Time,
     /// Specific force (acceleration minus gravity) in IMU axes, m/s².
     pub specific_force_mps2: Option<Sample<[Real; 3]>>,
     /// Angular rate in IMU axes, rad/s.
@@ -93,9 +93,9 @@ impl Measurements {
 
 impl Measurements {
     /// No sample, at this instant.
-    pub fn at(t_s: Time) -> Self {
+    pub fn at(t: Time) -> Self {
         Self {
-            t_s,
+            t,
             ..Self::default()
         }
     }
@@ -137,8 +137,8 @@ pub struct Flags {
 /// Output of one estimator step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
-    /// Instant the estimate is for, s.
-    pub t_s: Time,
+    /// Instant the estimate is for.
+    pub t: Time,
     /// Total mass (tare + load), kg.
     pub total_mass_kg: Value,
     /// Grade angle at the IMU, rad, + uphill towards growing chainage.
@@ -158,9 +158,9 @@ pub struct Estimate {
 
 impl Estimate {
     /// Nothing valid yet, at this instant.
-    pub fn at(t_s: Time) -> Self {
+    pub fn at(t: Time) -> Self {
         Self {
-            t_s,
+            t,
             ..Self::default()
         }
     }
@@ -173,10 +173,9 @@ impl Estimate {
             self.effective_grade_rad,
             self.speed_mps,
         ];
-        self.t_s.is_finite()
-            && values
-                .iter()
-                .all(|v| v.value.is_finite() && v.sd.is_finite())
+        values
+            .iter()
+            .all(|v| v.value.is_finite() && v.sd.is_finite())
             && self.innovation.is_finite()
             && self.nis.is_finite()
     }

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn one_slipping_wheel_and_three_silent_drives_do_no_harm() {
     let rows = tampered("dffrls_aekf_robust", |z, _| {
-        if z.t_s > 20.0 {
+        if z.t.s() > 20.0 {
             for i in 0..3 {
                 z.wheel_speed_mps[i] = None;
                 z.motor_torque_nm[i] = None;
@@ -26,7 +26,7 @@ fn a_dead_accelerometer_stops_the_mass_from_learning_and_a_dead_tachometer_the_s
         assert!(!row.estimate.total_mass_kg.valid && !row.estimate.grade_rad.valid);
     }
     let deaf = tampered("dffrls_aekf_robust", |z, _| {
-        if z.t_s > 20.0 {
+        if z.t.s() > 20.0 {
             z.wheel_speed_mps = Default::default();
         }
     });
@@ -46,7 +46,7 @@ fn a_dead_accelerometer_stops_the_mass_from_learning_and_a_dead_tachometer_the_s
 #[test]
 fn under_the_brake_neither_mass_nor_slope_learn_from_traction() {
     let rows = tampered("dffrls_aekf_robust", |z, u| {
-        u.brake = if (30.0..40.0).contains(&z.t_s) {
+        u.brake = if (30.0..40.0).contains(&z.t.s()) {
             1.0
         } else {
             0.0

@@ -125,7 +125,7 @@ fn a_silent_instrument_does_not_vouch_for_the_grade_under_it() {
         "mmrls_sh_stf_robust",
     ] {
         let tamper = |z: &mut Measurements, _: &mut Command| {
-            if (62.0..72.0).contains(&z.t_s) {
+            if (62.0..72.0).contains(&z.t.s()) {
                 z.specific_force_mps2 = None;
             }
         };

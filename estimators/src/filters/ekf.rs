@@ -55,6 +55,36 @@ impl<T, const N: usize> Ekf<T, N> {
     }
 }
 
+/// What the next measurement would show, before the step to it: for strong tracking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Preview<const M: usize> {
+    /// Innovation z − h(f(x)).
+    pub y: SVector<Real, M>,
+    /// H F P Fᵀ Hᵀ: its covariance by what is known now.
+    pub carried: SMatrix<Real, M, M>,
+    /// H Q Hᵀ: its covariance by the process noise of the step.
+    pub process: SMatrix<Real, M, M>,
+}
+
+impl<T, const N: usize> Ekf<T, N> {
+    /// What the measurement `z` would show after a step of `dt` seconds. Nothing is changed.
+    #[inline]
+    pub fn preview<const M: usize>(&self, z: SVector<Real, M>, u: &T::Input, dt: Real) -> Preview<M>
+    where
+        T: Model<N, M>,
+    {
+        let (model, x) = (&self.model, self.belief.x);
+        let (x_next, F, Q) = (model.f(&x, u, dt), model.F(&x, u, dt), model.Q(u, dt));
+        let H = model.H(&x_next);
+        let carried_P = F * self.belief.P * F.transpose();
+        Preview {
+            y: z - model.h(&x_next),
+            carried: H * carried_P * H.transpose(),
+            process: H * Q * H.transpose(),
+        }
+    }
+}
+
 impl<T: Model<N, M>, const N: usize, const M: usize> Filter<N, M> for Ekf<T, N> {
     type Model = T;
 

@@ -5,6 +5,7 @@
 //! | [`Forgetting::None`] | λ = 1 | Plackett 1950 |
 //! | [`Forgetting::Constant`] | λ constant | Åström & Wittenmark 1995 |
 //! | [`Forgetting::Dynamic`] | λ = δ + (1 − δ) exp(−σ Δ), Δ = size of the residual | Liu et al. 2023, eq. 19 |
+//! | [`Forgetting::ByResidual`] | the same with Δ in the unit of the residual | Liu et al. 2023, eq. 19, to the letter |
 //! | [`Forgetting::Multiple`] | one λ for each parameter, each with a variance of its own | Vahidi, Stefanopoulou & Peng 2005 |
 //! | [`Forgetting::TimeLaw`] | λ = 1 − a bᵏ | patent CN 111507019 B, with a = 0.05 and b = 0.98 |
 
@@ -31,6 +32,15 @@ pub enum Forgetting<const N: usize> {
         /// λ while the running deviation of the residual is not yet known.
         first: Real,
     },
+    /// λ = floor + (1 − floor) exp(−sharpness · Δ) with the residual Δ = |y − hᵀχ| as it is: `sharpness` is per unit of y.
+    ByResidual {
+        /// Smallest λ (the paper's δ).
+        floor: Real,
+        /// How fast λ falls with the residual (the paper's σ).
+        sharpness: Real,
+        /// λ of the first sample.
+        first: Real,
+    },
     /// One factor for each parameter; correlations between parameters are not kept.
     Multiple([Real; N]),
     /// λ = 1 − loss · decayᵏ at update k = 1, 2, …: forgets early samples and then settles.
@@ -43,14 +53,19 @@ pub enum Forgetting<const N: usize> {
 }
 
 impl<const N: usize> Forgetting<N> {
-    /// λ for a residual of `size` standard deviations, after a number of `updates`. The smallest, where there are several.
+    /// λ for a residual of `size` standard deviations ([`Forgetting::ByResidual`]: units), after a number of `updates`. The smallest,
+    /// where there are several.
     #[inline]
     pub fn lambda(&self, size: Real, updates: u32) -> Real {
         match self {
             Forgetting::None => 1.0,
             Forgetting::Constant(lambda) => *lambda,
             Forgetting::Dynamic { first, .. } if updates < SPREAD_KNOWN => *first,
+            Forgetting::ByResidual { first, .. } if updates == 0 => *first,
             Forgetting::Dynamic {
+                floor, sharpness, ..
+            }
+            | Forgetting::ByResidual {
                 floor, sharpness, ..
             } => floor + (1.0 - floor) * exp(-sharpness * size.abs()),
             Forgetting::Multiple(lambdas) => lambdas.iter().copied().fold(1.0, Real::min),

@@ -7,9 +7,10 @@
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
 //! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
 //!
-//! In square-root form ([`Rls::in_square_root_form`]) the same recursion carries the factors of P ([`Factors`]); its result is the same
-//! to rounding, and P stays positive definite where rounding would end that: in single precision (`Real` = f32), long runs, poor
-//! excitation. A regression with one parameter needs no such form.
+//! With several parameters the recursion carries the factors of P ([`Factors`]), the square-root form: exact to rounding where the
+//! covariance itself loses its digits and at last its positive definiteness, with near-equal regressors, poor excitation, long runs, single
+//! precision. [`Rls::in_square_root_form`] chooses the other form. A regression with one parameter needs none, and neither does
+//! multiple forgetting, which keeps variances only.
 //!
 //! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k + 1) at
 //! update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic forgetting
@@ -63,7 +64,7 @@ pub struct Rls<const N: usize> {
 impl<const N: usize> Rls<N> {
     /// Starts from a belief about the parameters; no variance will ever exceed that of the start (wind-up limit).
     pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
-        Self {
+        let plain = Self {
             belief: prior,
             factors: None,
             prior: prior.P.diagonal(),
@@ -72,12 +73,14 @@ impl<const N: usize> Rls<N> {
             tie: 0.0,
             last: 0.0,
             updates: 0,
-        }
+        };
+        plain.in_square_root_form(true)
     }
 
-    /// The same, carrying the factors of P if `wanted`.
+    /// The same, carrying the factors of P if `wanted` and of use (several parameters that share a covariance), or P as it is.
     pub fn in_square_root_form(mut self, wanted: bool) -> Self {
-        self.factors = wanted.then(|| Factors::of(&self.belief.P));
+        let of_use = N > 1 && !matches!(self.policy, Forgetting::Multiple(_));
+        self.factors = (wanted && of_use).then(|| Factors::of(&self.belief.P));
         self
     }
 
@@ -102,12 +105,15 @@ impl<const N: usize> Rls<N> {
             return None;
         }
 
+        let size = match self.policy {
+            Forgetting::Dynamic { .. } => normalised / self.spread(),
+            Forgetting::ByResidual { .. } => residual,
+            _ => normalised,
+        };
         let lambda = if remember {
             1.0
-        } else if matches!(self.policy, Forgetting::Dynamic { .. }) {
-            self.policy.lambda(normalised / self.spread(), self.updates)
         } else {
-            self.policy.lambda(normalised, self.updates)
+            self.policy.lambda(size, self.updates)
         };
         let (mut belief, mut factors) = (self.belief, self.factors);
         let limited = match (self.policy, &mut factors) {
@@ -118,9 +124,8 @@ impl<const N: usize> Rls<N> {
                     SVector::from(lambdas)
                 };
                 update_multiple(&mut belief, residual, h, r, &lambdas)?;
-                let limited = belief.limit_variance(&self.prior);
-                *factors = factors.map(|_| Factors::of(&belief.P));
-                limited
+                *factors = None;
+                belief.limit_variance(&self.prior)
             }
             (_, Some(factors)) => {
                 (r > 0.0).then_some(())?;

@@ -99,8 +99,8 @@ fn the_square_root_form_agrees_to_rounding_under_every_policy() {
             first: 0.98,
         },
     ] {
-        let mut plain = Rls::new(prior(), policy);
-        let mut factored = plain.in_square_root_form(true);
+        let mut factored = Rls::new(prior(), policy);
+        let mut plain = factored.in_square_root_form(false);
         let mut limited = 0;
         for (k, (y, h)) in samples(2000).into_iter().enumerate() {
             // Half of the time only the first parameter is seen, so that the limit on the other one acts.

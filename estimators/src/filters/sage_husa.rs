@@ -7,7 +7,8 @@
 //!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
-//! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length.
+//! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j = 1, 2, …:
+//! [`SageHusa::unlimited`].)
 //!
 //! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start,
 //! and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but singular.
@@ -47,6 +48,14 @@ impl<const M: usize> SageHusa<M> {
             fading,
             power,
             limited: false,
+        }
+    }
+
+    /// As published: d = (1 − b)/(1 − bᵏ⁺¹) from k = 0, so that the first observation takes the place of the start, and no limits.
+    pub fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
+        Self {
+            power: fading,
+            ..Self::new(start, fading, [0.0, Real::INFINITY])
         }
     }
 
@@ -136,6 +145,13 @@ pub enum Noise<const M: usize> {
 }
 
 impl<const M: usize> Noise<M> {
+    /// Starts at `R`: adapted as published ([`SageHusa::unlimited`]) with the `fading` factor, or known.
+    pub fn published(R: SMatrix<Real, M, M>, fading: Option<Real>) -> Self {
+        fading.map_or(Noise::Known(R), |fading| {
+            Noise::SageHusa(SageHusa::unlimited(R, fading))
+        })
+    }
+
     /// R to use now.
     #[inline]
     pub fn R(&self) -> &SMatrix<Real, M, M> {

@@ -13,7 +13,9 @@ use nalgebra::{SMatrix, SVector};
 use crate::Real;
 use crate::api::real::within;
 use crate::api::snapshot::state;
+use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::Gaussian;
+use crate::filters::model::Model;
 
 /// Finds the fading factor from innovations of `M` measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +67,25 @@ impl<const M: usize> StrongTracking<M> {
         } else {
             1.0
         }
+    }
+}
+
+impl<const M: usize> StrongTracking<M> {
+    /// The published filter's prediction: P⁻ = λ F P Fᵀ + Q, with λ from the measurement `z` to come. Returns λ.
+    #[inline]
+    pub fn predict<T: Model<N, M>, const N: usize>(
+        &mut self,
+        ekf: &mut Ekf<T, N>,
+        u: &T::Input,
+        dt: Real,
+        z: SVector<Real, M>,
+        R: &SMatrix<Real, M, M>,
+    ) -> Real {
+        let ahead = ekf.preview(z, u, dt);
+        let lambda = self.fading(&ahead.y, &ahead.carried, &ahead.process, R);
+        ekf.belief.P *= lambda;
+        ekf.predict(u, dt);
+        lambda
     }
 }
 

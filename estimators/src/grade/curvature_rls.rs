@@ -59,17 +59,47 @@ impl DynamicForgetting {
     }
 }
 
+/// What the slope of the rail does to the accelerometer, and how fast that changes: f − v̇ = g sin θ + bias, and its derivative, with
+/// the speed behind the same filters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeForce {
+    force: MatchedFilter,
+    speed: MatchedFilter,
+    /// f − v̇ and v, once more filtered.
+    excess: MatchedFilter,
+    speed_again: MatchedFilter,
+}
+
+impl SlopeForce {
+    /// Low-passes with corner `cutoff_hz`, two after each other.
+    pub fn new(cutoff_hz: Real) -> Self {
+        let filter = MatchedFilter::new(cutoff_hz);
+        Self {
+            force: filter,
+            speed: filter,
+            excess: filter,
+            speed_again: filter,
+        }
+    }
+
+    /// Specific force f, m/s², and wheel speed, m/s, held for `dt` seconds. d(f − v̇)/dt, m/s³, and the speed delayed like it.
+    pub fn step(&mut self, f: Real, v: Real, dt: Real) -> Option<(Real, Real)> {
+        self.force.step(f, dt);
+        self.speed.step(v, dt);
+        let (force, speed) = self.force.value().zip(self.speed.value())?;
+        self.excess.step(force - self.speed.rate(), dt);
+        self.speed_again.step(speed, dt);
+        Some((self.excess.rate(), self.speed_again.value()?))
+    }
+}
+
 /// The regression on `[ρ]` or `[ρ, c]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature<const N: usize> {
     params: CurvatureParams,
     standstill_mps: Real,
     smoother: AdaptiveSmoother<2>,
-    force: MatchedFilter,
-    speed: MatchedFilter,
-    /// f − v̇ and v, once more filtered.
-    excess: MatchedFilter,
-    speed_again: MatchedFilter,
+    signals: SlopeForce,
     rls: Rls<N>,
     /// Whether both instruments spoke in the last step.
     fresh: bool,
@@ -90,7 +120,6 @@ impl<const N: usize> Curvature<N> {
         let calm = params.smoothing_hz;
         let sd = first_then(params.curvature_sd_per_m, offset_sd_mps3);
         let prior = Gaussian::independent(SVector::zeros(), sd);
-        let filter = MatchedFilter::new(params.cutoff_hz);
         Self {
             params,
             standstill_mps: vehicle.standstill_mps(params.standstill_mps),
@@ -99,10 +128,7 @@ impl<const N: usize> Curvature<N> {
                 params.smoothing_noise_mps2,
                 [3.0, 6.0],
             ),
-            force: filter,
-            speed: filter,
-            excess: filter,
-            speed_again: filter,
+            signals: SlopeForce::new(params.cutoff_hz),
             rls: Rls::new(prior, policy),
             fresh: false,
             running_s: 0.0,
@@ -122,13 +148,9 @@ impl<const N: usize> Curvature<N> {
         };
         self.fresh = true;
         let [f, v] = self.smoother.step([f, v], dt);
-        self.force.step(f, dt);
-        self.speed.step(v, dt);
-        let Some((force, speed)) = self.force.value().zip(self.speed.value()) else {
+        let Some((jerk, speed)) = self.signals.step(f, v, dt) else {
             return;
         };
-        self.excess.step(force - self.speed.rate(), dt);
-        self.speed_again.step(speed, dt);
 
         self.running_s = if v.abs() > self.standstill_mps {
             self.running_s + dt
@@ -139,11 +161,11 @@ impl<const N: usize> Curvature<N> {
         let due = self.since_sample_s * self.params.regression_hz >= 1.0 - 1e-9;
         if due && self.running_s >= self.params.settle_s {
             self.since_sample_s = 0.0;
-            let h = GRAVITY * cos(theta) * self.speed_again.value().unwrap_or(0.0);
+            let h = GRAVITY * cos(theta) * speed;
             let r = self.params.jerk_sd_mps3 * self.params.jerk_sd_mps3;
             self.outcome = self
                 .rls
-                .update(self.excess.rate(), &first_then(h, 1.0), r, false)
+                .update(jerk, &first_then(h, 1.0), r, false)
                 .unwrap_or(self.outcome);
             self.rls.clamp_usable();
         }
@@ -178,10 +200,10 @@ impl<const N: usize> Curvature<N> {
     /// What the rail at the instrument reads: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s, behind the same
     /// filters.
     pub fn at_place(&self) -> (Option<AtPlace>, Real) {
-        let (force, speed) = (self.force.value(), self.speed.value());
+        let (force, speed) = (self.signals.force.value(), self.signals.speed.value());
         let here = force
             .filter(|_| self.fresh)
-            .map(|f| [f - self.speed.rate(), 0.0]);
+            .map(|f| [f - self.signals.speed.rate(), 0.0]);
         (here, speed.unwrap_or(0.0))
     }
 
@@ -192,11 +214,12 @@ impl<const N: usize> Curvature<N> {
 }
 
 /// [`first`, `then`, …].
-fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
+pub(crate) fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
     SVector::from_fn(|i, _| if i == 0 { first } else { then })
 }
 
-state!(@[const N: usize] Curvature<N> { smoother, force, speed, excess, speed_again, rls, fresh, running_s, since_sample_s, outcome; params, standstill_mps });
+state!(SlopeForce { force, speed, excess, speed_again; });
+state!(@[const N: usize] Curvature<N> { smoother, signals, rls, fresh, running_s, since_sample_s, outcome; params, standstill_mps });
 
 #[cfg(test)]
 mod tests {

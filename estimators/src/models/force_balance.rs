@@ -52,7 +52,12 @@ impl ForceBalance {
 
     /// Traction at the rims less the drag of the air, N: what is left for weight, running resistance and acceleration.
     pub fn net_traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
-        self.traction(motor_torque_nm, speed_mps) - self.drag_npm2s2 * speed_mps * speed_mps.abs()
+        self.traction(motor_torque_nm, speed_mps) - self.drag(speed_mps)
+    }
+
+    /// Drag of the air, N, with the sign of the speed; 0 on a rail.
+    pub fn drag(&self, speed_mps: Real) -> Real {
+        self.drag_npm2s2 * speed_mps * speed_mps.abs()
     }
 
     /// Acceleration v̇, m/s², under a net traction. `resistance` is sgn(v) μ.

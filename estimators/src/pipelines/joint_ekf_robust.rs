@@ -10,24 +10,31 @@
 //! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
 //! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
 
-use nalgebra::{Matrix1, Matrix3, SMatrix, Vector1, Vector3, matrix, vector};
+use nalgebra::{Matrix1, Matrix3, vector};
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
-use crate::api::real::{PI, lag, sqrt, within};
+use crate::api::real::{PI, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
-use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
+use crate::pipelines::liu_2023::{JointModel, Push, SCALE};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise;
+use crate::supervise::Supervision;
+use crate::supervise::control::{self, Control};
+use crate::supervise::excitation_gate::ExcitationGate;
+use crate::supervise::validity::{
+    MAX_COARSE_MASS_SD_SHARE, MAX_GRADE_SD_RAD, ValidityGate, is_valid,
+};
 use crate::{Real, Time};
 
 params! {
@@ -42,12 +49,13 @@ params! {
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        excitation_gate [flag] = true, "Let the reported uncertainty of the mass shrink only while the speed changes.";
     }
 }
 
 param_groups! {
     /// Parameters of `joint_ekf_robust`.
-    Params { own: Own }
+    Params { own: Own, supervision: Supervision }
 }
 
 /// Corner of the low-pass before the grades along the rail, Hz.
@@ -58,63 +66,6 @@ const EXCITATION_MEMORY_S: Real = 5.0;
 
 /// How many times the range of the mass the filter itself goes beyond it.
 const MAX_RATIO: Real = 100.0;
-
-/// M w, kg.
-const SCALE: Real = 1e4;
-
-/// What drives a step of [`JointModel`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
-    /// Traction at the rims less drag, N.
-    pub traction_n: Real,
-    /// Running resistance with the sign of the speed: sgn(v) μ.
-    pub resistance: Real,
-}
-
-/// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointModel {
-    /// Constants of the balance.
-    pub balance: ForceBalance,
-    /// Process noise of v (m²/s³) and θ (rad²/s).
-    pub q: [Real; 2],
-}
-
-impl Model<3, 1> for JointModel {
-    type Input = Push;
-
-    fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
-        let mass = SCALE / x.z;
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        vector![x.x + dt * v_dot, x.y, x.z]
-    }
-
-    fn F(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Matrix3<Real> {
-        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        let by_theta = self.balance.acceleration_by_theta(mass, x.y, u.resistance);
-        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
-        let by_w = (u.traction_n - J * v_dot) / (SCALE + J * x.z);
-        matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
-    }
-
-    fn Q(&self, _: &Push, dt: Real) -> Matrix3<Real> {
-        let [q_v, q_theta] = self.q;
-        Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
-    }
-
-    fn h(&self, x: &Vector3<Real>) -> Vector1<Real> {
-        vector![x.x]
-    }
-
-    fn H(&self, _: &Vector3<Real>) -> SMatrix<Real, 1, 3> {
-        matrix![1.0, 0.0, 0.0]
-    }
-}
 
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,11 +81,14 @@ pub struct JointEkf {
     train: DistributedTrain,
     /// Variance of w that was earned while the speed changed.
     earned: Real,
-    speed: EwmaVariance,
+    gate: ExcitationGate,
     excited: bool,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 3>>,
+    validity: ValidityGate,
+    /// What became of the last wheel speed.
+    wheel_speed: AidStatus,
 }
 
 /// From the vehicle's nominal values and the parameters.
@@ -161,13 +115,22 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         range_kg: vehicle.mass_range_kg,
         ekf: Ekf::new(model, Gaussian::independent(x, sd)),
         signals: Resampler::new(CUTOFF_HZ, 1.0, 0.0),
-        train: DistributedTrain::new(vehicle, params.own.standstill_mps),
+        train: DistributedTrain::new(
+            &supervise::mapped(vehicle, params.supervision.grade_map),
+            params.own.standstill_mps,
+        ),
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
-        speed: EwmaVariance::default(),
+        gate: ExcitationGate::new(
+            params.own.excitation_gate,
+            EXCITATION_MPS,
+            EXCITATION_MEMORY_S,
+        ),
         excited: false,
         started: false,
         saturated: false,
         last: None,
+        validity: ValidityGate::new(params.supervision.validity_gate),
+        wheel_speed: AidStatus::default(),
     }
 }
 
@@ -194,16 +157,14 @@ impl JointEkf {
         self.ekf.predict(&push, dt);
     }
 
-    fn update(&mut self, speed: Real) {
+    fn update(&mut self, speed: Real) -> Option<Correction<1, 3>> {
         if !self.started {
             self.ekf.belief.x.x = speed;
             self.started = true;
         }
         let sd = self.params.own.wheel_speed_sd_mps;
         let before = self.ekf.belief.P.m33;
-        let Some(correction) = self.ekf.update(vector![speed], &Matrix1::new(sd * sd)) else {
-            return;
-        };
+        let correction = self.ekf.update(vector![speed], &Matrix1::new(sd * sd))?;
         if self.excited && before > 0.0 {
             self.earned *= self.ekf.belief.P.m33 / before;
         }
@@ -216,6 +177,7 @@ impl JointEkf {
         // measurements before. Only where the force balance loses its sense does it stop.
         self.ekf.belief.x.y = theta;
         self.ekf.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
+        Some(correction)
     }
 }
 
@@ -239,35 +201,40 @@ impl Pipeline for JointEkf {
         Internal::new("slope_mass_correlation", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
         if let Some(speed) = reading.speed_mps {
-            self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
+            self.gate.observe(speed, dt);
         }
-        self.excited = running && self.speed.sd() > EXCITATION_MPS;
+        self.excited = running && self.gate.excited();
         self.predict(reading, running, dt);
-        if let Some(speed) = reading.new_speed_mps {
-            self.update(speed);
+        match control::wheel_speed(reading) {
+            Control::New(speed) => {
+                let correction = self.update(speed);
+                self.wheel_speed = control::fused(correction.map(|c| (c.y.x, c.S.x)));
+            }
+            Control::Held => {}
+            Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
         let Gaussian { x, P } = self.ekf.belief;
         let [low, high] = self.range_kg;
         let mass = within(SCALE / x.z, low, high);
         let mass_sd = mass * sqrt(self.known()) / self.w();
         let grade_sd = sqrt(P.m22);
-        let mass_known = mass_sd < 0.1 * mass && !self.saturated;
+        let mass_known = is_valid(!self.saturated, mass_sd, MAX_COARSE_MASS_SD_SHARE * mass);
         let ahead = self.train.ahead(mass);
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
             Value {
                 value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: running && mass_known && sd < 0.05,
+                valid: is_valid(running && mass_known, sd, MAX_GRADE_SD_RAD),
             }
         };
-        Estimate {
-            t_s,
+        let estimate = Estimate {
+            t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,
@@ -287,7 +254,14 @@ impl Pipeline for JointEkf {
                 excited: self.excited,
                 saturated: self.saturated,
             },
-        }
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &[self.wheel_speed]);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -301,4 +275,4 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { ekf, signals, train, earned, speed, excited, started, saturated, last; params, standstill_mps, balance, mu, range_kg });
+state!(JointEkf { ekf, signals, train, earned, gate, excited, started, saturated, last, wheel_speed; params, standstill_mps, balance, mu, range_kg, validity });

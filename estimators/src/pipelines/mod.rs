@@ -2,6 +2,7 @@
 
 /// Declares the named estimators of one source as a table: name and pipeline type, groups of parameters, construction from vehicle and
 /// parameters. Each becomes a module with `Params`, the pipeline and `new`.
+#[allow(unused_macros)]
 macro_rules! variants {
     ($(
         $(#[$about:meta])*
@@ -32,13 +33,39 @@ macro_rules! variants {
     };
 }
 
+#[cfg(feature = "liu2023")]
 pub mod ffrls_robust;
+#[cfg(feature = "guo2024")]
+pub mod guo_2024;
+#[cfg(feature = "guo2024")]
 pub mod guo_2024_robust;
+#[cfg(feature = "huainan")]
+pub mod huainan;
+#[cfg(feature = "huainan")]
 pub mod huainan_robust;
+#[cfg(feature = "liu2023")]
 pub mod joint_ekf_robust;
+#[cfg(feature = "liu2023")]
+pub mod liu_2023;
+#[cfg(feature = "resistance")]
+pub mod liu_2023_resistance;
+#[cfg(feature = "liu2023")]
 pub mod liu_2023_robust;
+#[cfg(any(
+    feature = "liu2023",
+    feature = "huainan",
+    feature = "guo2024",
+    feature = "patent",
+    feature = "resistance"
+))]
+pub mod method;
+#[cfg(feature = "patent")]
+pub mod patent;
+#[cfg(feature = "patent")]
 pub mod patent_robust;
+#[cfg(feature = "bench")]
 pub mod regression;
+#[cfg(feature = "resistance")]
 pub mod resistance_robust;
 pub mod runner;
 pub mod two_stage;

@@ -15,8 +15,8 @@ pub trait Pipeline: Copy {
     /// Names of its internal quantities.
     const INTERNALS: &'static [Internal];
 
-    /// One step at the instant `t_s` after `dt` seconds.
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate;
+    /// One step at the instant `t` after `dt` seconds.
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate;
 
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);
@@ -100,7 +100,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         let before = (self.signals, self.pipeline);
         let reading = self.signals.read(z, u, dt)?;
-        let estimate = self.pipeline.advance(&reading, z.t_s, dt);
+        let estimate = self.pipeline.advance(&reading, z.t, dt);
         if !estimate.is_finite() {
             (self.signals, self.pipeline) = before;
             return Err(Error::Diverged);
@@ -142,7 +142,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
 }
 
 /// Copies as much of `from` as fits.
-pub fn copy_into(values: &mut [Real], from: &[Real]) {
+pub fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
     for (place, value) in values.iter_mut().zip(from) {
         *place = *value;
     }

@@ -1,5 +1,6 @@
 //! Signal front end: from the samples of one step to the signals that pipelines work with.
 
+use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::state;
 use crate::preprocess::input_check::InputCheck;
@@ -14,6 +15,8 @@ pub struct Reading {
     pub new_speed_mps: Option<Real>,
     /// Speed by the fresh wheels, m/s ([`WheelSpeedVote`]).
     pub speed_mps: Option<Real>,
+    /// Why that is not known although wheels are sampled: most of them slip, or all are stuck.
+    pub wheel_speed_fault: Option<Rejection>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
     /// Torque of drive 0, N·m: on a road vehicle that of the front, steered axle.
@@ -67,10 +70,10 @@ impl FrontEnd {
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
     pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
         self.check.accept(z, u, dt)?;
-        let now = z.t_s;
+        let now = z.t;
         let axis = |sample: Option<Sample<[Real; 3]>>, of: fn([Real; 3]) -> Real| {
             sample.map(|s| Sample {
-                t_s: s.t_s,
+                t: s.t,
                 value: of(s.value),
             })
         };
@@ -98,6 +101,10 @@ impl FrontEnd {
         Ok(Reading {
             new_speed_mps: speed_mps.filter(|_| new_speed),
             speed_mps,
+            wheel_speed_fault: match speed_mps {
+                Some(_) => None,
+                None => self.wheel_speed_fault(now, dt),
+            },
             motor_torque_nm,
             front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
@@ -107,6 +114,18 @@ impl FrontEnd {
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
         })
+    }
+
+    /// Why fresh or stuck wheels give no speed; `None` if all are stale.
+    fn wheel_speed_fault(&self, now: Time, dt: Real) -> Option<Rejection> {
+        let wheels = || self.speed.iter().take(self.drives);
+        if wheels().any(|held| held.fresh(now, dt).is_some()) {
+            Some(Rejection::Slip)
+        } else if wheels().any(|held| held.is_stuck(now)) {
+            Some(Rejection::Stuck)
+        } else {
+            None
+        }
     }
 
     /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal shares).
@@ -135,18 +154,12 @@ mod tests {
         let mut front = FrontEnd::new(&vehicle());
         let u = Command::default();
         for k in 1..=10 {
-            let t_s = 0.05 * Time::from(k);
-            let mut z = Measurements {
-                t_s,
-                ..Default::default()
-            };
-            z.wheel_speed_mps[0] = Some(Sample { t_s, value: 1.0 });
+            let t = Time::from_s(0.05 * f64::from(k));
+            let mut z = Measurements::at(t);
+            z.wheel_speed_mps[0] = Some(Sample { t, value: 1.0 });
             front.read(&z, &u, 0.05).unwrap();
         }
-        let nothing = |t_s| Measurements {
-            t_s,
-            ..Default::default()
-        };
+        let nothing = |t_s| Measurements::at(Time::from_s(t_s));
         let reading = front.read(&nothing(0.6), &u, 0.05).unwrap();
         assert_eq!(
             (reading.speed_mps, reading.new_speed_mps),
@@ -161,12 +174,12 @@ mod tests {
         let u = Command::default();
         let read = |count: usize| {
             let mut z = Measurements {
-                t_s: 1.0,
+                t: Time::from_s(1.0),
                 ..Default::default()
             };
             for place in z.motor_torque_nm.iter_mut().take(count) {
                 *place = Some(Sample {
-                    t_s: 1.0,
+                    t: Time::from_s(1.0),
                     value: 100.0,
                 });
             }
@@ -185,9 +198,9 @@ mod tests {
     #[test]
     fn a_grade_that_grows_is_a_positive_pitch_rate() {
         let z = Measurements {
-            t_s: 1.0,
+            t: Time::from_s(1.0),
             angular_rate_radps: Some(Sample {
-                t_s: 1.0,
+                t: Time::from_s(1.0),
                 value: [0.0, -0.1, 0.0],
             }),
             ..Default::default()

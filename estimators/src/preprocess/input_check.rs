@@ -5,73 +5,81 @@ use crate::api::snapshot::state;
 use crate::{Error, Real, Time};
 
 /// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
-const MAX_PAUSE_S: Time = 60.0;
+const MAX_PAUSE_S: Real = 60.0;
 
-/// Latest instant, s: three hundred years, which leaves room for clocks that count from 1970.
-const MAX_TIME_S: Time = 1e10;
+/// Latest instant: 285 years, which leaves room for clocks that count from 1970.
+const MAX_TIME: Time = Time::from_ns(9_000_000_000_000_000_000);
+
+/// Largest time step as a multiple of the time that has passed: the rest is jitter.
+const MAX_DT_RATIO: Real = 2.0;
 
 /// Input check of an estimator: refuses a step whose numbers are not finite, are beyond what a crane can do, or whose clock does not go
 /// forward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InputCheck {
-    last_s: Option<Time>,
+    last: Option<Time>,
 }
 
 impl InputCheck {
     /// Checks one step's input and notes its instant; on an error nothing is changed.
     pub fn accept(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
-        self.clock(z.t_s, dt)?;
+        self.clock(z.t, dt)?;
         numbers(z, u)?;
-        self.last_s = Some(z.t_s);
+        self.last = Some(z.t);
         Ok(())
     }
 
-    fn clock(&self, t_s: Time, dt: Real) -> Result<(), Error> {
+    fn clock(&self, t: Time, dt: Real) -> Result<(), Error> {
         if !(dt > 0.0 && dt <= 1.0) {
             return Err(Error::TimeStep(dt));
         }
-        if !t_s.is_finite() {
-            return Err(Error::NotFinite("time"));
+        possible("time", t)?;
+        let Some(last) = self.last else {
+            return Ok(());
+        };
+        let since = t.since(last);
+        if t <= last {
+            Err(Error::OutOfOrder { t, last })
+        } else if since > MAX_PAUSE_S {
+            Err(Error::TooFarAhead { t, last })
+        } else if dt > MAX_DT_RATIO * since {
+            Err(Error::ClockMismatch { dt, since })
+        } else {
+            Ok(())
         }
-        if let Some(last_s) = self.last_s
-            && t_s <= last_s
-        {
-            return Err(Error::OutOfOrder { t_s, last_s });
-        }
-        if let Some(last_s) = self.last_s
-            && t_s - last_s > MAX_PAUSE_S
-        {
-            return Err(Error::TooFarAhead { t_s, last_s });
-        }
-        if t_s.abs() > MAX_TIME_S {
-            return Err(Error::OutOfRange("time"));
-        }
-        Ok(())
     }
+}
+
+fn possible(signal: &'static str, t: Time) -> Result<(), Error> {
+    if t > MAX_TIME || t.ns() < -MAX_TIME.ns() {
+        return Err(Error::OutOfRange(signal));
+    }
+    Ok(())
 }
 
 /// Largest size of each signal, in its unit.
 fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
     for s in z.specific_force_mps2.iter() {
-        check("specific force", s.t_s, &s.value, 1e3)?;
+        check("specific force", s.t, &s.value, 1e3)?;
     }
     for s in z.angular_rate_radps.iter() {
-        check("angular rate", s.t_s, &s.value, 1e3)?;
+        check("angular rate", s.t, &s.value, 1e3)?;
     }
     for s in z.motor_torque_nm.iter().flatten() {
-        check("motor torque", s.t_s, &[s.value], 1e5)?;
+        check("motor torque", s.t, &[s.value], 1e5)?;
     }
     for s in z.wheel_speed_mps.iter().flatten() {
-        check("wheel speed", s.t_s, &[s.value], 1e2)?;
+        check("wheel speed", s.t, &[s.value], 1e2)?;
     }
     for s in z.steering_angle_rad.iter() {
-        check("steering angle", s.t_s, &[s.value], 1e1)?;
+        check("steering angle", s.t, &[s.value], 1e1)?;
     }
-    check("brake command", 0.0, &[u.brake], 1e2)
+    check("brake command", Time::default(), &[u.brake], 1e2)
 }
 
-fn check(signal: &'static str, t_s: Time, values: &[Real], limit: Real) -> Result<(), Error> {
-    if !t_s.is_finite() || values.iter().any(|v| !v.is_finite()) {
+fn check(signal: &'static str, t: Time, values: &[Real], limit: Real) -> Result<(), Error> {
+    possible(signal, t)?;
+    if values.iter().any(|v| !v.is_finite()) {
         return Err(Error::NotFinite(signal));
     }
     if values.iter().any(|v| v.abs() > limit) {
@@ -81,19 +89,17 @@ fn check(signal: &'static str, t_s: Time, values: &[Real], limit: Real) -> Resul
     }
 }
 
-state!(InputCheck { last_s; });
+state!(InputCheck { last; });
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::api::signals::Sample;
 
-    fn with_speed(t_s: Time, value: Real) -> Measurements {
-        let mut z = Measurements {
-            t_s,
-            ..Default::default()
-        };
-        z.wheel_speed_mps[0] = Some(Sample { t_s, value });
+    fn with_speed(t_s: f64, value: Real) -> Measurements {
+        let t = Time::from_s(t_s);
+        let mut z = Measurements::at(t);
+        z.wheel_speed_mps[0] = Some(Sample { t, value });
         z
     }
 
@@ -107,10 +113,19 @@ mod tests {
             let refused = check.accept(&good, &u, dt);
             assert!(matches!(refused, Err(Error::TimeStep(_))));
         }
+        let at = |t_s: f64| with_speed(t_s, 1.0);
         for t_s in [1.0, 0.5, -1e9] {
-            let refused = check.accept(&Measurements { t_s, ..good }, &u, 0.01);
+            let refused = check.accept(&at(t_s), &u, 0.01);
             assert!(matches!(refused, Err(Error::OutOfOrder { .. })));
         }
+        for t_s in [f64::NAN, 1e10, -1e10] {
+            let refused = check.accept(&at(t_s), &u, 0.01);
+            assert_eq!(refused, Err(Error::OutOfRange("time")));
+        }
+        let refused = check.accept(&at(61.1), &u, 0.01);
+        assert!(matches!(refused, Err(Error::TooFarAhead { .. })));
+        let refused = check.accept(&at(1.004), &u, 0.01);
+        assert!(matches!(refused, Err(Error::ClockMismatch { .. })));
         for (value, error) in [
             (Real::NAN, Error::NotFinite("wheel speed")),
             (1e9, Error::OutOfRange("wheel speed")),
@@ -119,7 +134,7 @@ mod tests {
         }
         let z = Measurements {
             specific_force_mps2: Some(Sample {
-                t_s: 2.0,
+                t: Time::from_s(2.0),
                 value: [0.0, Real::INFINITY, 0.0],
             }),
             ..good

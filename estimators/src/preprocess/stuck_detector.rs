@@ -8,7 +8,7 @@ use crate::{Real, Time};
 
 /// Repetitions in a row, and time without another value, s, beyond which a noisy sensor is stuck.
 const MAX_REPEATS: u32 = 20;
-const MAX_HOLD_S: Time = 0.5;
+const MAX_HOLD_S: Real = 0.5;
 /// Changes after which the statistics of a sensor are trusted, and changes per legitimate repetition from which it counts as noisy.
 const MIN_CHANGES: u32 = 200;
 const MIN_CHANGES_PER_REPEAT: u32 = 100;
@@ -19,35 +19,35 @@ pub struct StuckDetector {
     changes: u32,
     legitimate_repeats: u32,
     run: u32,
-    changed_s: Time,
+    changed: Time,
 }
 
 impl StuckDetector {
-    /// Takes a new sample, with the one before it, at an instant of the estimator's clock, s.
-    pub fn take(&mut self, value: Real, before: Real, now_s: Time) {
+    /// Takes a new sample, with the one before it, at an instant of the estimator's clock.
+    pub fn take(&mut self, value: Real, before: Real, now: Time) {
         if value == before && value != 0.0 {
             self.run = self.run.saturating_add(1);
             return;
         }
-        if !self.is_stuck(now_s) {
+        if !self.is_stuck(now) {
             self.legitimate_repeats = self.legitimate_repeats.saturating_add(self.run);
         }
         self.changes = self.changes.saturating_add(1);
-        (self.run, self.changed_s) = (0, now_s);
+        (self.run, self.changed) = (0, now);
     }
 
     /// Whether the channel is stuck.
-    pub fn is_stuck(&self, now_s: Time) -> bool {
+    pub fn is_stuck(&self, now: Time) -> bool {
         let noisy = self.changes >= MIN_CHANGES
             && self
                 .legitimate_repeats
                 .saturating_mul(MIN_CHANGES_PER_REPEAT)
                 < self.changes;
-        noisy && self.run >= MAX_REPEATS && now_s - self.changed_s > MAX_HOLD_S
+        noisy && self.run >= MAX_REPEATS && now.since(self.changed) > MAX_HOLD_S
     }
 }
 
-state!(StuckDetector { changes, legitimate_repeats, run, changed_s; });
+state!(StuckDetector { changes, legitimate_repeats, run, changed; });
 
 #[cfg(test)]
 mod tests {
@@ -56,14 +56,15 @@ mod tests {
 
     /// Whether it is found stuck after `count` samples at 100 Hz, then `held` more of the last value.
     fn stuck(mut signal: impl FnMut(u32) -> Real, count: u32, held: u32) -> bool {
+        let at = |k: u32| Time::from_ns(10_000_000 * i64::from(k));
         let (mut repeats, mut last) = (StuckDetector::default(), signal(0));
         for k in 1..=count + held {
             let value = if k <= count { signal(k) } else { last };
-            repeats.take(value, last, 0.01 * Time::from(k));
+            repeats.take(value, last, at(k));
             last = value;
-            assert!(k > count || !repeats.is_stuck(0.01 * Time::from(k)));
+            assert!(k > count || !repeats.is_stuck(at(k)));
         }
-        repeats.is_stuck(0.01 * Time::from(count + held))
+        repeats.is_stuck(at(count + held))
     }
 
     #[test]

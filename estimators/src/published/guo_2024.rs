@@ -275,7 +275,7 @@ impl Pipeline for ImmStfPrinted {
         Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         if let Some((speed, felt)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
@@ -323,7 +323,7 @@ impl Pipeline for ImmStfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, self.started)
+        .estimate(t, moving, self.started)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

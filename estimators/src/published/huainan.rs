@@ -328,7 +328,7 @@ impl Pipeline for DffrlsAukfPrinted {
         Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, _) = motion(reading, STANDSTILL_MPS);
         let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
         let mut smoothed = *reading;
@@ -365,7 +365,7 @@ impl Pipeline for DffrlsAukfPrinted {
             innovation: self.now.innovation,
             nis: self.now.nis,
         }
-        .estimate(t_s, moving, known)
+        .estimate(t, moving, known)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -173,7 +173,7 @@ impl Pipeline for DffrlsAekfPrinted {
         Internal::new("indefinite_share", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading
@@ -215,7 +215,7 @@ impl Pipeline for DffrlsAekfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -120,7 +120,7 @@ impl Pipeline for ResistancePrinted {
         Internal::new("breakdowns", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         self.since_s += dt;
         let signals = reading
@@ -149,7 +149,7 @@ impl Pipeline for ResistancePrinted {
             innovation: self.residual,
             nis: 0.0,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -90,7 +90,7 @@ struct Says {
 }
 
 impl Says {
-    fn estimate(&self, t_s: Time, moving: bool, running: bool) -> Estimate {
+    fn estimate(&self, t: Time, moving: bool, running: bool) -> Estimate {
         let value = |(value, variance): (Real, Real)| Value {
             value,
             sd: sqrt(variance),
@@ -98,7 +98,7 @@ impl Says {
         };
         let grade_rad = value(self.grade);
         Estimate {
-            t_s,
+            t,
             total_mass_kg: value(self.mass),
             grade_rad,
             effective_grade_rad: grade_rad,

@@ -224,7 +224,7 @@ impl Pipeline for MmrlsShStfPrinted {
         Internal::new("indefinite_share", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t_s: Time, dt: Real) -> Estimate {
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, STANDSTILL_MPS);
         let turned = reading
             .yaw_rate_radps
@@ -264,7 +264,7 @@ impl Pipeline for MmrlsShStfPrinted {
             innovation,
             nis,
         }
-        .estimate(t_s, moving, running)
+        .estimate(t, moving, running)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -14,7 +14,10 @@ use crate::grade::force_balance_ekf::{Drive, ForceBalanceModel};
 use crate::grade::imm::{self, Acceleration, SlopeModel};
 use crate::grade::inertial::{InertialModel, Motion, Turn};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::joint_ekf_robust::{self as joint_ekf, JointModel};
+use crate::pipelines::guo_2024::{self, RampModel};
+use crate::pipelines::huainan::InclinationModel;
+use crate::pipelines::liu_2023::{self, GradeModel, JointModel};
+use crate::pipelines::patent::{self, ClimbModel};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -23,14 +26,31 @@ type Case = (&'static str, fn(&mut Random));
 
 /// Every model by the name of its type, sorted, with what draws inputs and states for it.
 const MODELS: &[Case] = &[
+    ("ClimbModel", climb),
     ("ForceBalanceModel", force_balance),
+    ("GradeModel", liu_grade),
+    ("InclinationModel", inclination),
     ("InertialModel", inertial),
     ("JointModel", joint),
+    ("RampModel", ramp),
     ("SlopeModel", slope),
 ];
 
 /// Drawn inputs for each model.
 const DRAWS: usize = 200;
+
+fn climb(random: &mut Random) {
+    let model = ClimbModel {
+        rotating_mass_kg: 65.0,
+        q: [1e-4, 3e-4],
+    };
+    let drive = patent::Drive {
+        net_n: 5e3 * random.normal(),
+        mass_kg: 1.5e3 + 1.5e3 * random.uniform(),
+        resistance: 0.03 * random.normal(),
+    };
+    check(&model, &drive, speed_and_grade(random));
+}
 
 fn force_balance(random: &mut Random) {
     let model = ForceBalanceModel {
@@ -43,6 +63,25 @@ fn force_balance(random: &mut Random) {
         resistance: 0.03 * random.normal(),
     };
     check(&model, &drive, speed_and_grade(random));
+}
+
+fn liu_grade(random: &mut Random) {
+    let model = GradeModel {
+        rotating_mass_kg: 1_045.0,
+        q: [1e-4, 3e-4],
+    };
+    let drive = liu_2023::Drive {
+        traction_n: 2e4 * random.normal(),
+        mass_kg: 5e3 + 2e4 * random.uniform(),
+        resistance: 0.03 * random.normal(),
+    };
+    check(&model, &drive, speed_and_grade(random));
+}
+
+fn inclination(random: &mut Random) {
+    let model = InclinationModel { q: [1e-4, 2e-5] };
+    let u = vector![random.normal(), 0.1 * random.normal()];
+    check(&model, &u, speed_and_grade(random));
 }
 
 fn inertial(random: &mut Random) {
@@ -71,7 +110,7 @@ fn joint(random: &mut Random) {
         balance: ForceBalance::new(&vehicle()),
         q: [1e-4, 1e-4],
     };
-    let push = joint_ekf::Push {
+    let push = liu_2023::Push {
         traction_n: 2e4 * random.normal(),
         resistance: 0.03 * random.normal(),
     };
@@ -81,6 +120,27 @@ fn joint(random: &mut Random) {
         &push,
         vector![x.x, x.y, 0.4 + 2.0 * random.uniform()],
     );
+}
+
+fn ramp(random: &mut Random) {
+    use guo_2024::Acceleration::{Dynamic, Kinematic};
+    for acceleration in [Kinematic, Dynamic] {
+        let model = RampModel {
+            acceleration,
+            rotating_mass_kg: 65.0,
+            q: [1e-6, 0.3, 5e-4],
+            force_sd_mps2: 0.03,
+        };
+        let drive = guo_2024::Drive {
+            net_n: 5e3 * random.normal(),
+            mass_kg: 1.5e3 + 1.5e3 * random.uniform(),
+            resistance: 0.03 * random.normal(),
+        };
+        for drive in [None, Some(drive)] {
+            let x = vector![random.normal(), random.normal(), 0.3 * random.normal()];
+            check(&model, &drive, x);
+        }
+    }
 }
 
 fn slope(random: &mut Random) {

@@ -1,5 +1,6 @@
 //! What holds for every named estimator.
 
+use crate::Time;
 use crate::api::estimator::Estimator;
 use crate::api::params::{Key, Kind, Name, ParamError};
 use crate::api::signals::Sample;
@@ -144,6 +145,11 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
 
 /// Pipelines that know the slope only through traction.
 const BY_TRACTION: &[&str] = &[
+    "dffrls_aekf",
+    "rls_ekf",
+    "ffrls",
+    "joint_ekf",
+    "mmrls_sh_stf",
     "dffrls_aekf_robust",
     "rls_ekf_robust",
     "ffrls_robust",
@@ -160,20 +166,20 @@ fn standing_never_changes_mass_or_slope() {
         for k in 1..=20_000 {
             let t_s = k as Real * DT;
             let mut z = Measurements {
-                t_s,
+                t: Time::from_s(t_s),
                 ..Default::default()
             };
             z.specific_force_mps2 = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [random.normal(), 0.0, -9.81],
             });
             for i in 0..8 {
                 z.motor_torque_nm[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: 500.0 * random.normal(),
                 });
                 z.wheel_speed_mps[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: 0.005 * random.normal(),
                 });
             }
@@ -212,10 +218,13 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
         } else {
             0.8 + 0.3 * random.normal()
         };
-        (random.uniform() < 0.8).then_some(Sample { t_s, value })
+        (random.uniform() < 0.8).then_some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        })
     };
     let mut z = Measurements {
-        t_s,
+        t: Time::from_s(t_s),
         ..Default::default()
     };
     for i in 0..8 {
@@ -226,11 +235,11 @@ fn garbage(random: &mut Random, t_s: Real) -> (Measurements, Command, Real) {
         z.wheel_speed_mps[i] = sample(random);
     }
     z.specific_force_mps2 = sample(random).map(|s| Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: [s.value, s.value, 0.0],
     });
     z.angular_rate_radps = sample(random).map(|s| Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: [0.0, s.value, 0.0],
     });
     z.steering_angle_rad = sample(random);

@@ -1,6 +1,7 @@
 //! A simulated crane for the tests: one degree of freedom, written from the physics and not from the filters' code.
 
 use crate::Real;
+use crate::Time;
 use crate::api::estimator::Estimator;
 use crate::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
@@ -70,9 +71,14 @@ impl Turn {
     /// What the instruments send, at an instant.
     pub fn measurements(&self, t_s: Real) -> Measurements {
         let reading = self.reading();
-        let sample = |value: Option<Real>| value.map(|value| Sample { t_s, value });
+        let sample = |value: Option<Real>| {
+            value.map(|value| Sample {
+                t: Time::from_s(t_s),
+                value,
+            })
+        };
         let mut z = Measurements {
-            t_s,
+            t: Time::from_s(t_s),
             steering_angle_rad: sample(reading.steering_angle_rad),
             ..Default::default()
         };
@@ -81,9 +87,15 @@ impl Turn {
             reading.lateral_force_mps2.unwrap(),
             9.81,
         ];
-        z.specific_force_mps2 = Some(Sample { t_s, value });
+        z.specific_force_mps2 = Some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
         let value = [0.0, 0.0, self.yaw_rate];
-        z.angular_rate_radps = Some(Sample { t_s, value });
+        z.angular_rate_radps = Some(Sample {
+            t: Time::from_s(t_s),
+            value,
+        });
         for i in 0..2 {
             z.motor_torque_nm[i] = sample(reading.front_torque_nm);
             z.wheel_speed_mps[i] = sample(reading.speed_mps);
@@ -144,6 +156,7 @@ impl Turn {
         Reading {
             new_speed_mps: Some(self.speed),
             speed_mps: Some(self.speed),
+            wheel_speed_fault: None,
             motor_torque_nm: Some(torque),
             front_torque_nm: Some(0.5 * torque),
             specific_force_mps2: Some(self.uphill - self.lateral_speed * self.yaw_rate),
@@ -285,17 +298,17 @@ impl World {
             s += v * DT;
 
             let mut z = Measurements {
-                t_s: t,
+                t: Time::from_s(t),
                 ..Default::default()
             };
             let f = a + 9.81 * theta.sin() + self.accel_bias + self.accel_sd * random.normal();
             z.specific_force_mps2 = Some(Sample {
-                t_s: t,
+                t: Time::from_s(t),
                 value: [f, 0.0, -9.81 * theta.cos()],
             });
             let rate = pitch_rate + 1e-4 * random.normal();
             z.angular_rate_radps = Some(Sample {
-                t_s: t,
+                t: Time::from_s(t),
                 value: [0.0, -rate, v * (self.curve)(s) + 1e-4 * random.normal()],
             });
             if k % 2 == 0 {
@@ -309,11 +322,11 @@ impl World {
                 for i in 0..vehicle.drives {
                     let noise = self.torque_noise * (50.0 + torque.abs()) * random.normal();
                     z.motor_torque_nm[i] = Some(Sample {
-                        t_s: t,
+                        t: Time::from_s(t),
                         value: torque * self.torque_gain + noise,
                     });
                     z.wheel_speed_mps[i] = Some(Sample {
-                        t_s: t,
+                        t: Time::from_s(t),
                         value: v + self.speed_sd * random.normal(),
                     });
                 }

@@ -4,6 +4,7 @@
 pub mod world;
 
 use monorig_estimators::Real;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Measurements, Sample, Vehicle, VehicleData};
 
 /// Splitmix64 (Steele, Lea & Flood 2014), normal numbers by Box & Muller 1958.
@@ -140,25 +141,25 @@ impl Crane {
 
         let (t_s, random) = (self.t_s, &mut self.random);
         let mut z = Measurements {
-            t_s,
+            t: Time::from_s(t_s),
             ..Measurements::default()
         };
         let f = a + GRAVITY * sine + 0.007 * random.normal();
         z.specific_force_mps2 = Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [f, 0.0, -GRAVITY * cosine],
         });
         z.angular_rate_radps = Some(Sample {
-            t_s,
+            t: Time::from_s(t_s),
             value: [0.0, 1e-4 * random.normal(), 1e-4 * random.normal()],
         });
         for i in 0..vehicle.drives {
             z.motor_torque_nm[i] = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: torque + 0.01 * (50.0 + torque.abs()) * random.normal(),
             });
             z.wheel_speed_mps[i] = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: self.speed_mps + 0.005 * random.normal(),
             });
         }

@@ -2,6 +2,7 @@
 //! holds, a force that nobody measures, and sensors with noise and errors.
 
 use monorig_estimators::Real;
+use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
 use monorig_estimators::registry::AnyEstimator;
@@ -125,26 +126,26 @@ impl World {
             };
             let torque = force * vehicle.wheel_radius_m / vehicle.gear_ratio * loss / 2.0;
             let mut z = Measurements {
-                t_s,
+                t: Time::from_s(t_s),
                 ..Measurements::default()
             };
             let f = a + G * theta.sin() + self.bias_mps2 + 0.007 * random.normal();
             z.specific_force_mps2 = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [f, self.across_mps2, -G * theta.cos()],
             });
             z.angular_rate_radps = Some(Sample {
-                t_s,
+                t: Time::from_s(t_s),
                 value: [0.0, 0.0, if v == 0.0 { 0.0 } else { self.across_mps2 / v }],
             });
             for i in 0..2 {
                 let noise = 0.01 * (50.0 + torque.abs()) * random.normal();
                 z.motor_torque_nm[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: torque * self.torque_gain + noise,
                 });
                 z.wheel_speed_mps[i] = Some(Sample {
-                    t_s,
+                    t: Time::from_s(t_s),
                     value: v + 0.005 * random.normal(),
                 });
             }

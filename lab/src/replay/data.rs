@@ -1,6 +1,7 @@
 //! The recorded columns of a run, packed: per step a mask of what is there, and the values that are.
 
 use crate::metrics::series::Target;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
@@ -49,7 +50,7 @@ impl ReplayData {
         for (bit, sample) in (0..).zip(vectors) {
             if let Some(s) = sample {
                 mask |= 1 << bit;
-                values.push(s.t_s);
+                values.push(s.t.s());
                 values.extend(s.value);
             }
         }
@@ -61,7 +62,7 @@ impl ReplayData {
         for (bit, sample) in (vectors.len()..).zip(z.scalars()) {
             if let Some(s) = sample {
                 mask |= 1 << bit;
-                values.extend([s.t_s, s.value]);
+                values.extend([s.t.s(), s.value]);
             }
         }
         self.masks.push(mask);
@@ -99,13 +100,13 @@ impl Steps<'_> {
         let values = &mut self.values;
         let mut next = || values.next().copied();
         let z = &mut self.z;
-        z.t_s = truth.t_s;
+        z.t = Time::from_s(truth.t_s);
         let vectors = z.vectors_mut();
         let first_scalar = vectors.len() as u32;
         for (bit, sample) in (0..).zip(vectors) {
             *sample = match has(bit) {
                 true => Some(Sample {
-                    t_s: next()?,
+                    t: Time::from_s(next()?),
                     value: [next()?, next()?, next()?],
                 }),
                 false => None,
@@ -121,7 +122,7 @@ impl Steps<'_> {
         for (bit, sample) in (first_scalar..).zip(z.scalars_mut()) {
             *sample = match has(bit) {
                 true => Some(Sample {
-                    t_s: next()?,
+                    t: Time::from_s(next()?),
                     value: next()?,
                 }),
                 false => None,
@@ -166,18 +167,18 @@ mod tests {
             let some = |i: u32| !(k * 7 + i * 3).is_multiple_of(i + 2);
             let scalar = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: -x(i + 1),
                 })
             };
             let vector = |i: u32| {
                 some(i).then(|| Sample {
-                    t_s: x(i),
+                    t: Time::from_s(x(i)),
                     value: [x(i), x(i + 1), x(i + 2)],
                 })
             };
             let z = Measurements {
-                t_s: f64::from(k) * 0.005,
+                t: Time::from_s(f64::from(k) * 0.005),
                 specific_force_mps2: vector(0),
                 angular_rate_radps: vector(1),
                 motor_torque_nm: std::array::from_fn(|i| scalar(i as u32 + 3)),
@@ -193,7 +194,7 @@ mod tests {
                 command.brake = f64::from(k % 2);
             }
             let truth = Target {
-                t_s: z.t_s,
+                t_s: z.t.s(),
                 total_mass_kg: x(9),
                 grade_at_imu_rad: x(10),
                 grade_effective_rad: x(11),

@@ -14,8 +14,8 @@ pub fn play(columns: &ReplayData, estimator: BoxedEstimator, samples: &mut Vec<E
     let mut last_s = 0.0;
     let mut steps = columns.steps();
     while let Some((z, command, truth)) = steps.advance() {
-        member.step(z, command, z.t_s - last_s);
-        last_s = z.t_s;
+        member.step(z, command, truth.t_s - last_s);
+        last_s = truth.t_s;
         samples.push(ErrorSample::new(&member, truth));
     }
 }

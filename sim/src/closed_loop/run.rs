@@ -7,6 +7,7 @@ use crate::control::{Controller, Cycle, Perception, PerceptionModel, Reference};
 use crate::error::Error;
 use crate::plant::{Plant, Truth};
 use crate::sensors::Suite;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements};
 
 /// State of the loop after a step of the plant, handed to the observers.
@@ -225,7 +226,7 @@ impl Loop {
         let truth = plant.truth();
         self.time_ns = libm::round(truth.t_s * 1e9) as i64;
         self.z = Measurements {
-            t_s: truth.t_s,
+            t: Time::from_ns(self.time_ns),
             ..Measurements::default()
         };
         sensors.measure(truth, &mut self.z)?;

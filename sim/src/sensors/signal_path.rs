@@ -11,6 +11,7 @@ use super::misalignment;
 use super::sampling::{DelayLine, Reading, Schedule};
 use super::spec::InstrumentSpec;
 use crate::error::Error;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
 
@@ -173,7 +174,7 @@ impl<const N: usize> SignalPath<N> {
     pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; N]>> {
         self.delivered = self.line.receive(now_ns);
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.measured,
         })
     }
@@ -181,7 +182,7 @@ impl<const N: usize> SignalPath<N> {
     /// The ideal value behind the sample last delivered; `None` when the last call delivered none.
     pub fn ideal(&self) -> Option<Sample<[f64; N]>> {
         self.delivered.map(|r| Sample {
-            t_s: r.stamp_ns as f64 * 1e-9,
+            t: Time::from_ns(r.stamp_ns),
             value: r.ideal,
         })
     }
@@ -229,7 +230,7 @@ impl SignalPath<1> {
 /// The sample of an instrument with one reading as a number.
 pub fn scalar(sample: Option<Sample<[f64; 1]>>) -> Option<Sample<f64>> {
     sample.map(|s| Sample {
-        t_s: s.t_s,
+        t: s.t,
         value: s.value[0],
     })
 }
@@ -311,9 +312,9 @@ mod tests {
             );
             assert!((seen.len() as f64 - 10.0 * rate).abs() <= 1.0);
             for (k, (handed_over, sample)) in seen.iter().enumerate() {
-                assert!((sample.t_s - k as f64 / rate).abs() < 1e-9);
-                assert!((sample.value[0] - 3.0 * sample.t_s).abs() < 1e-9);
-                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t_s)));
+                assert!((sample.t.s() - k as f64 / rate).abs() < 1e-9);
+                assert!((sample.value[0] - 3.0 * sample.t.s()).abs() < 1e-9);
+                assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t.s())));
             }
         }
     }
@@ -328,11 +329,11 @@ mod tests {
                 5.0,
             );
             assert!(
-                (seen[0].1.t_s - 1.0 / rate).abs() < 1e-9,
+                (seen[0].1.t.s() - 1.0 / rate).abs() < 1e-9,
                 "no sample before a full period"
             );
             for (_, sample) in &seen {
-                assert!((sample.value[0] - (sample.t_s - 0.5 / rate)).abs() < 1e-8);
+                assert!((sample.value[0] - (sample.t.s() - 0.5 / rate)).abs() < 1e-8);
             }
         }
     }
@@ -346,8 +347,8 @@ mod tests {
         );
         assert!(seen.len() > 190);
         for (handed_over, sample) in seen {
-            assert!((sample.value[0] - sample.t_s).abs() < 1e-9);
-            let late = handed_over - sample.t_s;
+            assert!((sample.value[0] - sample.t.s()).abs() < 1e-9);
+            let late = handed_over - sample.t.s();
             assert!((0.033 - 1e-9..0.035 + 1e-9).contains(&late), "{late}");
         }
     }
@@ -364,7 +365,7 @@ mod tests {
         assert!(n > 19_990.0);
         let variance = seen
             .iter()
-            .map(|(_, s)| (s.value[0] - s.t_s).powi(2))
+            .map(|(_, s)| (s.value[0] - s.t.s()).powi(2))
             .sum::<f64>()
             / n;
         assert!(
@@ -383,7 +384,7 @@ mod tests {
         );
         assert!(seen.len() >= 4997, "{}", seen.len());
         for pair in seen.windows(2) {
-            assert!((pair[1].1.t_s - pair[0].1.t_s - 0.002).abs() < 1e-9);
+            assert!((pair[1].1.t.s() - pair[0].1.t.s() - 0.002).abs() < 1e-9);
         }
     }
 

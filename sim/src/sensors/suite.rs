@@ -9,6 +9,7 @@ use super::{Fitting, Instrument, KINDS, SensorChannel};
 use crate::error::{DataError, Error};
 use crate::plant::Truth;
 use crate::train::Train;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 
 /// All instruments of a vehicle during one run.
@@ -157,7 +158,7 @@ impl Suite {
     /// What `measure` would have put out last without errors of the sensors: same samples, same stamps.
     pub fn ideal(&self) -> Measurements {
         let mut z = Measurements {
-            t_s: self.last_ns.unwrap_or(0) as f64 * 1e-9,
+            t: Time::from_ns(self.last_ns.unwrap_or(0)),
             ..Measurements::default()
         };
         self.instruments.iter().for_each(|i| i.ideal(&mut z));
@@ -183,7 +184,7 @@ impl Suite {
     /// Samples the truth after a step of the plant; puts new samples into `z`, cleared by the caller.
     pub fn measure(&mut self, truth: &Truth, z: &mut Measurements) -> Result<(), Error> {
         let step = self.step(truth)?;
-        z.t_s = truth.t_s;
+        z.t = Time::from_s(truth.t_s);
         for instrument in &mut self.instruments {
             instrument.measure(step, truth, z)?;
         }

@@ -72,8 +72,8 @@ fn a_first_look_after_the_first_step_is_fine() {
     let train = train(1);
     let mut suite = suite(&asset("ideal.yaml"), &train, 1);
     let seen = look(&mut suite, |t| rolling(&train, t + DT), DT, 1000);
-    assert!((speeds(&seen, 0)[0].t_s - 0.005).abs() < 1e-12);
-    assert!((forces(&seen)[0].t_s - 0.010).abs() < 1e-12);
+    assert!((speeds(&seen, 0)[0].t.s() - 0.005).abs() < 1e-12);
+    assert!((forces(&seen)[0].t.s() - 0.010).abs() < 1e-12);
     assert!(
         forces(&seen)
             .iter()
@@ -151,7 +151,7 @@ impl Instrument for Radar {
         z: &mut Measurements,
     ) -> Result<(), Error> {
         z.auxiliary[0] = Some(Sample {
-            t_s: step.to_ns as f64 * 1e-9,
+            t: monorig_estimators::Time::from_ns(step.to_ns),
             value: truth.speed_mps,
         });
         Ok(())

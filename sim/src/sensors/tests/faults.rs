@@ -90,7 +90,7 @@ fn a_drift_adds_to_the_noise_of_the_run_and_leaves_it_as_it_was() {
         .collect();
     assert_eq!(pairs.len(), 401);
     for (a, b) in pairs {
-        assert!((b.value - a.value - 0.1 * (a.t_s - 1.0).max(0.0)).abs() < 1e-12);
+        assert!((b.value - a.value - 0.1 * (a.t.s() - 1.0).max(0.0)).abs() < 1e-12);
     }
 }
 

@@ -118,17 +118,17 @@ fn ideal_values_have_the_stamps_of_the_measured_ones() {
             .unwrap();
         let ideal = suite.ideal();
         assert_eq!(
-            z.specific_force_mps2.map(|s| s.t_s),
-            ideal.specific_force_mps2.map(|s| s.t_s)
+            z.specific_force_mps2.map(|s| s.t.s()),
+            ideal.specific_force_mps2.map(|s| s.t.s())
         );
         assert_eq!(
-            z.angular_rate_radps.map(|s| s.t_s),
-            ideal.angular_rate_radps.map(|s| s.t_s)
+            z.angular_rate_radps.map(|s| s.t.s()),
+            ideal.angular_rate_radps.map(|s| s.t.s())
         );
         for i in 0..MAX_DRIVES {
             assert_eq!(
-                z.wheel_speed_mps[i].map(|s| s.t_s),
-                ideal.wheel_speed_mps[i].map(|s| s.t_s)
+                z.wheel_speed_mps[i].map(|s| s.t.s()),
+                ideal.wheel_speed_mps[i].map(|s| s.t.s())
             );
         }
         if let Some(s) = ideal.specific_force_mps2 {

@@ -24,7 +24,7 @@ fn on_a_vertical_arc_the_ideal_imu_reads_the_closed_form() {
     );
     let omega = v / radius;
     for s in forces(&seen) {
-        let (a, b) = (omega * (s.t_s - 0.005), omega * s.t_s);
+        let (a, b) = (omega * (s.t.s() - 0.005), omega * s.t.s());
         let mean_sin = (a.cos() - b.cos()) / (b - a);
         let mean_cos = (b.sin() - a.sin()) / (b - a);
         let expected = Vector3::new(G * mean_sin, 0.0, G * mean_cos + v * v / radius);
@@ -77,10 +77,10 @@ fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
         let torque: Vec<_> = seen.iter().filter_map(|z| z.motor_torque_nm[i]).collect();
         assert_eq!(torque.len(), 201);
         for s in torque {
-            assert!((s.value - (10.0 * x + s.t_s)).abs() < 1e-9);
+            assert!((s.value - (10.0 * x + s.t.s())).abs() < 1e-9);
         }
         for s in speeds(&seen, i) {
-            assert!((s.value - 0.17 * (x + s.t_s)).abs() < 1e-9);
+            assert!((s.value - 0.17 * (x + s.t.s())).abs() < 1e-9);
         }
         for s in seen.iter().filter_map(|z| z.clamp_pressure_mpa[i]) {
             assert!((s.value - (8.0 - x)).abs() < 1e-12);
@@ -136,10 +136,10 @@ fn bandwidth_shows_as_a_lag_of_the_reading() {
     for s in seen
         .iter()
         .filter_map(|z| z.clamp_pressure_mpa[0])
-        .filter(|s| s.t_s > 1.001)
+        .filter(|s| s.t.s() > 1.001)
     {
         // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is left.
-        let left = 8.0 * f64::exp(-(s.t_s - 0.999) / tau);
+        let left = 8.0 * f64::exp(-(s.t.s() - 0.999) / tau);
         // A stamp between two steps is read on the chord of the exponential: off by at most (dt/τ)²/8 of what is left.
         assert!(
             (s.value - (8.0 - left)).abs() < 0.012 * left + 1e-12,

@@ -15,7 +15,7 @@ fn the_same_seed_gives_the_same_bits_and_another_other_noise() {
     };
     assert_eq!(run(5), run(5));
     assert_ne!(run(5), run(6));
-    let stamps = |seen: &[Measurements]| forces(seen).iter().map(|s| s.t_s).collect::<Vec<_>>();
+    let stamps = |seen: &[Measurements]| forces(seen).iter().map(|s| s.t.s()).collect::<Vec<_>>();
     assert_eq!(stamps(&run(5)), stamps(&run(6)));
 }
 
