@@ -49,7 +49,8 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         Moving::Car(car) => car.consist(),
         Moving::Train(train) => train.as_ref().clone(),
     };
-    rail.check(&train.limits)?;
+    rail.check(&train.limits)
+        .map_err(|e| e.in_file(&scenario.track))?;
     if let Some(kg) = s.load.mass_kg {
         train = loaded(&scenario, train, kg.get())?;
     }
@@ -85,8 +86,8 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
     };
 
     let vehicle = match &moving {
-        Moving::Car(car) => car.nominal_vehicle(&s.vehicle, gravity),
-        Moving::Train(_) => nominal_vehicle::nominal_vehicle(&scenario, &train, imu),
+        Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
+        Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
     };
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";

@@ -26,15 +26,14 @@ pub fn track(scenario: &Scenario, rail: &Rail, car: bool) -> Result<(), Error> {
     }
 }
 
-/// The physics step suits the train's springs. The scenario is blamed: it chose the step.
+/// The physics step suits the train's springs. The error is the scenario's: it chooses the step.
 pub fn step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
-    train.check_step(dt_s).map_err(|e| match e {
-        Error::Input(e) => scenario.error(
+    train.check_step(dt_s).map_err(|e| {
+        scenario.error(
             "physics.dt_ms",
             format!("{} (train {})", e.message, scenario.vehicle.display()),
             e.help,
-        ),
-        other => other,
+        )
     })
 }
 
