@@ -202,8 +202,7 @@ fn steady_circles_are_those_of_the_single_track_model() {
     let m = car.model(G);
     let g = &m.geometry;
     let weight = g.mass_kg * G;
-    let front =
-        car.data.tyres.cornering_stiffness_front * weight * g.rear_m / g.wheelbase_m();
+    let front = car.data.tyres.cornering_stiffness_front * weight * g.rear_m / g.wheelbase_m();
     let rear = car.data.tyres.cornering_stiffness_rear * weight * g.front_m / g.wheelbase_m();
     let understeer = g.mass_kg / g.wheelbase_m() * (g.rear_m / front - g.front_m / rear);
 

@@ -33,7 +33,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         scenario,
         rail,
         moving,
-        sheet,
+        sensors,
         instruments: others,
         registry,
         mut estimators,
@@ -61,14 +61,15 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
     checks::loads(&scenario, &train)?;
     let front_m = checks::front(&scenario, &rail, &train)?;
 
-    let Some(sheet) = sheet else {
+    let Some((specs, sheet_file)) = sensors else {
         return Err(scenario.error(
             "sensors",
             "the vehicle has no instruments",
-            "`.sensors(Sheet::load(…)?)`",
+            "`.sensors(Sheet::load(…)?)`, or specifications by name",
         ));
     };
-    let sensors = instruments::fit(&scenario, &sheet, others, &train, seed)?;
+    let sensors = instruments::fit(&scenario, &specs, others, &train, seed)
+        .map_err(|e| e.in_file(&scenario, &sheet_file))?;
     let imu = sensors
         .imu_mount()
         .or_else(|| train.mount("imu_link"))
