@@ -15,15 +15,17 @@ pub fn fit(
     seed: u64,
 ) -> Result<Suite, Error> {
     let file = &scenario.file;
+    let (gravity_mps2, dt_s) = (
+        file.physics.gravity_mps2.get(),
+        file.physics.dt_ms.get() * 1e-3,
+    );
     sheet.check_vehicle(file.car.is_some())?;
-    let mut suite = Suite::new(&sheet.specs(), train, file.physics.gravity_mps2.get(), seed)
+    let mut suite = Suite::new(&sheet.specs(), train, gravity_mps2, seed)
         .map_err(|e| e.in_file(&sheet.file))?;
     for other in others {
         suite.fit(other)?;
     }
-    suite
-        .check_step(file.physics.dt_ms.get() * 1e-3)
-        .map_err(|e| e.in_file(&sheet.file))?;
+    suite.check_step(dt_s).map_err(|e| e.in_file(&sheet.file))?;
     for (i, event) in file.events.iter().enumerate() {
         let fault = event.sensor_fault().and_then(|fault| match fault {
             Some((sensor, window)) => suite.add_fault(sensor, window),

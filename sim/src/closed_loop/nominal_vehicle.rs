@@ -3,19 +3,19 @@
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::plant::road::Car;
 use crate::train::Train;
-use monorig_estimators::api::vehicle::VehicleData;
+use monorig_estimators::api::signals::VehicleData;
 
 /// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
 
-/// Vehicle parameters for the estimators: the train's data sheet, with the changes of the scenario.
-pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
+/// The nominal vehicle of a train: its data sheet, with the changes of the scenario. `imu` is the mount of the IMU.
+pub fn nominal_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     let nominal = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
-    // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
+    // The IMU pitches with its unit: it measures the grade under the middle of the unit.
     let unit = train
         .mounts
         .get(imu)
