@@ -3,10 +3,12 @@
 use crate::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
 use monorig_sim::config::file::{input_error, read_text};
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::readback;
 use monorig_sim::record::readback::Columns;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A run.
@@ -77,6 +79,12 @@ impl Recorded {
     /// Why the scenario exists.
     pub fn why(&self) -> &str {
         self.manifest.resolved["why"].as_str().unwrap_or_default()
+    }
+
+    /// Types and parameters of the estimators; empty if the manifest has none that can be read.
+    pub fn estimator_settings(&self) -> BTreeMap<String, Settings> {
+        let estimators = self.manifest.resolved["estimators"].clone();
+        serde_json::from_value(estimators).unwrap_or_default()
     }
 
     /// Estimators in the order of their colours.
