@@ -321,3 +321,143 @@ fn patent() {
     let rows = drive("pipeline_patent_input.csv", &road(), named, traction_row);
     assert_agrees("pipeline_patent", &rows);
 }
+
+/// The published methods, errata corrected and nothing else, on the same drives (`tests/reference/published_*.py`).
+mod published {
+    use super::*;
+
+    /// Mass, grade, speed, innovation.
+    fn whole_row(e: &Estimate) -> Vec<f64> {
+        let (mass, grade) = (e.total_mass_kg, e.grade_rad);
+        let found = [mass.value, mass.sd, grade.value, grade.sd];
+        let filter = [e.speed_mps.value, e.innovation, e.nis];
+        [&found[..], &filter[..]].concat()
+    }
+
+    #[test]
+    fn liu_2023() {
+        const WHEEL_SPEED_SD: f64 = 0.005;
+        let two_stages = &["lambda", "chi1", "chi2", "wheel_speed_sd_mps"][..];
+        let joint = &["inverse_mass", "inverse_mass_sd"][..];
+        let resistance = &["running_resistance", "running_resistance_sd", "lambda"][..];
+        let mut rows = Vec::new();
+        for (run, (name, key, internals, rest)) in [
+            ("dffrls_aekf", "mass0_kg", two_stages, &[][..]),
+            ("rls_ekf", "mass0_kg", two_stages, &[]),
+            ("ffrls", "mass0_kg", two_stages, &[]),
+            ("joint_ekf", "mass0_kg", joint, &[0.0, WHEEL_SPEED_SD]),
+            (
+                "resistance_dffrls",
+                "known_mass_kg",
+                resistance,
+                &[WHEEL_SPEED_SD],
+            ),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let named = (name, &[(key, 15e3)][..], internals);
+            let run_rows = drive("pipeline_liu_input.csv", &rail(), named, whole_row);
+            rows.extend(number(run, run_rows).map(|row| [&row[..], rest].concat()));
+        }
+        assert_agrees("published_liu", &rows);
+    }
+
+    #[test]
+    fn curvature_and_inclination() {
+        let names = [
+            "dffrls_aukf",
+            "dffrls_ukf",
+            "dffrls_aekf_inclination",
+            "ffrls_aukf",
+            "rls_mff_aukf",
+        ];
+        let internals = [
+            "curvature_per_m",
+            "curvature_sd_per_m",
+            "lambda",
+            "wheel_speed_sd_mps",
+        ];
+        let run = |name| {
+            let named = (name, &[][..], &internals[..]);
+            drive("pipeline_inertial_input.csv", &rail(), named, |e| {
+                whole_row(e).split_off(2)
+            })
+        };
+        let rows: Vec<_> = names
+            .into_iter()
+            .enumerate()
+            .flat_map(|(k, name)| number(k, run(name)))
+            .collect();
+        assert_agrees("published_inertial", &rows);
+    }
+
+    #[test]
+    fn guo_2024() {
+        let settings = [
+            ("mass0_kg", 2230.0),
+            ("q_i", 1e-4),
+            ("force_sd_mps2", 0.1),
+            ("accel_sd_mps2", 0.02),
+            ("wheel_speed_sd_mps", 0.01),
+        ];
+        let mut rows = Vec::new();
+        for (run, name) in [
+            "imm_stf",
+            "imm_stf_fixed",
+            "imm_stf_no_lateral",
+            "imm_ekf",
+            "imm_ekf_fixed",
+            "kinematic_stf",
+            "dynamic_stf",
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let alone = run >= 5;
+            let internals = if alone {
+                &["mass_residual_n", "fading"][..]
+            } else {
+                &[
+                    "mass_residual_n",
+                    "dynamic_fading",
+                    "dynamic_model_probability",
+                ][..]
+            };
+            let row = |e: &Estimate| {
+                let mut row = whole_row(e);
+                row.insert(5, e.speed_mps.sd);
+                row
+            };
+            let named = (name, &settings[..], internals);
+            let run_rows = drive("pipeline_guo_input.csv", &road(), named, row);
+            rows.extend(number(run, run_rows).map(|mut row| {
+                if alone {
+                    row.push(0.0);
+                }
+                row
+            }));
+        }
+        assert_agrees("published_guo", &rows);
+    }
+
+    #[test]
+    fn patent() {
+        let settings = [
+            ("mass0_kg", 2400.0),
+            ("wheel_speed_sd_mps", 0.01),
+            ("q_i", 1e-5),
+            ("gamma", 4.0),
+        ];
+        let internals = [
+            "straight_mass_kg",
+            "turning_mass_kg",
+            "straight_weight",
+            "fading",
+            "wheel_speed_sd_mps",
+        ];
+        let named = ("mmrls_sh_stf", &settings[..], &internals[..]);
+        let rows = drive("pipeline_patent_input.csv", &road(), named, whole_row);
+        assert_agrees("published_patent", &rows);
+    }
+}

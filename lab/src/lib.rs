@@ -18,3 +18,8 @@ pub mod replay;
 pub mod report;
 pub mod tuning;
 pub mod verdicts;
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -136,7 +136,8 @@ class Samples:
 
 
 class LeastSquares:
-    """χ, P with forgetting; `factor(k, size)` gives λ (or one for each parameter) at update k for a residual of `size` deviations."""
+    """χ, P with forgetting; `factor(k, size)` gives λ (or one for each parameter) at update k for a residual of `size` deviations, or with
+    `own_deviation="residual"` for the size of the residual as it is."""
 
     def __init__(self, x, sd, factor, own_deviation=False):
         self.x, self.prior = np.array(x, float), np.array(sd, float) ** 2
@@ -151,6 +152,8 @@ class LeastSquares:
         self.residual = y - h @ self.x
         self.normalised = n = self.residual / math.sqrt(r + h @ self.P @ h)
         size = abs(n) / math.sqrt(self.variance) if self.own else abs(n)
+        if self.own == "residual":
+            size = abs(self.residual)
         lam = 1.0 if remember else self.factor(self.k, size)
         self.lam = np.min(lam)
         if np.ndim(lam):

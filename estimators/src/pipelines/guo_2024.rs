@@ -19,10 +19,10 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vec
 
 use crate::Real;
 use crate::api::estimator::Internal;
-use crate::api::params::{param_groups, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt, within};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
+use crate::api::vehicle::Vehicle;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -30,7 +30,7 @@ use crate::filters::imm::Imm;
 use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::strong_tracking::StrongTracking;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::preprocess::resampler::ResampledSample;
 
 params! {
@@ -76,31 +76,38 @@ params! {
     }
 }
 
-methods! { Guo2024<2>:
+variants! {
     /// The method: strong tracking in both models, transitions that follow the likelier, lateral correction.
-    imm_stf::ImmStfPublished(transitions: Transitions, models: Models, tracking: Tracking, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, Some(p.tracking));
+    imm_stf: ImmStfPublished = Published<Guo2024<2>>,
+        { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, Some(p.tracking));
     /// With fixed transitions.
-    imm_stf_fixed::ImmStfFixedPublished(transitions: Transitions, models: Models, tracking: Tracking, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, Some(p.tracking));
+    imm_stf_fixed: ImmStfFixedPublished = Published<Guo2024<2>>,
+        { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, Some(p.tracking));
     /// Without lateral correction.
-    imm_stf_no_lateral::ImmStfNoLateralPublished(transitions: Transitions, models: Models, tracking: Tracking, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, lateral: false, ..METHOD }, Some(p.tracking));
+    imm_stf_no_lateral: ImmStfNoLateralPublished = Published<Guo2024<2>>,
+        { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, lateral: false, ..METHOD }, Some(p.tracking));
     /// With plain Kalman filters.
-    imm_ekf::ImmEkfPublished(transitions: Transitions, models: Models, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, None);
+    imm_ekf: ImmEkfPublished = Published<Guo2024<2>>,
+        { transitions: Transitions, models: Models, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, None);
     /// With plain Kalman filters and fixed transitions.
-    imm_ekf_fixed::ImmEkfFixedPublished(transitions: Transitions, models: Models, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, None);
+    imm_ekf_fixed: ImmEkfFixedPublished = Published<Guo2024<2>>,
+        { transitions: Transitions, models: Models, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, None);
 }
 
-methods! { Guo2024<1>:
+variants! {
     /// The kinematic model alone.
-    kinematic_stf::KinematicStfPublished(models: Models, tracking: Tracking, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Kinematic), Some(p.tracking));
+    kinematic_stf: KinematicStfPublished = Published<Guo2024<1>>,
+        { models: Models, tracking: Tracking, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Kinematic), Some(p.tracking));
     /// The dynamic model alone.
-    dynamic_stf::DynamicStfPublished(models: Models, tracking: Tracking, mass: Regression)
-        = |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
+    dynamic_stf: DynamicStfPublished = Published<Guo2024<1>>,
+        { models: Models, tracking: Tracking, mass: Regression },
+        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
 }
 
 /// What sets one method apart from another.
@@ -208,8 +215,9 @@ impl Model<3, 2> for RampModel {
 
 /// Lateral and longitudinal acceleration, m/s², from which on eq. 1 is used.
 const CORNERING_MPS2: [Real; 2] = [0.5, 0.3];
-/// Limits that keep the covariance a number while measurements make no sense: m/s, m/s² and i.
-const USABLE_SD: [Real; 3] = [100.0, 100.0, 1.0];
+/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s, m/s² and i.
+const MAX_FADING: Real = 1e12;
+const USABLE_SD: [Real; 3] = [100.0, 100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
 
@@ -268,10 +276,12 @@ impl<const K: usize> Guo2024<K> {
         Some(())
     }
 
-    /// m, kg, and its standard deviation.
     fn mass_kg(&self) -> Found {
-        let (x, sd) = (self.rls.belief.x.x, sqrt(self.rls.widened().x));
-        (x * self.mass0_kg, sd * self.mass0_kg)
+        Found {
+            value: self.rls.belief.x.x * self.mass0_kg,
+            sd: sqrt(self.rls.widened().x) * self.mass0_kg,
+            started: self.learnt,
+        }
     }
 
     fn cycle(&mut self, u: &Option<Drive>, z: Vector2<Real>, dt: Real) {
@@ -344,7 +354,7 @@ impl<const K: usize> Method for Guo2024<K> {
         let [low, high] = self.range_kg;
         let drive = z.traction_n.map(|net_n| Drive {
             net_n: (net_n + z.drag_n) * eta - z.drag_n, // eq. 1, 14
-            mass_kg: within(self.mass_kg().0, low, high),
+            mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         });
         self.cycle(&drive, vector![a_sen, v], dt);
@@ -352,11 +362,15 @@ impl<const K: usize> Method for Guo2024<K> {
 
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.imm.combined(); // eq. 34, 35
-        let started = |found: Found| Some(found).filter(|_| self.started);
+        let found = |value, sd| Found {
+            value,
+            sd,
+            started: self.last.is_some(),
+        };
         Answer {
-            mass_kg: Some(self.mass_kg()).filter(|_| self.learnt),
-            grade_rad: started((asin(x.z), sqrt(P.m33) / sqrt(1.0 - x.z * x.z).max(0.1))),
-            speed_mps: started((x.x, sqrt(P.m11))),
+            mass_kg: Some(self.mass_kg()),
+            grade_rad: found(asin(x.z), sqrt(P.m33) / sqrt(1.0 - x.z * x.z).max(0.1)),
+            speed_mps: Some(found(x.x, sqrt(P.m11))),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.y, c.nis / 2.0)),
         }
     }
@@ -414,7 +428,7 @@ fn build<const K: usize>(
             choice.stay,
             choice.time_varying,
         ),
-        tracking: [StrongTracking::new(memory, weakening, Real::INFINITY); K],
+        tracking: [StrongTracking::new(memory, weakening, MAX_FADING); K],
         tracks: tracking.is_some(),
         fading: SVector::repeat(1.0),
         since_s: 0.0,

@@ -18,10 +18,10 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, SVector, Vector1, Vector2, matrix, vec
 
 use crate::Real;
 use crate::api::estimator::Internal;
-use crate::api::params::{param_groups, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::{State, state};
+use crate::api::vehicle::Vehicle;
 use crate::filters::adaptive_low_pass::AdaptiveSmoother;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
@@ -31,7 +31,7 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::ukf::{Spread, Ukf};
 use crate::grade::curvature_rls::{SlopeForce, first_then};
-use crate::pipelines::method::{Answer, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 
 params! {
@@ -102,28 +102,33 @@ params! {
     }
 }
 
-methods! { Huainan<Ukf<InclinationModel, 2>, 1>:
+variants! {
     /// The method: curvature with dynamic forgetting, slope by an adaptive unscented Kalman filter.
-    dffrls_aukf::DffrlsAukfPublished(curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+    dffrls_aukf: DffrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
     /// The same with fixed noise.
-    dffrls_ukf::DffrlsUkfPublished(curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints)
-        = |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));
+    dffrls_ukf: DffrlsUkfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints },
+        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));
     /// The method with constant forgetting.
-    ffrls_aukf::FfrlsAukfPublished(curvature: Curvature, forgetting: ConstantForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.curvature, Forgetting::Constant(p.forgetting.lambda0), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+    ffrls_aukf: FfrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+        { curvature: Curvature, forgetting: ConstantForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.curvature, Forgetting::Constant(p.forgetting.lambda0), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
-methods! { Huainan<Ukf<InclinationModel, 2>, 2>:
+variants! {
     /// The method with multiple forgetting.
-    rls_mff_aukf::RlsMffAukfPublished(curvature: Curvature, forgetting: MultipleForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.curvature, multiple(&p.forgetting), p.forgetting.offset_sd_mps3, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+    rls_mff_aukf: RlsMffAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 2>>,
+        { curvature: Curvature, forgetting: MultipleForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.curvature, multiple(&p.forgetting), p.forgetting.offset_sd_mps3, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
-methods! { Huainan<Ekf<InclinationModel, 2>, 1>:
+variants! {
     /// The method with an extended Kalman filter.
-    dffrls_aekf_inclination::DffrlsAekfInclinationPublished(curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ekf(&p.slope, Some(p.noise.b)));
+    dffrls_aekf_inclination: DffrlsAekfInclinationPublished = Published<Huainan<Ekf<InclinationModel, 2>, 1>>,
+        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ekf(&p.slope, Some(p.noise.b)));
 }
 
 /// State [v, θ], input [a_sen, ρ], measurement v.
@@ -227,10 +232,15 @@ impl<T: Filter<2, 1, Model = InclinationModel> + Copy + State, const N: usize> M
 
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.slope.filter.belief();
+        let found = |value, variance| Found {
+            value,
+            sd: sqrt(variance),
+            started: self.last.is_some(),
+        };
         Answer {
             mass_kg: None,
-            grade_rad: self.last.map(|_| (x.y, sqrt(P.m22))),
-            speed_mps: self.last.map(|_| (x.x, sqrt(P.m11))),
+            grade_rad: found(x.y, P.m22),
+            speed_mps: Some(found(x.x, P.m11)),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
         }
     }

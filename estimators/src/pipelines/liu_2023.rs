@@ -17,10 +17,10 @@ use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, Vector1, Vector2, Vector3, ma
 
 use crate::Real;
 use crate::api::estimator::Internal;
-use crate::api::params::{param_groups, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt, within};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
+use crate::api::vehicle::Vehicle;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -28,7 +28,7 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -86,21 +86,26 @@ params! {
     }
 }
 
-methods! { Liu2023:
+variants! {
     /// The method: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    dffrls_aekf::DffrlsAekfPublished(mass: Regression, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise)
-        = |vehicle, p| build(vehicle, &p.mass, dynamic(&p.forgetting), SlopeBy::Filter(p.slope, Some(p.noise.kappa)));
+    dffrls_aekf: DffrlsAekfPublished = Published<Liu2023>,
+        { mass: Regression, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise },
+        |vehicle, p| build(vehicle, &p.mass, dynamic(&p.forgetting), SlopeBy::Filter(p.slope, Some(p.noise.kappa)));
     /// Least squares without forgetting, then an extended Kalman filter.
-    rls_ekf::RlsEkfPublished(mass: Regression, slope: Slope)
-        = |vehicle, p| build(vehicle, &p.mass, Forgetting::None, SlopeBy::Filter(p.slope, None));
+    rls_ekf: RlsEkfPublished = Published<Liu2023>,
+        { mass: Regression, slope: Slope },
+        |vehicle, p| build(vehicle, &p.mass, Forgetting::None, SlopeBy::Filter(p.slope, None));
     /// Mass and slope from one regression with constant forgetting.
-    ffrls::FfrlsPublished(mass: Regression, forgetting: ConstantForgetting)
-        = |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
+    ffrls: FfrlsPublished = Published<Liu2023>,
+        { mass: Regression, forgetting: ConstantForgetting },
+        |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
 }
 
-methods! { Joint:
+variants! {
     /// Mass and slope from one extended Kalman filter.
-    joint_ekf::JointEkfPublished(mass: FirstMass, slope: Slope) = |vehicle, p| joint(vehicle, &p.mass, &p.slope);
+    joint_ekf: JointEkfPublished = Published<Joint>,
+        { mass: FirstMass, slope: Slope },
+        |vehicle, p| joint(vehicle, &p.mass, &p.slope);
 }
 
 /// What drives a step of the slope filter.
@@ -196,18 +201,37 @@ impl Liu2023 {
         Some(())
     }
 
-    /// M, kg, and its standard deviation.
     fn mass_kg(&self) -> Found {
-        let mass = self.mass0_kg / self.rls.belief.x.x.max(1e-6); // eq. 18: χ₁
-        let by_chi = mass * mass / self.mass0_kg;
-        (mass, by_chi * sqrt(self.rls.widened().m11))
+        let [low, high] = self.range_kg;
+        let chi = within(
+            self.rls.belief.x.x,
+            self.mass0_kg / high,
+            self.mass0_kg / low,
+        );
+        Found {
+            value: self.mass0_kg / chi, // eq. 18: χ₁
+            sd: self.mass0_kg / (chi * chi) * sqrt(self.rls.widened().m11),
+            started: self.learnt && chi == self.rls.belief.x.x,
+        }
     }
 
-    /// θ, rad, from the regression, and its standard deviation.
     fn regressed_slope(&self) -> Found {
         let theta_mu = self.direction * asin(sine_of_friction(self.mu));
         let theta = asin(self.rls.belief.x.y) - theta_mu; // eq. 18: χ₂
-        (theta, sqrt(self.rls.widened().m22) / cos(theta).max(0.1))
+        Found {
+            value: theta,
+            sd: sqrt(self.rls.widened().m22) / cos(theta).max(0.1),
+            started: self.learnt,
+        }
+    }
+
+    fn filtered_slope(&self) -> Found {
+        let Gaussian { x, P } = self.slope.filter.belief;
+        Found {
+            value: x.y,
+            sd: sqrt(P.m22),
+            started: self.last.is_some(),
+        }
     }
 
     fn filter_slope(&mut self, z: &Signals) -> Option<()> {
@@ -215,10 +239,9 @@ impl Liu2023 {
             self.started = false; // eq. 23 does not hold; v starts again where it does
             return None;
         };
-        let [low, high] = self.range_kg;
         let drive = Drive {
             traction_n,
-            mass_kg: within(self.mass_kg().0, low, high),
+            mass_kg: self.mass_kg().value,
             resistance: z.direction * self.mu,
         };
         self.slope.filter.predict(&drive, z.dt); // eq. 27, 28
@@ -250,17 +273,21 @@ impl Method for Liu2023 {
     }
 
     fn answer(&self) -> Answer {
+        let by_regression = self.slope_by == SlopeBy::Regression;
         let Gaussian { x, P } = self.slope.filter.belief;
-        let by_filter = self.slope_by != SlopeBy::Regression;
-        let grade = if by_filter {
-            (x.y, sqrt(P.m22))
-        } else {
-            self.regressed_slope()
+        let filtered = Found {
+            value: x.x,
+            sd: sqrt(P.m11),
+            started: true,
         };
         Answer {
-            mass_kg: Some(self.mass_kg()).filter(|_| self.learnt),
-            grade_rad: Some(grade).filter(|_| self.learnt),
-            speed_mps: Some((x.x, sqrt(P.m11))).filter(|_| by_filter),
+            mass_kg: Some(self.mass_kg()),
+            grade_rad: if by_regression {
+                self.regressed_slope()
+            } else {
+                self.filtered_slope()
+            },
+            speed_mps: (!by_regression).then_some(filtered),
             innovation: self
                 .last
                 .map_or((self.outcome.residual, 0.0), |c| (c.y.x, c.nis)),
@@ -407,8 +434,7 @@ pub struct Joint {
     ekf: Ekf<JointModel, 3>,
     R: Matrix1<Real>,
     mu: Real,
-    /// Least and largest w.
-    range: [Real; 2],
+    range_kg: [Real; 2],
     started: bool,
     last: Option<Correction<1, 3>>,
 }
@@ -429,8 +455,9 @@ impl Joint {
             (self.ekf.belief.x.x, self.started) = (speed, true);
         }
         self.last = Some(self.ekf.update(vector![speed], &self.R)?); // eq. 29
-        let [low, high] = self.range;
-        self.ekf.belief.x.z = within(self.ekf.belief.x.z, low, high);
+        let [low, high] = self.range_kg;
+        let w = &mut self.ekf.belief.x.z;
+        *w = within(*w, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
         Some(())
     }
 }
@@ -447,12 +474,18 @@ impl Method for Joint {
 
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.ekf.belief;
-        let mass = SCALE / x.z;
-        let started = |found: Found| self.last.map(|_| found);
+        let [low, high] = self.range_kg;
+        let w = within(x.z, SCALE / high, SCALE / low);
+        let found = |value, sd, started| Found { value, sd, started };
+        let started = self.last.is_some();
         Answer {
-            mass_kg: started((mass, mass / x.z * sqrt(P.m33))),
-            grade_rad: started((x.y, sqrt(P.m22))),
-            speed_mps: Some((x.x, sqrt(P.m11))),
+            mass_kg: Some(found(
+                SCALE / w,
+                SCALE / (w * w) * sqrt(P.m33),
+                started && w == x.z,
+            )),
+            grade_rad: found(x.y, sqrt(P.m22), started),
+            speed_mps: Some(found(x.x, sqrt(P.m11), started)),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
         }
     }
@@ -463,10 +496,9 @@ impl Method for Joint {
     }
 }
 
-state!(Joint { ekf, started, last; R, mu, range });
+state!(Joint { ekf, started, last; R, mu, range_kg });
 
 fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> Published<Joint> {
-    let [low, high] = vehicle.mass_range_kg;
     let w0 = SCALE / vehicle.first_mass_kg(p.mass0_kg);
     let Gaussian { x, P } = slope.start();
     let model = JointModel {
@@ -479,7 +511,7 @@ fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> Published<Joint> {
         ekf: Ekf::new(model, belief),
         R: Matrix1::new(P.m11),
         mu: vehicle.running_resistance,
-        range: [SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low],
+        range_kg: vehicle.mass_range_kg,
         started: false,
         last: None,
     };

@@ -13,15 +13,15 @@ use nalgebra::vector;
 
 use crate::Real;
 use crate::api::estimator::Internal;
-use crate::api::params::{param_groups, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, asin, sqrt};
-use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
+use crate::api::vehicle::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::method::{Answer, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -40,9 +40,11 @@ params! {
     }
 }
 
-methods! { Resistance:
+variants! {
     /// The method.
-    resistance_dffrls::ResistancePublished(regression: Regression) = |vehicle, p| build(vehicle, &p.regression);
+    resistance_dffrls: ResistancePublished = Published<Resistance>,
+        { regression: Regression },
+        |vehicle, p| build(vehicle, &p.regression);
 }
 
 /// The regression.
@@ -52,8 +54,9 @@ pub struct Resistance {
     rotating_mass_kg: Real,
     r: Real,
     rls: Rls<1>,
-    /// Grade angle, rad, from accelerometer and wheels; `None` before the first sample.
-    grade_rad: Option<Real>,
+    /// Grade angle, rad, from accelerometer and wheels.
+    grade_rad: Real,
+    learnt: bool,
     outcome: Outcome,
 }
 
@@ -64,7 +67,8 @@ impl Resistance {
         let y = net_n / self.mass_kg - f; // eq. 9: f = g sin θ + v̇
         let h = direction * GRAVITY * ForceBalance::cosine(f, v_dot); // eq. 10
         self.outcome = self.rls.update(y, &vector![h], self.r, false)?; // eq. 12–15
-        self.grade_rad = Some(asin((f - v_dot) / GRAVITY));
+        self.grade_rad = asin((f - v_dot) / GRAVITY);
+        self.learnt = true;
         Some(())
     }
 }
@@ -83,10 +87,14 @@ impl Method for Resistance {
 
     /// The mass is known, the slope is what the accelerometer reads: neither is an answer of the method.
     fn answer(&self) -> Answer {
-        let sd = sqrt(self.r) / GRAVITY;
+        let found = |value, sd| Found {
+            value,
+            sd,
+            started: self.learnt,
+        };
         Answer {
-            mass_kg: self.grade_rad.map(|_| (self.mass_kg, 0.0)),
-            grade_rad: self.grade_rad.map(|theta| (theta, sd)),
+            mass_kg: Some(found(self.mass_kg, 0.0)),
+            grade_rad: found(self.grade_rad, sqrt(self.r) / GRAVITY),
             speed_mps: None,
             innovation: (
                 self.outcome.residual,
@@ -104,7 +112,7 @@ impl Method for Resistance {
     }
 }
 
-state!(Resistance { rls, grade_rad, outcome; mass_kg, rotating_mass_kg, r });
+state!(Resistance { rls, grade_rad, learnt, outcome; mass_kg, rotating_mass_kg, r });
 
 fn build(vehicle: &Vehicle, p: &Regression) -> Published<Resistance> {
     let prior = Gaussian::independent(vector![p.resistance0], vector![p.resistance0_sd]);
@@ -118,7 +126,8 @@ fn build(vehicle: &Vehicle, p: &Regression) -> Published<Resistance> {
         rotating_mass_kg: vehicle.rotating_mass_kg,
         r: p.residual_sd_mps2 * p.residual_sd_mps2,
         rls: Rls::new(prior, policy),
-        grade_rad: None,
+        grade_rad: 0.0,
+        learnt: false,
         outcome: Outcome::default(),
     };
     Published::new(vehicle, [p.cutoff_hz, p.rate_hz], method)

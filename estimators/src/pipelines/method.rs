@@ -7,8 +7,10 @@
 use core::fmt;
 
 use crate::api::estimator::Internal;
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::real::{sqrt, within};
+use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
+use crate::api::vehicle::Vehicle;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::Pipeline;
@@ -36,17 +38,25 @@ pub struct Signals<'a> {
     pub dt: Real,
 }
 
-/// A number and its standard deviation, in one unit.
-pub type Found = (Real, Real);
+/// A quantity as a method has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Its value.
+    pub value: Real,
+    /// Its standard deviation, same unit.
+    pub sd: Real,
+    /// Whether the method has found it, or only starts from it.
+    pub started: bool,
+}
 
 /// What a method has found.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
-    /// Total mass, kg; `None` from a method that finds none, or before it has started.
+    /// Total mass, kg; `None` from a method that finds none.
     pub mass_kg: Option<Found>,
-    /// Grade angle, rad; `None` before it has started.
-    pub grade_rad: Option<Found>,
-    /// Speed, m/s; `None` from a method that takes the wheels' word for it.
+    /// Grade angle, rad.
+    pub grade_rad: Found,
+    /// Speed, m/s; `None` from a method that takes that of the wheels.
     pub speed_mps: Option<Found>,
     /// Innovation of the last measurement, and its square normalised.
     pub innovation: (Real, Real),
@@ -92,9 +102,6 @@ impl<T> Published<T> {
     }
 }
 
-/// Standard deviation of what is not known at all, uniform between two limits, over their distance.
-const UNIFORM: Real = 0.288_675_134_594_812_9;
-
 impl<T: Method + fmt::Debug> Pipeline for Published<T> {
     const INTERNALS: &'static [Internal] = T::INTERNALS;
 
@@ -118,10 +125,19 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
         });
         let answer = self.method.answer();
         let [low, high] = self.range_kg;
-        let (mass, mass_cut) = value(answer.mass_kg, [low, high]);
-        let (grade, grade_cut) = value(answer.grade_rad, [-MAX_GRADE_RAD, MAX_GRADE_RAD]);
-        let by_wheels = (self.signals.speed_mps(), WHEEL_SPEED_SD_MPS);
-        let (speed, speed_sd) = answer.speed_mps.unwrap_or(by_wheels);
+        let mass = answer.mass_kg.unwrap_or(Found {
+            value: 0.5 * (low + high),
+            sd: (high - low) / sqrt(12.0), // a uniform distribution
+            started: false,
+        });
+        let (mass, mass_cut) = cut(mass, [low, high]);
+        let (grade, grade_cut) = cut(answer.grade_rad, [-MAX_GRADE_RAD, MAX_GRADE_RAD]);
+        let by_wheels = Found {
+            value: self.signals.speed_mps(),
+            sd: WHEEL_SPEED_SD_MPS,
+            started: true,
+        };
+        let speed = answer.speed_mps.unwrap_or(by_wheels);
         let (innovation, nis) = answer.innovation;
         Estimate {
             t,
@@ -129,15 +145,15 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
             grade_rad: grade,
             effective_grade_rad: grade,
             speed_mps: Value {
-                value: speed,
-                sd: speed_sd,
+                value: speed.value,
+                sd: speed.sd,
                 valid: reading.speed_mps.is_some(),
             },
             innovation,
             nis,
             flags: Flags {
                 moving,
-                excited: running && answer.mass_kg.is_some(),
+                excited: running && mass.valid,
                 saturated: mass_cut || grade_cut,
             },
         }
@@ -155,49 +171,16 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
 /// What the wheels' speed is taken for where a method says nothing of it, m/s.
 const WHEEL_SPEED_SD_MPS: Real = 0.01;
 
-/// A found number cut to a range, whatever it is, and whether it was. Not found: the middle of the range.
-fn value(found: Option<Found>, [low, high]: [Real; 2]) -> (Value, bool) {
-    let (wide, middle) = (high - low, 0.5 * (low + high));
-    let Some((x, sd)) = found.filter(|(x, sd)| x.is_finite() && sd.is_finite()) else {
-        let value = Value {
-            value: middle,
-            sd: UNIFORM * wide,
-            valid: false,
-        };
-        return (value, false);
-    };
-    let inside = x.clamp(low, high);
-    let cut = inside != x;
+/// What has been found, cut to a range, and whether it had to be.
+fn cut(found: Found, [low, high]: [Real; 2]) -> (Value, bool) {
+    let inside = within(found.value, low, high);
+    let limited = inside != found.value;
     let value = Value {
         value: inside,
-        sd,
-        valid: !cut,
+        sd: found.sd,
+        valid: found.started && !limited,
     };
-    (value, cut)
+    (value, limited)
 }
-
-/// Named methods of one source that differ by a line: each a module with its parameters, its type and `new`, as the registry wants them.
-macro_rules! methods {
-    ($pipeline:ty: $($(#[$about:meta])* $name:ident::$type:ident($($group:ident: $params:ident),*) = |$vehicle:ident, $p:ident| $build:expr;)*) => {
-        $($(#[$about])*
-        pub mod $name {
-            use super::*;
-
-            param_groups! {
-                #[doc = concat!("Parameters of `", stringify!($name), "`.")]
-                Params { $($group: $params),* }
-            }
-
-            /// The pipeline.
-            pub type $type = Published<$pipeline>;
-
-            /// From the vehicle's nominal values and the parameters.
-            pub fn new($vehicle: &Vehicle, $p: &Params) -> $type {
-                $build
-            }
-        })*
-    };
-}
-pub(crate) use methods;
 
 state!(@[T: State] Published<T> { method, signals, direction; balance, standstill_mps, range_kg });

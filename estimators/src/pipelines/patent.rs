@@ -18,10 +18,10 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::estimator::Internal;
-use crate::api::params::{param_groups, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, exp, sin, sqrt, tanh, within};
-use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::state;
+use crate::api::vehicle::{RoadVehicle, Vehicle};
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -30,7 +30,7 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::strong_tracking::StrongTracking;
-use crate::pipelines::method::{Answer, Found, Method, Published, Signals, methods};
+use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
 
@@ -60,9 +60,11 @@ params! {
     }
 }
 
-methods! { Patent:
+variants! {
     /// The method.
-    mmrls_sh_stf::MmrlsShStfPublished(mass: Regressions, slope: Slope) = |vehicle, p| build(vehicle, &p.mass, &p.slope);
+    mmrls_sh_stf: MmrlsShStfPublished = Published<Patent>,
+        { mass: Regressions, slope: Slope },
+        |vehicle, p| build(vehicle, &p.mass, &p.slope);
 }
 
 /// What drives a step of the slope filter.
@@ -115,8 +117,9 @@ impl Model<2, 1> for ClimbModel {
 
 /// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
-/// Limits that keep the covariance a number while measurements make no sense: m/s and i.
-const USABLE_SD: [Real; 2] = [100.0, 1.0];
+/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s and i.
+const MAX_FADING: Real = 1e12;
+const USABLE_SD: [Real; 2] = [100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
 
@@ -199,13 +202,17 @@ impl Patent {
         Some(())
     }
 
-    /// m, kg, and its standard deviation: eq. 34, and that of the mixture.
+    /// m, with the standard deviation of the mixture.
     fn mass_kg(&self) -> Found {
         let (s, t, w) = (self.straight.rls, self.turning.rls, self.weight);
         let m = w * s.belief.x.x + (1.0 - w) * t.belief.x.x; // eq. 34
         let about = |rls: &Rls<1>| rls.widened().x + (rls.belief.x.x - m) * (rls.belief.x.x - m);
         let variance = w * about(&s) + (1.0 - w) * about(&t);
-        (m * self.mass0_kg, sqrt(variance) * self.mass0_kg)
+        Found {
+            value: m * self.mass0_kg,
+            sd: sqrt(variance) * self.mass0_kg,
+            started: self.learnt,
+        }
     }
 
     fn filter(&mut self, z: &Signals) -> Option<()> {
@@ -220,7 +227,7 @@ impl Patent {
         let [low, high] = self.range_kg;
         let drive = Drive {
             net_n,
-            mass_kg: within(self.mass_kg().0, low, high),
+            mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         };
         let (filter, R) = (&mut self.slope.filter, *self.slope.noise.R());
@@ -269,11 +276,15 @@ impl Method for Patent {
     fn answer(&self) -> Answer {
         let Gaussian { x, P } = self.slope.filter.belief;
         let i = within(x.y, -MAX_I, MAX_I);
-        let grade = (asin(i), sqrt(P.m22) / sqrt(1.0 - i * i));
+        let found = |value, sd| Found {
+            value,
+            sd,
+            started: self.last.is_some(),
+        };
         Answer {
-            mass_kg: Some(self.mass_kg()).filter(|_| self.learnt),
-            grade_rad: self.last.map(|_| grade),
-            speed_mps: self.last.map(|_| (x.x, sqrt(P.m11))),
+            mass_kg: Some(self.mass_kg()),
+            grade_rad: found(asin(i), sqrt(P.m22) / sqrt(1.0 - i * i)),
+            speed_mps: Some(found(x.x, sqrt(P.m11))),
             innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
         }
     }
@@ -335,7 +346,7 @@ fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> Published<Patent> 
             filter: Ekf::new(model, belief),
             noise: Noise::published(Matrix1::new(v * v), Some(p.b)),
         },
-        tracking: StrongTracking::new(p.memory, p.weakening, Real::INFINITY),
+        tracking: StrongTracking::new(p.memory, p.weakening, MAX_FADING),
         fading: 1.0,
         since_s: 0.0,
         learnt: false,

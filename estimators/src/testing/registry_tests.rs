@@ -145,6 +145,11 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
 
 /// Pipelines that know the slope only through traction.
 const BY_TRACTION: &[&str] = &[
+    "dffrls_aekf",
+    "rls_ekf",
+    "ffrls",
+    "joint_ekf",
+    "mmrls_sh_stf",
     "dffrls_aekf_robust",
     "rls_ekf_robust",
     "ffrls_robust",
