@@ -32,6 +32,7 @@ instruction a nanosecond; counted to 40 instructions). To measure again: `python
 - *RAM*: the estimator itself; there is no heap. *Stack*: the deepest of all steps.
 - *By name*: `dffrls_aekf_robust` through the registry, with all sources: what a program pays for names. Without the feature `registry` it pays for
   what it uses.
+- In single precision nothing of the estimators calculates in double precision, but `sinf` and `cosf` of `libm` do inside.
 
 """
 
