@@ -95,7 +95,8 @@ def home(file: Path, struct: str, groups: dict) -> Path:
     if struct in groups[file]:
         return file
     imported = re.search(rf"use crate::([\w:]+)::(?:\{{[^}}]*\b{struct}\b[^}}]*\}}|{struct});", file.read_text())
-    path = SOURCE / (imported.group(1).replace("::", "/") + ".rs") if imported else None
+    module = SOURCE / imported.group(1).replace("::", "/") if imported else None
+    path = module and next((p for p in (module.with_suffix(".rs"), module / "mod.rs") if p in groups), None)
     if struct not in groups.get(path, {}):
         sys.exit(f"{file}: the group {struct} is not declared in {path}")
     return path
@@ -104,7 +105,7 @@ def home(file: Path, struct: str, groups: dict) -> Path:
 def main() -> None:
     groups = {file: groups_of(file) for file in FILES}
     pipelines = declared()
-    registry = re.findall(r'^    "(\w+)" => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
+    registry = re.findall(r'^    "(\w+)"(?: in "\w+")? => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
     users: dict[tuple[Path, str], list[str]] = {}
     for name, module in registry:
         folder = "published" if name.endswith("_printed") else "pipelines"
