@@ -91,6 +91,7 @@ pub mod preprocess;
 pub mod published;
 #[cfg(feature = "registry")]
 pub mod registry;
+pub mod supervise;
 
 #[cfg(test)]
 mod behaviour;

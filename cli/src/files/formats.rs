@@ -149,6 +149,7 @@ pub const KINDS: &[FileFormat] = &[
             "wheel_speed",
             "clamp_pressure",
             "steering_angle",
+            "inclinometer",
         ],
         schema: || schema_for!(SheetFile),
         check: |path| Sheet::load(path).map(drop),

@@ -1,6 +1,7 @@
 //! What became of each measurement: one status per source, so that a plot shows why an estimate moved or did not.
 
 use crate::Real;
+use crate::api::snapshot::{Archive, State, state};
 
 /// The last measurement of one source as the filter saw it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,5 +66,51 @@ impl AidOutcome {
                 Rejection::Numeric => 8,
             },
         }
+    }
+}
+
+impl AidOutcome {
+    /// The one with this code.
+    fn from_code(code: u32) -> Option<Self> {
+        Some(match code {
+            0 => AidOutcome::Stale,
+            1 => AidOutcome::Fused,
+            2 => AidOutcome::Deweighted,
+            3 => AidOutcome::Rejected(Rejection::Gate),
+            4 => AidOutcome::Rejected(Rejection::Slip),
+            5 => AidOutcome::Rejected(Rejection::Stuck),
+            6 => AidOutcome::Rejected(Rejection::NotRunning),
+            7 => AidOutcome::Rejected(Rejection::NotExcited),
+            8 => AidOutcome::Rejected(Rejection::Numeric),
+            _ => return None,
+        })
+    }
+}
+
+impl State for AidOutcome {
+    fn visit(&mut self, archive: &mut Archive) {
+        let mut code = u32::from(self.code());
+        code.visit(archive);
+        let read = Self::from_code(code);
+        archive.require(read.is_some());
+        *self = read.unwrap_or_default();
+    }
+}
+
+state!(AidStatus { innovation, innovation_variance, test_ratio, outcome; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_is_that_of_its_outcome() {
+        for code in 0..9 {
+            assert_eq!(
+                AidOutcome::from_code(code).map(|o| u32::from(o.code())),
+                Some(code)
+            );
+        }
+        assert_eq!(AidOutcome::from_code(9), None);
     }
 }

@@ -1,72 +1,59 @@
-//! Notices that the load has been picked up or set down.
+//! Cumulated sum (CUSUM): detects that the mean of a signal has shifted.
 
 use crate::Real;
 use crate::api::snapshot::state;
 
-/// Size of one residual, in standard deviations, that is taken as ordinary.
-const ORDINARY: Real = 1.5;
-
-/// Two-sided cumulated sum of normalised residuals (Page 1954): residuals that keep to one side mean another load.
+/// Two-sided cumulated sum of a normalised signal (Page 1954).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadChangeDetector {
+pub struct Cusum {
+    allowance: Real,
     threshold: Real,
     up: Real,
     down: Real,
-    changes: u32,
 }
 
-impl LoadChangeDetector {
-    /// Alarm when a sum passes `threshold`; 0 = never.
-    pub fn new(threshold: Real) -> Self {
+impl Cusum {
+    /// Sums what exceeds `allowance` to either side; alarm when a sum passes `threshold`.
+    pub fn new(allowance: Real, threshold: Real) -> Self {
         Self {
+            allowance,
             threshold,
             up: 0.0,
             down: 0.0,
-            changes: 0,
         }
     }
 
-    /// One residual in units of its standard deviation. Tells whether the load is another one.
-    pub fn changed(&mut self, normalised: Real) -> bool {
-        self.up = (self.up + normalised - ORDINARY).max(0.0);
-        self.down = (self.down - normalised - ORDINARY).max(0.0);
-        let changed = self.threshold > 0.0 && self.up.max(self.down) > self.threshold;
-        if changed {
+    /// Takes a value and returns whether there is an alarm, after which both sums start again.
+    pub fn alarm(&mut self, value: Real) -> bool {
+        self.up = (self.up + value - self.allowance).max(0.0);
+        self.down = (self.down - value - self.allowance).max(0.0);
+        let alarm = self.up.max(self.down) > self.threshold;
+        if alarm {
             (self.up, self.down) = (0.0, 0.0);
-            self.changes = self.changes.saturating_add(1);
         }
-        changed
+        alarm
     }
 
-    /// Whether residuals keep to no side: nothing has spoken for another load since the last such time.
-    pub fn reset(&self) -> bool {
+    /// Whether both sums are 0: the signal keeps to no side.
+    pub fn at_rest(&self) -> bool {
         self.up == 0.0 && self.down == 0.0
-    }
-
-    /// How often it was another one.
-    pub fn changes(&self) -> u32 {
-        self.changes
     }
 }
 
-state!(LoadChangeDetector { up, down, changes; threshold });
+state!(Cusum { up, down; allowance, threshold });
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::Random;
 
     #[test]
-    fn noise_is_no_change_and_a_shift_is() {
-        let mut watch = LoadChangeDetector::new(20.0);
-        let mut random = Random::new(71);
-        assert!((0..100_000).all(|_| !watch.changed(random.normal())));
-        for shift in [4.0, -4.0] {
-            let steps = (0..20).position(|_| watch.changed(shift + random.normal()));
-            assert!(steps.is_some());
+    fn the_alarm_comes_when_the_excess_over_the_allowance_adds_up() {
+        for sign in [1.0, -1.0] {
+            let mut sum = Cusum::new(1.5, 10.0);
+            assert!(sum.at_rest() && !sum.alarm(sign * 1.5) && sum.at_rest());
+            // 2 above the allowance: passes 10 with the sixth.
+            let alarms: std::vec::Vec<bool> = (0..7).map(|_| sum.alarm(sign * 3.5)).collect();
+            assert_eq!(alarms, [false, false, false, false, false, true, false]);
         }
-        assert_eq!(watch.changes(), 2);
-        let mut off = LoadChangeDetector::new(0.0);
-        assert!((0..100).all(|_| !off.changed(100.0)));
     }
 }

@@ -35,14 +35,8 @@ params! {
 /// Largest grade angle the filter goes to, rad: no monorail climbs more.
 pub const MAX_GRADE_RAD: Real = PI / 3.0;
 
-/// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
-const MAX_CONSISTENT_SD_RATIO: Real = 3.0;
-
-/// Growth of the slope's variance while moving dead_reckoning, rad²/s: 3° after a second, 14° after twenty.
+/// Growth of the slope's variance by dead reckoning, rad²/s: 3° after a second, 14° after twenty.
 const DEAD_RECKONING_RAD2_PER_S: Real = 3e-3;
-
-/// Standard deviation below which a slope counts as found again, rad: twice that of a steady run.
-const OBSERVABLE_SD_RAD: Real = 0.01;
 
 /// Speed no crane reaches, m/s.
 const MAX_SPEED_MPS: Real = 10.0;
@@ -135,8 +129,6 @@ const MAX_FADING: Real = 50.0;
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceBalanceEkf {
-    /// Nominal standard deviation of wheel speed, m/s.
-    wheel_speed_sd_mps: Real,
     aekf: Aekf<ForceBalanceModel, 2, 1>,
     tracking: Option<(StrongTracking<1>, Alarm<1>)>,
     fading: Real,
@@ -145,8 +137,6 @@ pub struct ForceBalanceEkf {
     process: Real,
     started: bool,
     saturated: bool,
-    /// Whether it has moved dead_reckoning and has not found the slope again.
-    dead_reckoning: bool,
     last: Option<Correction<1, 2>>,
 }
 
@@ -182,7 +172,6 @@ impl ForceBalanceEkf {
         };
         let belief = Gaussian::independent(x, vector![sd, params.grade0_sd_deg * rad]);
         Self {
-            wheel_speed_sd_mps: sd,
             aekf: Aekf {
                 filter: Ekf::new(model, belief),
                 noise,
@@ -193,7 +182,6 @@ impl ForceBalanceEkf {
             process: 0.0,
             started: false,
             saturated: false,
-            dead_reckoning: false,
             last: None,
         }
     }
@@ -214,15 +202,16 @@ impl ForceBalanceEkf {
         self.aekf.filter.predict(&drive, dt);
     }
 
-    /// Moving dead_reckoning (under the brake, or torque unknown) the slope may become another: its variance grows, its value stays.
+    /// Dead reckoning: moving under the brake, or with torque unknown, the slope may become another; its variance grows, its value stays.
     pub fn drift(&mut self, dt: Real) {
-        self.dead_reckoning = true;
         let P = &mut self.aekf.filter.belief.P;
         P.m22 = (P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
     }
 
     /// Corrects by a wheel speed. `adapt` lets the measurement noise learn from it.
-    pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) {
+    ///
+    /// Returns what the measurement did; `None`, if the numbers allowed no correction.
+    pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) -> Option<Correction<1, 2>> {
         if !self.started {
             self.aekf.filter.belief.x.x = wheel_speed_mps;
             self.started = true;
@@ -230,12 +219,9 @@ impl ForceBalanceEkf {
         let z = vector![wheel_speed_mps];
         let tracking = adapt && self.track(wheel_speed_mps);
         (self.carried, self.process) = (Matrix2::identity(), 0.0);
-        let Some(correction) = self.aekf.update(z) else {
-            return;
-        };
+        let correction = self.aekf.update(z)?;
         self.last = Some(correction);
-        let Gaussian { x, P } = &mut self.aekf.filter.belief;
-        self.dead_reckoning &= P.m22 > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
+        let x = &mut self.aekf.filter.belief.x;
         let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = inside != x.y;
         x.y = inside;
@@ -243,6 +229,7 @@ impl ForceBalanceEkf {
             self.aekf.adapt(z);
             self.saturated |= self.aekf.noise.limited();
         }
+        Some(correction)
     }
 
     /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
@@ -285,17 +272,6 @@ impl ForceBalanceEkf {
         sqrt(self.aekf.noise.R().x)
     }
 
-    /// Whether the slope has been found again since the train last moved dead_reckoning.
-    pub fn grade_observable(&self) -> bool {
-        !self.dead_reckoning
-    }
-
-    /// Whether wheel speed follows the force balance about as closely as its nominal noise says. Slipping wheels do not: the adapted
-    /// standard deviation then rises to several times the nominal one.
-    pub fn wheel_speed_consistent(&self) -> bool {
-        self.measurement_sd() < MAX_CONSISTENT_SD_RATIO * self.wheel_speed_sd_mps
-    }
-
     /// Fading factor of the last update, 1 while strong tracking is off.
     pub fn fading(&self) -> Real {
         self.fading
@@ -316,7 +292,6 @@ impl ForceBalanceEkf {
 impl State for ForceBalanceEkf {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
-            wheel_speed_sd_mps: _,
             aekf,
             tracking,
             fading,
@@ -324,7 +299,6 @@ impl State for ForceBalanceEkf {
             process,
             started,
             saturated,
-            dead_reckoning,
             last,
         } = self;
         aekf.visit(archive);
@@ -334,7 +308,6 @@ impl State for ForceBalanceEkf {
         process.visit(archive);
         started.visit(archive);
         saturated.visit(archive);
-        dead_reckoning.visit(archive);
         last.visit(archive);
     }
 }

@@ -20,6 +20,7 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
@@ -33,9 +34,12 @@ use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::mass::differenced_rls::{DifferencedMass, DifferencedParams};
 use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::runner::Pipeline;
+use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
+use crate::supervise::Supervision;
+use crate::supervise::control::{self, Control};
+use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
 use crate::{Real, Time};
 
 params! {
@@ -114,6 +118,9 @@ pub struct SlopeModels<const K: usize> {
     started: bool,
     saturated: bool,
     last: Option<Correction<2, 3>>,
+    validity: ValidityGate,
+    /// What became of the last wheel speed and specific force, which are fused as one measurement.
+    aids: [AidStatus; 2],
 }
 
 /// The force balance of one step, divided by the mass.
@@ -184,6 +191,7 @@ impl<const K: usize> SlopeModels<K> {
         params: ModelParams,
         mass: DifferencedParams,
         choice: Choice<K>,
+        supervision: &Supervision,
     ) -> Self {
         let rad = PI / 180.0;
         let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
@@ -202,7 +210,7 @@ impl<const K: usize> SlopeModels<K> {
             balance: ForceBalance::new(vehicle),
             mu: vehicle.running_resistance,
             standstill_mps: vehicle.standstill_mps(mass.standstill_mps),
-            mass: DifferencedMass::new(vehicle, mass, choice.lateral),
+            mass: DifferencedMass::new(vehicle, mass, choice.lateral, supervision.grade_map),
             imm: Imm::new(
                 Gaussian::independent(x, sd),
                 choice.stay,
@@ -214,6 +222,8 @@ impl<const K: usize> SlopeModels<K> {
             started: false,
             saturated: false,
             last: None,
+            validity: ValidityGate::new(supervision.validity_gate),
+            aids: [AidStatus::default(); 2],
         }
     }
 
@@ -245,6 +255,20 @@ impl<const K: usize> SlopeModels<K> {
         let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
         let net_n = self.balance.net_traction(torque, speed) - bend_n;
         Some(self.push(net_n, direction, sine))
+    }
+
+    /// Marks sources that bring nothing. Neither is fused without the other.
+    fn control(&mut self, reading: &Reading) {
+        let [wheel_speed, accelerometer] = &mut self.aids;
+        let f = Control::of(None::<()>, reading.specific_force_mps2.is_some());
+        for (status, control) in [
+            (accelerometer, f),
+            (wheel_speed, control::wheel_speed(reading).map(|_| ())),
+        ] {
+            if let Control::Out(outcome) = control {
+                *status = control::without(outcome);
+            }
+        }
     }
 
     /// One cycle of interacting models on the specific force and a wheel speed.
@@ -297,6 +321,11 @@ impl<const K: usize> SlopeModels<K> {
                 (best, self.last) = (*log, Some(correction));
             }
         }
+        let fused = self.last.filter(|_| best.is_finite());
+        self.aids = [
+            control::fused(fused.map(|c| (c.y.y, c.S.m22))),
+            control::fused(fused.map(|c| (c.y.x, c.S.m11))),
+        ];
         self.imm.weigh(&logs);
         self.saturated = false;
         for belief in &mut self.imm.beliefs {
@@ -331,6 +360,7 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         self.mass.step(reading, &self.balance, running, dt);
 
         self.since_s += dt;
+        self.control(reading);
         if let Some((speed, f)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
@@ -351,10 +381,10 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
             Value {
                 value: steeper(theta, by),
                 sd,
-                valid: known && sd < 0.05,
+                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
             }
         };
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg: self.mass.mass_kg(),
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
@@ -371,7 +401,15 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
                 excited: self.mass.excited(),
                 saturated: self.saturated || self.mass.saturated(),
             },
-        }
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "accelerometer", "force_balance"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        let [wheel_speed, accelerometer] = self.aids;
+        copy_into(status, &[wheel_speed, accelerometer, self.mass.status()]);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -395,6 +433,7 @@ impl<const K: usize> State for SlopeModels<K> {
         let Self {
             params: _,
             models: _,
+            validity: _,
             balance: _,
             mu: _,
             standstill_mps: _,
@@ -406,6 +445,7 @@ impl<const K: usize> State for SlopeModels<K> {
             started,
             saturated,
             last,
+            aids,
         } = self;
         mass.visit(archive);
         imm.visit(archive);
@@ -417,5 +457,6 @@ impl<const K: usize> State for SlopeModels<K> {
         started.visit(archive);
         saturated.visit(archive);
         last.visit(archive);
+        aids.visit(archive);
     }
 }

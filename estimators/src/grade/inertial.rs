@@ -10,6 +10,7 @@
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
@@ -25,6 +26,9 @@ use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::front_end::Reading;
+use crate::supervise::control::{self, Control};
+use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
+use crate::supervise::{Supervision, mapped};
 use crate::{Real, Time};
 
 params! {
@@ -143,6 +147,9 @@ pub struct CurvatureSlope<T, const N: usize> {
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 2>>,
+    validity: ValidityGate,
+    /// What became of the last wheel speed.
+    wheel_speed: AidStatus,
 }
 
 impl<const N: usize> CurvatureSlope<InertialUkf, N> {
@@ -153,6 +160,7 @@ impl<const N: usize> CurvatureSlope<InertialUkf, N> {
         curvature: Curvature<N>,
         sigma: SigmaParams,
         fading: Option<Real>,
+        supervision: &Supervision,
     ) -> Self {
         let filter = Ukf {
             model: model(&params),
@@ -163,7 +171,7 @@ impl<const N: usize> CurvatureSlope<InertialUkf, N> {
                 kappa: sigma.kappa_ukf,
             },
         };
-        Self::new(vehicle, params, curvature, filter, fading)
+        Self::new(vehicle, params, curvature, filter, fading, supervision)
     }
 }
 
@@ -174,9 +182,10 @@ impl<const N: usize> CurvatureSlope<InertialEkf, N> {
         params: InertialParams,
         curvature: Curvature<N>,
         fading: Option<Real>,
+        supervision: &Supervision,
     ) -> Self {
         let filter = Ekf::new(model(&params), prior(&params));
-        Self::new(vehicle, params, curvature, filter, fading)
+        Self::new(vehicle, params, curvature, filter, fading, supervision)
     }
 }
 
@@ -200,6 +209,7 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         curvature: Curvature<N>,
         filter: T,
         fading: Option<Real>,
+        supervision: &Supervision,
     ) -> Self {
         let [low, high] = vehicle.mass_range_kg;
         let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
@@ -209,7 +219,10 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         Self {
             params,
             standstill_mps: curvature.standstill_mps(),
-            train: DistributedTrain::new(vehicle, Some(curvature.standstill_mps())),
+            train: DistributedTrain::new(
+                &mapped(vehicle, supervision.grade_map),
+                Some(curvature.standstill_mps()),
+            ),
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
             slope: Adaptive { filter, noise },
@@ -222,6 +235,8 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
             started: false,
             saturated: false,
             last: None,
+            validity: ValidityGate::new(supervision.validity_gate),
+            wheel_speed: AidStatus::default(),
         }
     }
 
@@ -245,19 +260,18 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         x.y = inside;
     }
 
-    fn update(&mut self, speed: Real) {
+    fn update(&mut self, speed: Real) -> Option<Correction<1, 2>> {
         if !self.started {
             self.slope.filter.belief_mut().x.x = speed;
             self.started = true;
         }
         let z = vector![speed];
-        let Some(correction) = self.slope.update(z) else {
-            return;
-        };
+        let correction = self.slope.update(z)?;
         self.last = Some(correction);
         self.limit();
         self.slope.adapt(z);
         self.saturated |= self.slope.noise.limited();
+        Some(correction)
     }
 }
 
@@ -279,13 +293,20 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.train.roll(place, delayed_mps, speed, dt);
         self.predict(reading, dt);
-        if let Some(speed) = reading.new_speed_mps {
-            self.update(speed);
+        match control::wheel_speed(reading) {
+            Control::New(speed) => {
+                let correction = self.update(speed);
+                self.wheel_speed = control::fused(correction.map(|c| (c.y.x, c.S.x)));
+            }
+            Control::Held => {}
+            Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
         let Gaussian { x, P } = *self.slope.filter.belief();
         let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
-        let known = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
+        let known = reading.specific_force_mps2.is_some()
+            && reading.speed_mps.is_some()
+            && x.y.abs() < MAX_GRADE_RAD;
         // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
         let ahead = self.train.ahead(self.mass.value);
         let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
@@ -295,11 +316,11 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
             Value {
                 value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: known && sd < 0.05 && x.y.abs() < MAX_GRADE_RAD,
+                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
             }
         };
         let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg: self.mass,
             grade_rad: grade(ahead.imu - ahead.unit, 0.0),
@@ -318,7 +339,14 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
                 excited: false,
                 saturated: self.saturated,
             },
-        }
+        };
+        self.validity.publish(estimate, false)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &[self.wheel_speed]);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -340,4 +368,4 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
     }
 }
 
-state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last; params, mass_range_kg, standstill_mps });
+state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, wheel_speed; params, validity, mass_range_kg, standstill_mps });

@@ -13,6 +13,7 @@
 use nalgebra::vector;
 
 use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::params::params;
 use crate::api::real::{sqrt, within};
 use crate::api::signals::{Value, Vehicle};
@@ -25,6 +26,9 @@ use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::{Bend, Bends};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise::control::{self, Control};
+use crate::supervise::mapped;
+use crate::supervise::validity::{MAX_COARSE_MASS_SD_SHARE, is_valid};
 
 params! {
     /// Parameters of the differenced mass regression.
@@ -34,6 +38,7 @@ params! {
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the matched low-pass both sides go through.";
         difference_hz ["Hz"] = 4.0, 0.1 => 100.0, "Rate of the samples whose differences are taken.";
+        excitation_gate [flag] = true, "Use only differences whose change of force is considerable.";
         force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
         slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
         difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass.";
@@ -57,11 +62,18 @@ pub struct DifferencedMass {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
+    /// What became of the last difference.
+    status: AidStatus,
 }
 
 impl DifferencedMass {
-    /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for.
-    pub fn new(vehicle: &Vehicle, params: DifferencedParams, lateral: bool) -> Self {
+    /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for; `grade_map`: the train is not a point.
+    pub fn new(
+        vehicle: &Vehicle,
+        params: DifferencedParams,
+        lateral: bool,
+        grade_map: bool,
+    ) -> Self {
         let straight = vehicle.without_road();
         let bending = if lateral { vehicle } else { &straight };
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
@@ -69,7 +81,7 @@ impl DifferencedMass {
             params,
             signals: Resampler::new(params.cutoff_hz, params.difference_hz, params.settle_s),
             bends: Bends::new(bending, params.cutoff_hz),
-            train: DistributedTrain::new(vehicle, params.standstill_mps),
+            train: DistributedTrain::new(&mapped(vehicle, grade_map), params.standstill_mps),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -77,11 +89,15 @@ impl DifferencedMass {
             excited: false,
             saturated: false,
             outcome: Outcome::default(),
+            status: AidStatus::default(),
         }
     }
 
     /// One step.
     pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+        if let Control::Out(outcome) = control::force_balance(reading, running, true) {
+            self.status = control::without(outcome);
+        }
         let mass_kg = self.found_kg();
         self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
@@ -116,12 +132,17 @@ impl DifferencedMass {
         let steady_slope = slopes.is_some_and(|(u, u_before)| {
             (u + drift - u_before).abs() < self.params.slope_gate_mps2
         });
-        self.excited = steady_slope && force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
+        let moved = !self.params.excitation_gate
+            || force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
+        self.excited = steady_slope && moved;
         if !self.excited {
+            self.status = control::without(AidOutcome::Rejected(Rejection::NotExcited));
             return;
         }
         let r = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
-        let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
+        let outcome = self.rls.update(y, &vector![h], r, false);
+        self.status = control::regressed(outcome.as_ref(), true);
+        let Some(outcome) = outcome else {
             return;
         };
         self.outcome = outcome;
@@ -143,7 +164,7 @@ impl DifferencedMass {
         Value {
             value,
             sd,
-            valid: sd < 0.1 * value && !self.saturated,
+            valid: is_valid(!self.saturated, sd, MAX_COARSE_MASS_SD_SHARE * value),
         }
     }
 
@@ -167,9 +188,14 @@ impl DifferencedMass {
         self.saturated
     }
 
+    /// What became of the last difference.
+    pub fn status(&self) -> AidStatus {
+        self.status
+    }
+
     /// Residual of the last difference used, N.
     pub fn residual_n(&self) -> Real {
         self.outcome.residual * self.mass0_kg
     }
 }
-state!(DifferencedMass { signals, bends, train, last, rls, excited, saturated, outcome; params, mass0_kg, range_kg });
+state!(DifferencedMass { signals, bends, train, last, rls, excited, saturated, outcome, status; params, mass0_kg, range_kg });

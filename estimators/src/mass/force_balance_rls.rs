@@ -21,12 +21,12 @@
 use nalgebra::{Matrix4, Vector4, vector};
 
 use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
-use crate::filters::cusum::LoadChangeDetector;
 use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
@@ -35,6 +35,10 @@ use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::MassEstimator;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise::control;
+use crate::supervise::excitation_gate::ExcitationGate;
+use crate::supervise::load_change::LoadChangeDetector;
+use crate::supervise::validity::{MAX_MASS_SD_SHARE, is_valid};
 
 choices! {
     /// What stands for the acceleration beside the mass.
@@ -64,7 +68,9 @@ params! {
         unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
-        load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass; 0 = off.";
+        excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
+        load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
+        load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
         square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
@@ -84,11 +90,10 @@ pub struct ForceBalanceRls {
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
-    regressor: EwmaVariance,
+    gate: ExcitationGate,
     load: LoadChangeDetector,
     /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
     before: Rls<4>,
-    excited: bool,
     saturated: bool,
     outcome: Outcome,
     /// Running deviation of the acceleration: what makes the load swing.
@@ -120,9 +125,12 @@ impl ForceBalanceRls {
             mass0_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
-            regressor: EwmaVariance::default(),
-            load: LoadChangeDetector::new(params.load_change),
-            excited: false,
+            gate: ExcitationGate::new(
+                params.excitation_gate,
+                params.excitation_mps2,
+                params.excitation_memory_s,
+            ),
+            load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
             saturated: false,
             outcome: Outcome {
                 lambda: 1.0,
@@ -169,7 +177,7 @@ impl MassEstimator for ForceBalanceRls {
         &AlignedSample { sample: now, felt }: &AlignedSample,
         balance: &ForceBalance,
         train: &DistributedTrain,
-    ) {
+    ) -> AidStatus {
         let acceleration = now.acceleration_mps2;
         let tare = train.tare_kg() / self.mass0_kg;
         // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
@@ -184,15 +192,12 @@ impl MassEstimator for ForceBalanceRls {
                 (f, tare * (tare_u - load_u), cosine, doubt)
             }
             (AccelSource::SpecificForce, None) => {
-                self.excited = false;
-                return;
+                self.gate.close();
+                return control::without(AidOutcome::Stale);
             }
         };
-        self.regressor.add(
-            f,
-            lag(now.period_s.min(60.0), self.params.excitation_memory_s),
-        );
-        self.excited = self.regressor.sd() > self.params.excitation_mps2;
+        self.gate.observe(f, now.period_s);
+        let excited = self.gate.excited();
 
         let against = if now.speed_mps < 0.0 {
             -GRAVITY
@@ -201,26 +206,26 @@ impl MassEstimator for ForceBalanceRls {
         } * cosine;
         let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
         let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
-        let weight = if self.excited {
+        let weight = if excited {
             1.0
         } else {
             self.params.unexcited_weight
         };
         if weight <= 0.0 {
-            return;
+            return control::without(AidOutcome::Rejected(Rejection::NotExcited));
         }
         self.jolts
             .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
         let noise = self.params.residual_sd_mps2;
         let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
         let r = (noise * noise + doubt * doubt + sway) / weight;
-        let Some(outcome) = self.rls.update(y, &h, r, !self.excited) else {
-            return;
+        let Some(outcome) = self.rls.update(y, &h, r, !excited) else {
+            return control::regressed(None, excited);
         };
         self.outcome = outcome;
         self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x.x;
-        if self.excited
+        if excited
             && self
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
@@ -233,23 +238,27 @@ impl MassEstimator for ForceBalanceRls {
             self.rls
                 .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
         }
-        if self.load.reset() {
+        if self.load.at_rest() {
             self.before = self.rls;
         }
+        control::regressed(Some(&outcome), excited)
+    }
+
+    fn needs_accelerometer(&self) -> bool {
+        self.source() == AccelSource::SpecificForce
     }
 
     fn pause(&mut self) {
-        self.excited = false;
+        self.gate.close();
     }
 
-    /// Valid once its standard deviation is below a twentieth of it (so that twice that is a tenth) and no limit acts.
     fn mass_kg(&self) -> Value {
         let value = self.found() * self.mass0_kg;
         let sd = sqrt(self.covariance().m11) * self.mass0_kg;
         Value {
             value,
             sd,
-            valid: sd < 0.05 * value && !self.saturated,
+            valid: is_valid(!self.saturated, sd, MAX_MASS_SD_SHARE * value),
         }
     }
 
@@ -270,7 +279,7 @@ impl MassEstimator for ForceBalanceRls {
     }
 
     fn excited(&self) -> bool {
-        self.excited
+        self.gate.excited()
     }
 
     fn saturated(&self) -> bool {
@@ -291,5 +300,5 @@ impl MassEstimator for ForceBalanceRls {
         ]
     }
 }
-state!(ForceBalanceRls { rls, regressor, load, before, excited, saturated, outcome, jolts;
+state!(ForceBalanceRls { rls, gate, load, before, saturated, outcome, jolts;
     params, mass0_kg, mu0, range_kg });

@@ -20,12 +20,12 @@
 use nalgebra::vector;
 
 use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
-use crate::filters::cusum::LoadChangeDetector;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
@@ -35,6 +35,9 @@ use crate::models::single_track::Bends;
 use crate::pipelines::two_stage::MassEstimator;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise::control;
+use crate::supervise::load_change::LoadChangeDetector;
+use crate::supervise::validity::{MAX_COARSE_MASS_SD_SHARE, is_valid};
 
 params! {
     /// Parameters of the two-model mass regression.
@@ -50,7 +53,8 @@ params! {
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
-        load_change ["-"] = 20.0, 0.0 => 1e6, "Cumulated sum of the normalised residual that means another load; 0 = off.";
+        load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load.";
+        load_change_detector [flag] = true, "Start both models again when residuals say that the load is another one.";
     }
 }
 
@@ -95,7 +99,7 @@ impl MultiModelMass {
             turning: rls,
             straight_weight: 1.0,
             sums: [0.0; 2],
-            load: LoadChangeDetector::new(params.load_change),
+            load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
             mu: vehicle.running_resistance,
             range_kg: vehicle.mass_range_kg,
@@ -181,9 +185,9 @@ impl MassEstimator for MultiModelMass {
         &AlignedSample { sample: now, felt }: &AlignedSample,
         balance: &ForceBalance,
         train: &DistributedTrain,
-    ) {
+    ) -> AidStatus {
         let Some(felt) = felt else {
-            return;
+            return control::without(AidOutcome::Stale);
         };
         let acceleration = now.acceleration_mps2;
         let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
@@ -199,7 +203,7 @@ impl MassEstimator for MultiModelMass {
 
         let y = (now.force_n - inertia) / self.mass0_kg;
         let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
-            return;
+            return control::regressed(None, true);
         };
         self.outcome = straight;
         let [first, second] = self.sums;
@@ -235,6 +239,7 @@ impl MassEstimator for MultiModelMass {
         {
             self.restart();
         }
+        control::regressed(Some(&straight), true)
     }
 
     /// Standard deviation: of the mixture, and of the level taken as known.
@@ -252,7 +257,7 @@ impl MassEstimator for MultiModelMass {
         Value {
             value,
             sd,
-            valid: sd < 0.1 * value && !self.saturated,
+            valid: is_valid(!self.saturated, sd, MAX_COARSE_MASS_SD_SHARE * value),
         }
     }
 

@@ -8,6 +8,7 @@
 
 use nalgebra::{Vector2, vector};
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, sin, sqrt, within};
@@ -23,6 +24,12 @@ use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
+use crate::supervise;
+use crate::supervise::Supervision;
+use crate::supervise::control::{self, Control};
+use crate::supervise::validity::{
+    MAX_COARSE_MASS_SD_SHARE, MAX_GRADE_SD_RAD, ValidityGate, is_valid,
+};
 use crate::{Real, Time};
 
 params! {
@@ -43,7 +50,7 @@ params! {
 
 param_groups! {
     /// Parameters of `ffrls_robust`.
-    Params { own: Own }
+    Params { own: Own, supervision: Supervision }
 }
 
 /// The pipeline.
@@ -64,6 +71,9 @@ pub struct Ffrls {
     speed_mps: Real,
     saturated: bool,
     outcome: Outcome,
+    validity: ValidityGate,
+    /// What became of the last wheel speed, and of the last sample of the force balance.
+    aids: [AidStatus; 2],
 }
 
 /// From the vehicle's nominal values and the parameters.
@@ -82,16 +92,22 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         rls: Rls::new(prior, Forgetting::Constant(own.lambda0))
             .in_square_root_form(own.square_root),
         signals: Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
-        train: DistributedTrain::new(vehicle, own.standstill_mps),
+        train: DistributedTrain::new(
+            &supervise::mapped(vehicle, params.supervision.grade_map),
+            own.standstill_mps,
+        ),
         direction: 1.0,
         speed_mps: 0.0,
         saturated: false,
         outcome: Outcome::default(),
+        validity: ValidityGate::new(params.supervision.validity_gate),
+        aids: [AidStatus::default(); 2],
     }
 }
 
 impl Ffrls {
-    fn sample(&mut self, now: ResampledSample) {
+    /// One sample: gate and fuse. What became of it.
+    fn sample(&mut self, now: ResampledSample) -> AidStatus {
         self.direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
         let acceleration = now.acceleration_mps2;
         let h = vector![
@@ -100,11 +116,12 @@ impl Ffrls {
         ];
         let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2;
         let Some(outcome) = self.rls.update(acceleration, &h, r, false) else {
-            return;
+            return control::regressed(None, true);
         };
         self.outcome = outcome;
         self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x;
+        control::regressed(Some(&outcome), true)
     }
 
     /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
@@ -130,8 +147,15 @@ impl Pipeline for Ffrls {
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
         self.train.step(&self.signals, None, reading, dt);
+        let [wheel_speed, force_balance] = &mut self.aids;
+        *wheel_speed = control::wheel_speed_input(reading);
+        if let Control::Out(outcome) = control::force_balance(reading, running, false) {
+            *force_balance = control::without(outcome);
+        }
         if let Some(sample) = sample {
-            self.sample(sample);
+            let status = self.sample(sample);
+            let [_, force_balance] = &mut self.aids;
+            *force_balance = status;
         }
         self.speed_mps = reading.speed_mps.unwrap_or(self.speed_mps);
         let (x, P) = (self.found(), self.rls.belief.P);
@@ -144,17 +168,17 @@ impl Pipeline for Ffrls {
         let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
         let theta_sd = widened(sqrt(P.m22), self.params.sine_sd)
             / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
-        let known = mass_sd < 0.1 * mass && !self.saturated;
+        let known = is_valid(!self.saturated, mass_sd, MAX_COARSE_MASS_SD_SHARE * mass);
         let ahead = self.train.ahead(mass);
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(theta_sd * theta_sd + doubt * doubt);
             Value {
                 value: steeper(theta, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: running && known && sd < 0.05,
+                valid: is_valid(running && known, sd, MAX_GRADE_SD_RAD),
             }
         };
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg: Value {
                 value: mass,
@@ -175,7 +199,14 @@ impl Pipeline for Ffrls {
                 excited: running && !self.outcome.limited,
                 saturated: self.saturated,
             },
-        }
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &self.aids);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -188,4 +219,4 @@ impl Pipeline for Ffrls {
         State::visit(self, archive);
     }
 }
-state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome; params, standstill_mps, balance, mu, mass0_kg, range_kg });
+state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome, aids; params, validity, standstill_mps, balance, mu, mass0_kg, range_kg });

@@ -19,45 +19,46 @@ use crate::grade::imm::{
     Acceleration, Choice, ImmParams, ModelParams, SlopeModels, TrackingParams,
 };
 use crate::mass::differenced_rls::DifferencedParams;
+use crate::supervise::Supervision;
 
 variants! {
     /// `imm_stf_robust`: the method.
     imm_stf_robust: ImmStf = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, Some(p.tracking)));
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, Some(p.tracking)), &p.supervision);
     /// `imm_stf_fixed_robust`: fixed transition probabilities.
     imm_stf_fixed_robust: ImmStfFixed = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams },
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
         |vehicle, p| {
             let choice = Choice { time_varying: false, ..both(&p.imm, Some(p.tracking)) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
         };
     /// `imm_stf_no_lateral_robust`: bends taken for straights.
     imm_stf_no_lateral_robust: ImmStfNoLateral = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams },
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
         |vehicle, p| {
             let choice = Choice { lateral: false, ..both(&p.imm, Some(p.tracking)) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
         };
     /// `imm_ekf_robust`: plain Kalman filters.
     imm_ekf_robust: ImmEkf = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, mass: DifferencedParams },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, None));
+        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, None), &p.supervision);
     /// `imm_ekf_fixed_robust`: plain Kalman filters, fixed transition probabilities.
     imm_ekf_fixed_robust: ImmEkfFixed = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, mass: DifferencedParams },
+        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision },
         |vehicle, p| {
             let choice = Choice { time_varying: false, ..both(&p.imm, None) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
         };
     /// `kinematic_stf_robust`: the kinematic model alone.
     kinematic_stf_robust: KinematicStf = SlopeModels<1>,
-        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Kinematic, p.tracking));
+        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Kinematic, p.tracking), &p.supervision);
     /// `dynamic_stf_robust`: the dynamic model alone.
     dynamic_stf_robust: DynamicStf = SlopeModels<1>,
-        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Dynamic, p.tracking));
+        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Dynamic, p.tracking), &p.supervision);
 }
 
 /// Both models with time-varying transitions, corrected for bends.

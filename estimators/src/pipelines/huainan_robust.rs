@@ -22,6 +22,8 @@ use crate::grade::inertial::{
     CurvatureSlope, InertialEkf, InertialParams, InertialUkf, SigmaParams,
 };
 
+use crate::supervise::Supervision;
+
 params! {
     /// How the inertial slope filter adapts.
     AdaptiveParams {
@@ -48,38 +50,38 @@ params! {
 variants! {
     /// `dffrls_aukf_robust`: the method.
     dffrls_aukf_robust: DffrlsAukf = CurvatureSlope<InertialUkf, 1>,
-        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting },
+        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b))
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
         };
     /// `dffrls_ukf_robust`: fixed noise.
     dffrls_ukf_robust: DffrlsUkf = CurvatureSlope<InertialUkf, 1>,
-        { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting },
+        { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, None)
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, None, &p.supervision)
         };
     /// `dffrls_aekf_inclination_robust`: extended in place of unscented.
     dffrls_aekf_inclination_robust: DffrlsAekfInclination = CurvatureSlope<InertialEkf, 1>,
-        { adaptive: AdaptiveParams, slope: InertialParams, curvature: CurvatureParams, forgetting: DynamicForgetting },
+        { adaptive: AdaptiveParams, slope: InertialParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::extended(vehicle, p.slope, curvature, Some(p.adaptive.b))
+            CurvatureSlope::extended(vehicle, p.slope, curvature, Some(p.adaptive.b), &p.supervision)
         };
     /// `ffrls_aukf_robust`: constant forgetting.
     ffrls_aukf_robust: FfrlsAukf = CurvatureSlope<InertialUkf, 1>,
-        { own: ConstantForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams },
+        { own: ConstantForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, Forgetting::Constant(p.own.lambda));
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b))
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
         };
     /// `rls_mff_aukf_robust`: multiple forgetting.
     rls_mff_aukf_robust: RlsMffAukf = CurvatureSlope<InertialUkf, 2>,
-        { own: MultipleForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams },
+        { own: MultipleForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision },
         |vehicle, p| {
             let policy = Forgetting::Multiple([p.own.lambda_curvature, p.own.lambda_offset]);
             let curvature = Curvature::new(vehicle, p.curvature, p.own.offset_sd_mps3, policy);
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b))
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
         };
 }

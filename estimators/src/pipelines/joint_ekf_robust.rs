@@ -12,13 +12,13 @@
 
 use nalgebra::{Matrix1, Matrix3, vector};
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
-use crate::api::real::{PI, lag, sqrt, within};
+use crate::api::real::{PI, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
-use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
@@ -28,6 +28,13 @@ use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise;
+use crate::supervise::Supervision;
+use crate::supervise::control::{self, Control};
+use crate::supervise::excitation_gate::ExcitationGate;
+use crate::supervise::validity::{
+    MAX_COARSE_MASS_SD_SHARE, MAX_GRADE_SD_RAD, ValidityGate, is_valid,
+};
 use crate::{Real, Time};
 
 params! {
@@ -42,12 +49,13 @@ params! {
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        excitation_gate [flag] = true, "Let the reported uncertainty of the mass shrink only while the speed changes.";
     }
 }
 
 param_groups! {
     /// Parameters of `joint_ekf_robust`.
-    Params { own: Own }
+    Params { own: Own, supervision: Supervision }
 }
 
 /// Corner of the low-pass before the grades along the rail, Hz.
@@ -73,11 +81,14 @@ pub struct JointEkf {
     train: DistributedTrain,
     /// Variance of w that was earned while the speed changed.
     earned: Real,
-    speed: EwmaVariance,
+    gate: ExcitationGate,
     excited: bool,
     started: bool,
     saturated: bool,
     last: Option<Correction<1, 3>>,
+    validity: ValidityGate,
+    /// What became of the last wheel speed.
+    wheel_speed: AidStatus,
 }
 
 /// From the vehicle's nominal values and the parameters.
@@ -104,13 +115,22 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         range_kg: vehicle.mass_range_kg,
         ekf: Ekf::new(model, Gaussian::independent(x, sd)),
         signals: Resampler::new(CUTOFF_HZ, 1.0, 0.0),
-        train: DistributedTrain::new(vehicle, params.own.standstill_mps),
+        train: DistributedTrain::new(
+            &supervise::mapped(vehicle, params.supervision.grade_map),
+            params.own.standstill_mps,
+        ),
         earned: w0 * params.own.mass_sd * w0 * params.own.mass_sd,
-        speed: EwmaVariance::default(),
+        gate: ExcitationGate::new(
+            params.own.excitation_gate,
+            EXCITATION_MPS,
+            EXCITATION_MEMORY_S,
+        ),
         excited: false,
         started: false,
         saturated: false,
         last: None,
+        validity: ValidityGate::new(params.supervision.validity_gate),
+        wheel_speed: AidStatus::default(),
     }
 }
 
@@ -137,16 +157,14 @@ impl JointEkf {
         self.ekf.predict(&push, dt);
     }
 
-    fn update(&mut self, speed: Real) {
+    fn update(&mut self, speed: Real) -> Option<Correction<1, 3>> {
         if !self.started {
             self.ekf.belief.x.x = speed;
             self.started = true;
         }
         let sd = self.params.own.wheel_speed_sd_mps;
         let before = self.ekf.belief.P.m33;
-        let Some(correction) = self.ekf.update(vector![speed], &Matrix1::new(sd * sd)) else {
-            return;
-        };
+        let correction = self.ekf.update(vector![speed], &Matrix1::new(sd * sd))?;
         if self.excited && before > 0.0 {
             self.earned *= self.ekf.belief.P.m33 / before;
         }
@@ -159,6 +177,7 @@ impl JointEkf {
         // measurements before. Only where the force balance loses its sense does it stop.
         self.ekf.belief.x.y = theta;
         self.ekf.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
+        Some(correction)
     }
 }
 
@@ -187,29 +206,34 @@ impl Pipeline for JointEkf {
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, dt);
         if let Some(speed) = reading.speed_mps {
-            self.speed.add(speed, lag(dt, EXCITATION_MEMORY_S));
+            self.gate.observe(speed, dt);
         }
-        self.excited = running && self.speed.sd() > EXCITATION_MPS;
+        self.excited = running && self.gate.excited();
         self.predict(reading, running, dt);
-        if let Some(speed) = reading.new_speed_mps {
-            self.update(speed);
+        match control::wheel_speed(reading) {
+            Control::New(speed) => {
+                let correction = self.update(speed);
+                self.wheel_speed = control::fused(correction.map(|c| (c.y.x, c.S.x)));
+            }
+            Control::Held => {}
+            Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
         let Gaussian { x, P } = self.ekf.belief;
         let [low, high] = self.range_kg;
         let mass = within(SCALE / x.z, low, high);
         let mass_sd = mass * sqrt(self.known()) / self.w();
         let grade_sd = sqrt(P.m22);
-        let mass_known = mass_sd < 0.1 * mass && !self.saturated;
+        let mass_known = is_valid(!self.saturated, mass_sd, MAX_COARSE_MASS_SD_SHARE * mass);
         let ahead = self.train.ahead(mass);
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
             Value {
                 value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: running && mass_known && sd < 0.05,
+                valid: is_valid(running && mass_known, sd, MAX_GRADE_SD_RAD),
             }
         };
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg: Value {
                 value: mass,
@@ -230,7 +254,14 @@ impl Pipeline for JointEkf {
                 excited: self.excited,
                 saturated: self.saturated,
             },
-        }
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &[self.wheel_speed]);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -244,4 +275,4 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { ekf, signals, train, earned, speed, excited, started, saturated, last; params, standstill_mps, balance, mu, range_kg });
+state!(JointEkf { ekf, signals, train, earned, gate, excited, started, saturated, last, wheel_speed; params, standstill_mps, balance, mu, range_kg, validity });

@@ -16,9 +16,9 @@ use crate::api::signals::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
-use crate::models::distributed_train::DistributedTrain;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
+use crate::supervise::TwoStageSupervision;
 
 params! {
     /// How `dffrls_aekf_robust` forgets and adapts.
@@ -33,7 +33,7 @@ params! {
 variants! {
     /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
     dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
-        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams },
+        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision },
         |vehicle, p| two_stage(
             vehicle,
             &p.mass,
@@ -44,12 +44,13 @@ variants! {
             },
             &p.slope,
             Adaptation::sage_husa(p.forgetting.kappa),
+            &p.supervision,
         );
     /// `rls_ekf_robust`: no forgetting, fixed noise. A comparison with `dffrls_aekf_robust` shows what forgetting and adaptation do, and
     /// nothing else. With a load that never changes, no forgetting is the best forgetting.
     rls_ekf_robust: RlsEkf = TwoStage<ForceBalanceRls>,
-        { mass: MassParams, slope: GradeParams },
-        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None);
+        { mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision },
+        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None, &p.supervision);
 }
 
 fn two_stage(
@@ -58,13 +59,14 @@ fn two_stage(
     forgetting: Forgetting<4>,
     slope: &GradeParams,
     adaptation: Adaptation,
+    supervision: &TwoStageSupervision,
 ) -> TwoStage<ForceBalanceRls> {
     TwoStage::new(
         vehicle,
         ForceBalanceRls::resampler(mass),
-        DistributedTrain::new(vehicle, mass.standstill_mps),
         ForceBalanceRls::new(vehicle, *mass, forgetting),
         ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation),
+        supervision,
         mass.standstill_mps,
     )
 }

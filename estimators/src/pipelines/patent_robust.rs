@@ -8,9 +8,9 @@
 use crate::api::params::params;
 use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::multi_model_rls::{MultiModelMass, MultiModelParams};
-use crate::models::distributed_train::DistributedTrain;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
+use crate::supervise::TwoStageSupervision;
 
 params! {
     /// How `mmrls_sh_stf_robust` adapts.
@@ -25,13 +25,13 @@ params! {
 variants! {
     /// `mmrls_sh_stf_robust`: the method.
     mmrls_sh_stf_robust: MmrlsShStf = TwoStage<MultiModelMass>,
-        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams },
+        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, supervision: TwoStageSupervision },
         |vehicle, p| TwoStage::new(
             vehicle,
             MultiModelMass::resampler(&p.mass),
-            DistributedTrain::new(vehicle, p.mass.standstill_mps),
             MultiModelMass::new(vehicle, p.mass),
             ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation()),
+            &p.supervision,
             p.mass.standstill_mps,
         );
 }

@@ -7,6 +7,7 @@
 use nalgebra::{Vector2, vector};
 
 use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::{choices, param_groups, params};
 use crate::api::real::{GRAVITY, sqrt, within};
@@ -24,6 +25,8 @@ use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, TwoStage};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
+use crate::supervise::validity::{MAX_MASS_SD_SHARE, is_valid};
+use crate::supervise::{TwoStageSupervision, control};
 
 choices! {
     /// How a regression forgets.
@@ -80,14 +83,17 @@ pub type Regression = TwoStage<OneRegression>;
 pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let balance = ForceBalance::new(vehicle);
     let own = &params.regression;
-    // A point: it keeps no map of the rail.
-    let point = vehicle.as_point();
+    // It keeps no map of the rail.
+    let supervision = TwoStageSupervision {
+        grade_map: false,
+        ..TwoStageSupervision::default()
+    };
     TwoStage::new(
         vehicle,
         Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
-        DistributedTrain::new(&point, own.standstill_mps),
         OneRegression::new(vehicle, *own),
         ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
+        &supervision,
         own.standstill_mps,
     )
 }
@@ -231,6 +237,10 @@ impl MassEstimator for OneRegression {
         }
     }
 
+    fn needs_accelerometer(&self) -> bool {
+        self.known.source == AccelSource::SpecificForce
+    }
+
     fn pause(&mut self) {
         self.before = None;
     }
@@ -240,7 +250,7 @@ impl MassEstimator for OneRegression {
         &AlignedSample { sample: now, .. }: &AlignedSample,
         _: &ForceBalance,
         _: &DistributedTrain,
-    ) {
+    ) -> AidStatus {
         let before = self.before.replace(now);
         let turned = before.is_some_and(|before| before.speed_mps * now.speed_mps < 0.0);
         if turned && self.regressor.has_free_term() {
@@ -259,14 +269,15 @@ impl MassEstimator for OneRegression {
                 .map(|speed| (self.excess.rate(), speed)),
         };
         let Some(row) = self.regressor.row(&signals, &self.known) else {
-            return;
+            return control::without(AidOutcome::Stale);
         };
         let Some(outcome) = self.rls.update(row.y, &row.h, self.noise, false) else {
-            return;
+            return control::regressed(None, true);
         };
         self.outcome = outcome;
         self.rls.clamp_usable();
         self.saturated = self.found() != self.rls.belief.x.x;
+        control::regressed(Some(&outcome), true)
     }
 
     fn mass_kg(&self) -> Value {
@@ -280,7 +291,7 @@ impl MassEstimator for OneRegression {
         Value {
             value,
             sd,
-            valid: sd < 0.05 * value && !self.saturated,
+            valid: is_valid(!self.saturated, sd, MAX_MASS_SD_SHARE * value),
         }
     }
 

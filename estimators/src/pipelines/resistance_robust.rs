@@ -15,6 +15,7 @@
 
 use nalgebra::vector;
 
+use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
 use crate::api::real::{GRAVITY, asin, cos, sin, sqrt, within};
@@ -30,6 +31,10 @@ use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::preprocess::resampler::{ResampledSample, Resampler};
+use crate::supervise;
+use crate::supervise::Supervision;
+use crate::supervise::control::{self, Control};
+use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
 use crate::{Error, Real, Time};
 
 params! {
@@ -53,7 +58,7 @@ params! {
 
 param_groups! {
     /// Parameters of `resistance_dffrls_robust`.
-    Params { resistance: ResistanceParams }
+    Params { resistance: ResistanceParams, supervision: Supervision }
 }
 
 /// Largest size of the coefficient: beyond it the rail would brake harder than the train weighs.
@@ -74,6 +79,9 @@ pub struct Resistance {
     /// |F|/(M g) of the last sample: what a share of mass or torque makes of μ.
     load: Real,
     outcome: Outcome,
+    validity: ValidityGate,
+    /// What became of the last wheel speed, and of the last sample of the force balance.
+    aids: [AidStatus; 2],
 }
 
 /// From the vehicle's nominal values and the parameters.
@@ -92,10 +100,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
         mass_kg: vehicle.first_mass_kg(own.known_mass_kg),
         rls: Rls::new(prior, policy),
         signals: Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
-        train: MappedTrain::new(vehicle),
+        train: MappedTrain::new(&supervise::mapped(vehicle, params.supervision.grade_map)),
         waiting: RingBuffer::new(),
         load: 0.0,
         outcome: Outcome::default(),
+        validity: ValidityGate::new(params.supervision.validity_gate),
+        aids: [AidStatus::default(); 2],
     }
 }
 
@@ -119,25 +129,39 @@ impl Resistance {
             [if survey { u + rate } else { u }, curvature]
         });
         self.train.step(place, self.signals.speed_mps(), speed, dt);
+        let [wheel_speed, force_balance] = &mut self.aids;
+        *wheel_speed = control::wheel_speed_input(reading);
+        if let Control::Out(outcome) = control::force_balance(reading, running, true) {
+            *force_balance = control::without(outcome);
+        }
         if let Some(sample) = sample
             && let Some(oldest) = self.waiting.join((sample, self.train.place_m()))
         {
-            self.sample(oldest);
+            self.take(oldest);
         }
         while let Some((_, place_m)) = self.waiting.first()
             && (!running || self.train.seen(place_m))
             && let Some(next) = self.waiting.take()
         {
-            self.sample(next);
+            self.take(next);
         }
         (moving, running)
     }
 
-    fn sample(&mut self, (now, place_m): (ResampledSample, Real)) {
+    fn take(&mut self, sample: (ResampledSample, Real)) {
+        let status = self.sample(sample);
+        let [_, force_balance] = &mut self.aids;
+        *force_balance = status;
+    }
+
+    /// One sample: gate and fuse. What became of it.
+    fn sample(&mut self, (now, place_m): (ResampledSample, Real)) -> AidStatus {
         let felt = now
             .specific_force_mps2
             .and_then(|_| self.train.felt(place_m));
-        let Some(felt) = felt else { return };
+        let Some(felt) = felt else {
+            return control::without(AidOutcome::Stale);
+        };
         // g sin θ, mean over the masses of the train; the rail not yet seen makes it doubtful.
         let (slope, doubt) = felt.whole(self.train.tare_kg(), self.mass_kg);
         let inertia = self.balance.rotating_mass_kg * now.acceleration_mps2;
@@ -149,11 +173,12 @@ impl Resistance {
             .rls
             .update(y, &vector![h], sd * sd + doubt * doubt, false)
         else {
-            return;
+            return control::regressed(None, true);
         };
         self.outcome = outcome;
         self.load = (now.force_n / (self.mass_kg * GRAVITY)).abs();
         self.rls.belief.x.x = within(self.rls.belief.x.x, -MAX_COEFFICIENT, MAX_COEFFICIENT);
+        control::regressed(Some(&outcome), true)
     }
 
     fn estimate(&self, reading: &Reading, (moving, running): (bool, bool), t: Time) -> Estimate {
@@ -166,13 +191,14 @@ impl Resistance {
             (mean, doubt, here)
         });
         let bias = self.params.accel_bias_sd_mps2;
+        let known = felt.is_some() && reading.speed_mps.is_some();
         let grade = |u: Real, doubt: Real| {
             let noise = self.params.residual_sd_mps2;
             let sd = sqrt(bias * bias + noise * noise + doubt * doubt) / GRAVITY;
             Value {
                 value: asin((u / GRAVITY).clamp(-0.85, 0.85)),
                 sd,
-                valid: felt.is_some() && reading.speed_mps.is_some() && sd < 0.05,
+                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
             }
         };
         Estimate {
@@ -210,7 +236,14 @@ impl Pipeline for Resistance {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let motion = self.step(reading, false, dt);
-        self.estimate(reading, motion, t)
+        let estimate = self.estimate(reading, motion, t);
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &self.aids);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -310,4 +343,4 @@ impl SpeedPrediction {
         self.speed_mps
     }
 }
-state!(Resistance { rls, signals, train, waiting, load, outcome; params, standstill_mps, balance, mass_kg });
+state!(Resistance { rls, signals, train, waiting, load, outcome, aids; params, validity, standstill_mps, balance, mass_kg });

@@ -142,7 +142,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
 }
 
 /// Copies as much of `from` as fits.
-pub fn copy_into(values: &mut [Real], from: &[Real]) {
+pub fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
     for (place, value) in values.iter_mut().zip(from) {
         *place = *value;
     }

@@ -1,5 +1,6 @@
 //! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
 
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
@@ -10,6 +11,11 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::supervise::control::{self, Control};
+use crate::supervise::observability::GradeObservability;
+use crate::supervise::slip::SlipDetector;
+use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
+use crate::supervise::{self, TwoStageSupervision};
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -40,8 +46,18 @@ pub trait MassEstimator: Copy {
     ) {
     }
 
-    /// One sample of the regression.
-    fn sample(&mut self, sample: &AlignedSample, balance: &ForceBalance, train: &DistributedTrain);
+    /// One sample of the regression: gate and fuse. What became of it.
+    fn sample(
+        &mut self,
+        sample: &AlignedSample,
+        balance: &ForceBalance,
+        train: &DistributedTrain,
+    ) -> AidStatus;
+
+    /// Whether its samples need the accelerometer.
+    fn needs_accelerometer(&self) -> bool {
+        true
+    }
 
     /// The train stands, brakes, or has not run long enough for samples to count.
     fn pause(&mut self) {}
@@ -73,6 +89,10 @@ pub trait MassEstimator: Copy {
     fn internals(&self, train: &DistributedTrain) -> [Real; 6];
 }
 
+/// Places of the sources in the list of statuses.
+const WHEEL_SPEED: usize = 0;
+const FORCE_BALANCE: usize = 1;
+
 /// Mass first, then slope, with the grade map of a distributed train beside the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoStage<M> {
@@ -86,32 +106,46 @@ pub struct TwoStage<M> {
     mass: M,
     /// Second stage.
     slope: ForceBalanceEkf,
+    slip: SlipDetector,
+    observability: GradeObservability,
+    validity: ValidityGate,
     /// Speed below which the train counts as standing, m/s.
     standstill_mps: Real,
+    /// What became of the last wheel speed, and of the last sample of the force balance.
+    aids: [AidStatus; 2],
 }
 
 impl<M: MassEstimator> TwoStage<M> {
-    /// From the signals of the regression, the train and the two stages.
+    /// From the signals of the regression, the two stages, and which supervisors are on.
     pub fn new(
         vehicle: &Vehicle,
         signals: Resampler,
-        train: DistributedTrain,
         mass: M,
         slope: ForceBalanceEkf,
+        supervision: &TwoStageSupervision,
         standstill_mps: Option<Real>,
     ) -> Self {
+        let mapped = supervise::mapped(vehicle, supervision.grade_map);
         Self {
             balance: ForceBalance::new(vehicle),
             signals,
-            train,
+            train: DistributedTrain::new(&mapped, standstill_mps),
             mass,
+            slip: SlipDetector::new(supervision.slip_detector, slope.measurement_sd()),
             slope,
+            observability: GradeObservability::default(),
+            validity: ValidityGate::new(supervision.validity_gate),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
+            aids: [AidStatus::default(); 2],
         }
     }
 
     /// First stage: resample, align with the grade map, regress.
     fn learn_mass(&mut self, reading: &Reading, running: bool, dt: Real) {
+        let accelerometer = self.mass.needs_accelerometer();
+        if let Control::Out(outcome) = control::force_balance(reading, running, accelerometer) {
+            self.note(FORCE_BALANCE, control::without(outcome));
+        }
         let balance = &self.balance;
         let sample = self.signals.step(reading, balance, running, dt);
         let grade_rad = self.slope.belief().x.y;
@@ -119,7 +153,8 @@ impl<M: MassEstimator> TwoStage<M> {
             .step(reading, balance, &self.signals, grade_rad, dt);
         let mut ready = self.train.step(&self.signals, sample, reading, dt);
         while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
-            self.mass.sample(&next, balance, &self.train);
+            let status = self.mass.sample(&next, &self.balance, &self.train);
+            self.note(FORCE_BALANCE, status);
         }
         if !self.signals.settled() {
             self.mass.pause();
@@ -150,9 +185,26 @@ impl<M: MassEstimator> TwoStage<M> {
         self.slope.predict(drive, dt);
         if moving && drive.is_none() {
             self.slope.drift(dt);
+            self.observability.lose();
         }
-        if let Some(speed) = reading.new_speed_mps {
-            self.slope.update(speed, running);
+        match control::wheel_speed(reading) {
+            Control::New(speed) => {
+                let correction = self.slope.update(speed, running);
+                if correction.is_some() {
+                    self.observability.update(self.slope.belief().P.m22);
+                }
+                let innovation = correction.map(|c| (c.y.x, c.S.x));
+                self.note(WHEEL_SPEED, control::fused(innovation));
+            }
+            Control::Held => {}
+            Control::Out(outcome) => self.note(WHEEL_SPEED, control::without(outcome)),
+        }
+    }
+
+    /// Notes what became of a measurement.
+    fn note(&mut self, source: usize, status: AidStatus) {
+        if let Some(place) = self.aids.get_mut(source) {
+            *place = status;
         }
     }
 
@@ -165,14 +217,16 @@ impl<M: MassEstimator> TwoStage<M> {
                 .slope_sd_rad(traction_n, direction(reading), &self.train)
         });
         let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        let basis = running
+            && self.mass.mass_kg().valid
+            && self
+                .slip
+                .wheel_speed_consistent(self.slope.measurement_sd())
+            && self.observability.grade_observable();
         Value {
             value: belief.x.y,
             sd,
-            valid: running
-                && self.mass.mass_kg().valid
-                && sd < 0.05
-                && self.slope.wheel_speed_consistent()
-                && self.slope.grade_observable(),
+            valid: is_valid(basis, sd, MAX_GRADE_SD_RAD),
         }
     }
 
@@ -184,7 +238,7 @@ impl<M: MassEstimator> TwoStage<M> {
         Value {
             value: steeper(effective.value, offset).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
             sd,
-            valid: effective.valid && sd < 0.05,
+            valid: is_valid(effective.valid, sd, MAX_GRADE_SD_RAD),
         }
     }
 }
@@ -227,7 +281,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         }
         let speed = self.slope.belief();
         let (innovation, nis) = self.slope.innovation();
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg,
             grade_rad: self.grade_at_imu(&effective),
@@ -244,7 +298,14 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
                 excited: self.signals.settled() && self.mass.excited(),
                 saturated: self.mass.saturated() || self.slope.saturated(),
             },
-        }
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &self.aids);
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -269,4 +330,4 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
     }
 }
 
-state!(@[M: State] TwoStage<M> { signals, train, mass, slope; balance, standstill_mps });
+state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, aids; balance, slip, validity, standstill_mps });

@@ -1,5 +1,6 @@
 //! Signal front end: from the samples of one step to the signals that pipelines work with.
 
+use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::state;
 use crate::preprocess::input_check::InputCheck;
@@ -14,6 +15,8 @@ pub struct Reading {
     pub new_speed_mps: Option<Real>,
     /// Speed by the fresh wheels, m/s ([`WheelSpeedVote`]).
     pub speed_mps: Option<Real>,
+    /// Why that is not known although wheels are sampled: most of them slip, or all are stuck.
+    pub wheel_speed_fault: Option<Rejection>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
     /// Torque of drive 0, N·m: on a road vehicle that of the front, steered axle.
@@ -98,6 +101,10 @@ impl FrontEnd {
         Ok(Reading {
             new_speed_mps: speed_mps.filter(|_| new_speed),
             speed_mps,
+            wheel_speed_fault: match speed_mps {
+                Some(_) => None,
+                None => self.wheel_speed_fault(now, dt),
+            },
             motor_torque_nm,
             front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
@@ -107,6 +114,18 @@ impl FrontEnd {
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
         })
+    }
+
+    /// Why fresh or stuck wheels give no speed; `None` if all are stale.
+    fn wheel_speed_fault(&self, now: Time, dt: Real) -> Option<Rejection> {
+        let wheels = || self.speed.iter().take(self.drives);
+        if wheels().any(|held| held.fresh(now, dt).is_some()) {
+            Some(Rejection::Slip)
+        } else if wheels().any(|held| held.is_stuck(now)) {
+            Some(Rejection::Stuck)
+        } else {
+            None
+        }
     }
 
     /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal shares).

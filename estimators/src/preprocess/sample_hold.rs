@@ -46,11 +46,16 @@ impl SampleHold {
         true
     }
 
+    /// Whether the sensor is stuck.
+    pub fn is_stuck(&self, now: Time) -> bool {
+        self.stuck.is_stuck(now)
+    }
+
     /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the shortest period it can see.
     pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
         let timeout_s = TIMEOUT_PERIODS * self.period_s.max(dt_s) + 1e-9;
         self.value
-            .filter(|_| !self.stuck.is_stuck(now))
+            .filter(|_| !self.is_stuck(now))
             .filter(|_| now.since(self.arrived) <= timeout_s)
     }
 }

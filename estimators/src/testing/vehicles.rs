@@ -156,6 +156,7 @@ impl Turn {
         Reading {
             new_speed_mps: Some(self.speed),
             speed_mps: Some(self.speed),
+            wheel_speed_fault: None,
             motor_torque_nm: Some(torque),
             front_torque_nm: Some(0.5 * torque),
             specific_force_mps2: Some(self.uphill - self.lateral_speed * self.yaw_rate),

@@ -8,6 +8,7 @@ use crate::closed_loop::obstacles;
 use crate::closed_loop::parts;
 use crate::closed_loop::registry::{BoxedController, Registry};
 use crate::config::scenario::{Event, PlantKind, Scenario};
+use crate::config::sensor_sheet::Sheet;
 use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
 use crate::plant::Plant;
@@ -105,7 +106,8 @@ impl Simulation {
         }
         check_loads(&scenario, &train)?;
         let front = place(&scenario, &rail, &train)?;
-        let sensors = instruments::fit(&scenario, &train, dt_s, seed)?;
+        let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
+        let sensors = instruments::fit(&scenario, &sheet, Vec::new(), &train, seed)?;
         let imu = sensors
             .imu_mount()
             .or_else(|| train.mount("imu_link"))

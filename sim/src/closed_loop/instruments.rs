@@ -1,19 +1,28 @@
-//! Fits the instruments of a scenario to its vehicle, with their faults.
+//! Fits instruments to the vehicle of a scenario, with the faults of its events.
 
 use crate::config::scenario::Scenario;
 use crate::config::sensor_sheet::Sheet;
 use crate::error::Error;
-use crate::sensors::Suite;
+use crate::sensors::{Instrument, Suite};
 use crate::train::Train;
 
-/// The instruments that a scenario's sheet names, fitted to `train`, with the faults of its events.
-pub fn fit(scenario: &Scenario, train: &Train, dt_s: f64, seed: u64) -> Result<Suite, Error> {
+/// The instruments of a sheet and `others` (of a user's own), fitted to `train`, with the faults of the scenario's events.
+pub fn fit(
+    scenario: &Scenario,
+    sheet: &Sheet,
+    others: Vec<Box<dyn Instrument>>,
+    train: &Train,
+    seed: u64,
+) -> Result<Suite, Error> {
     let file = &scenario.file;
-    let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
     sheet.check_vehicle(file.car.is_some())?;
-    let gravity = file.physics.gravity_mps2.get();
-    let mut suite = Suite::new(&sheet.specs(), train, gravity, seed)
-        .and_then(|suite| suite.check_step(dt_s).map(|()| suite))
+    let mut suite = Suite::new(&sheet.specs(), train, file.physics.gravity_mps2.get(), seed)
+        .map_err(|e| e.in_file(&sheet.file))?;
+    for other in others {
+        suite.fit(other)?;
+    }
+    suite
+        .check_step(file.physics.dt_ms.get() * 1e-3)
         .map_err(|e| e.in_file(&sheet.file))?;
     for (i, event) in file.events.iter().enumerate() {
         let fault = event.sensor_fault().and_then(|fault| match fault {

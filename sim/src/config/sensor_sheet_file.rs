@@ -37,7 +37,7 @@ pub struct SheetFile {
     #[serde(default)]
     pub steering_angle: Option<PlainSensor>,
     /// Pitch against the apparent vertical (of gravity and acceleration), rad.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub inclinometer: Option<MountedSensor>,
 }
 
