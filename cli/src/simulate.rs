@@ -5,7 +5,7 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, Outcome};
 use monorig_sim::error::Error;
@@ -13,9 +13,7 @@ use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder;
-use monorig_sim::record::recorder::Recorder;
-use monorig_sim::record::{Layout, Sink};
+use monorig_sim::record::{Recorder, Sink};
 use monorig_viz::RerunSink;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -76,7 +74,7 @@ pub fn simulate(
     })
 }
 
-/// Run a rig into sinks. `live`: someone is watching.
+/// Run a simulation into sinks. `live`: someone is watching.
 pub fn record(
     rig: &mut Simulation,
     sinks: Vec<&mut dyn Sink>,
@@ -84,39 +82,16 @@ pub fn record(
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut tape = start_recorder(rig, sinks, live)?;
-    run::run(rig, &mut [&mut tape, also], go_on)
-}
-
-fn start_recorder<'a>(
-    rig: &Simulation,
-    sinks: Vec<&'a mut dyn Sink>,
-    live: bool,
-) -> Result<Recorder<'a>, Error> {
-    let scenario = &rig.scenario;
-    let channels = recorder::channels(
-        rig.train.drives.len(),
-        rig.plant.truth().road.is_some(),
-        &rig.estimators,
-    );
-    let samples = rig.rail_samples();
-    let obstacles: Vec<_> = rig.obstacles.iter().map(|b| (b.pose, b.size)).collect();
-    let layout = Layout {
-        scenario: &scenario.name,
-        seed: rig.seed,
-        why: &scenario.file.why,
-        channels: &channels,
-        train: &rig.train,
-        rail: &samples,
-        profile: rig.rail.outline(),
-        obstacles: &obstacles,
-    };
     let chunk_s = if live {
         monorig_viz::sink::LIVE_CHUNK_S
     } else {
         monorig_viz::sink::CHUNK_S
     };
-    Recorder::new(sinks, &layout, &scenario.file.record, chunk_s)
+    let sinks = sinks
+        .into_iter()
+        .map(|sink| Box::new(sink) as Box<dyn Sink>);
+    let mut recorder = Recorder::new(sinks.collect()).every_s(chunk_s);
+    run::run(rig, &mut [&mut recorder, also], go_on)
 }
 
 fn rerun_sink(task: &RunArgs, path: PathBuf) -> Option<RerunSink> {

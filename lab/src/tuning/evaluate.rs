@@ -8,7 +8,7 @@ use crate::tuning::progress::Progress;
 use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_estimators::registry;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::checked::Finite;

@@ -3,7 +3,7 @@
 use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, TuningStudy};
 use monorig_estimators::registry;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::checked::Finite;

@@ -3,7 +3,7 @@
 use crate::simulate::record;
 use crate::ui::errors::CliError;
 use monorig_lab::metrics::series::ErrorSeries;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::error::Error;
 use monorig_viz::RerunSink;
 use std::path::Path;
