@@ -95,11 +95,11 @@ def home(file: Path, struct: str, groups: dict) -> Path:
     if struct in groups[file]:
         return file
     imported = re.search(rf"use crate::([\w:]+)::(?:\{{[^}}]*\b{struct}\b[^}}]*\}}|{struct});", file.read_text())
-    module = SOURCE / imported.group(1).replace("::", "/") if imported else None
-    path = module and next((p for p in (module.with_suffix(".rs"), module / "mod.rs") if p in groups), None)
-    if struct not in groups.get(path, {}):
-        sys.exit(f"{file}: the group {struct} is not declared in {path}")
-    return path
+    module = SOURCE / imported.group(1).replace("::", "/") if imported else file
+    for path in (module.with_suffix(".rs"), module / "mod.rs"):
+        if struct in groups.get(path, {}):
+            return path
+    sys.exit(f"{file}: the group {struct} is not declared in {module}")
 
 
 def main() -> None:

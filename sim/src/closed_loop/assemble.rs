@@ -119,7 +119,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         imu_offset_m: plant.truth().chainage_m - front_m,
         cycle: Cycle::new(&s.drive, speed),
         events: EventSchedule::new(&s.events, drive.map_or(0.0, |d| d.clamp_mpa)),
-        perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg),
+        perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg, &vehicle),
         end: EndCondition {
             after_s: s.stop.time_limit_s(),
             at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
