@@ -15,7 +15,7 @@ use monorig_lab::replay::record::{ReplayRecorder, record};
 use monorig_lab::tuning::evaluate::Evaluator;
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::{Optimiser, TuningStudy};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::run;
 use monorig_sim::config::checked::Finite;

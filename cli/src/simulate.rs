@@ -6,7 +6,7 @@ use crate::ui::note::note;
 use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, Outcome};
 use monorig_sim::error::Error;
@@ -14,9 +14,7 @@ use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder;
-use monorig_sim::record::recorder::Recorder;
-use monorig_sim::record::{Layout, Sink};
+use monorig_sim::record::{Recorder, Sink};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -86,36 +84,9 @@ pub fn record(
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut recorder = start_recorder(simulation, sinks, live)?;
+    let sinks = sinks
+        .into_iter()
+        .map(|sink| Box::new(sink) as Box<dyn Sink>);
+    let mut recorder = Recorder::new(sinks.collect()).every_s(viewer::chunk_s(live));
     run::run(simulation, &mut [&mut recorder, also], go_on)
-}
-
-fn start_recorder<'a>(
-    simulation: &Simulation,
-    sinks: Vec<&'a mut dyn Sink>,
-    live: bool,
-) -> Result<Recorder<'a>, Error> {
-    let scenario = &simulation.scenario;
-    let channels = recorder::channels(
-        simulation.train.drives.len(),
-        simulation.plant.truth().road.is_some(),
-        &simulation.estimators,
-    );
-    let samples = simulation.rail_samples();
-    let obstacles: Vec<_> = simulation
-        .obstacles
-        .iter()
-        .map(|b| (b.pose, b.size))
-        .collect();
-    let layout = Layout {
-        scenario: &scenario.name,
-        seed: simulation.seed,
-        why: &scenario.file.why,
-        channels: &channels,
-        train: &simulation.train,
-        rail: &samples,
-        profile: simulation.rail.outline(),
-        obstacles: &obstacles,
-    };
-    Recorder::new(sinks, &layout, &scenario.file.record, viewer::chunk_s(live))
 }

@@ -4,18 +4,16 @@
 //! machines.
 
 use monorig_estimators::api::signals::{Command, Measurements};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, run};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::train::body_state::Wrench;
 use monorig_sim::rail::Cursor;
-use monorig_sim::record::Layout;
+use monorig_sim::record::Recorder;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder;
-use monorig_sim::record::recorder::Recorder;
 use monorig_sim::sensors::Sensors;
 use monorig_tests::*;
 use std::time::Instant;
@@ -35,6 +33,25 @@ fn factor(name: &str, set: &[(&str, &str)]) -> f64 {
         let mut rig =
             Simulation::build(one_estimator(name, set), &Registry::default(), 1).expect("rig");
         let start = Instant::now();
+        let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
+        best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
+    }
+    best
+}
+
+/// The same with everything recorded.
+fn recorded(name: &str) -> f64 {
+    let folder = std::env::temp_dir().join(format!("monorig-bench-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("folder");
+    let mut best: f64 = 0.0;
+    for _ in 0..ROUNDS {
+        let mut rig =
+            Simulation::build(one_estimator(name, &[]), &Registry::default(), 1).expect("rig");
+        let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
+        let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
+        let start = Instant::now();
+        let sinks: Vec<Box<dyn Sink>> = vec![Box::new(&mut parquet), Box::new(&mut rerun)];
+        let mut recorder = Recorder::new(sinks).every_s(monorig_viz::sink::CHUNK_S);
         let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }

@@ -2,7 +2,7 @@
 
 use monorig_lab::tuning::TuningStudy;
 use monorig_lab::verdicts::expected;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;

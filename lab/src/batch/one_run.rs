@@ -3,7 +3,7 @@
 use crate::metrics::series::ErrorSeries;
 use crate::verdicts::expected;
 use crate::verdicts::summary::Summary;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::Scenario;

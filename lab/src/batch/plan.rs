@@ -2,7 +2,7 @@
 
 use crate::batch::{RunSpec, Shard, StudyFile};
 use crate::verdicts::expected;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, named};
 use monorig_sim::config::scenario::Scenario;

@@ -3,7 +3,7 @@
 use crate::metrics::series::Target;
 use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};

@@ -7,7 +7,7 @@ use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;

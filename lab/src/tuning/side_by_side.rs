@@ -2,7 +2,7 @@
 
 use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, TuningStudy};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::error::Error;

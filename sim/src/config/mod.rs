@@ -6,7 +6,8 @@
 //! | `checked` | numbers whose range is checked while a file is read |
 //! | `scenario` | the scenario file, and the files it names |
 //! | `track` | the track file: elements or survey points, and how they become an alignment |
-//! | `train_file` `unit_file` | the YAML files of a train and of its units |
+//! | `rail_profile` | the profile file: the section of a rail |
+//! | `train` | the YAML files of a train and of its units, and how they become a train |
 //! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
 //! | `car_file` | the YAML file of a car |
 //! | `sensor_sheet_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
@@ -14,13 +15,13 @@
 pub mod car_file;
 pub mod checked;
 pub mod file;
+pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;
 pub mod sensor_sheet_file;
 pub mod stl;
 pub mod track;
-pub mod train_file;
-pub mod unit_file;
+pub mod train;
 pub mod urdf;
 mod urdf_diagnostics;
 mod urdf_file;

@@ -3,6 +3,9 @@
 mod files;
 
 use super::*;
+use crate::config::track::TrackFile;
+use crate::error::Error;
+use std::path::{Path, PathBuf};
 
 fn asset(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -92,6 +92,13 @@ pub trait Instrument {
     fn channels(&self) -> Vec<SensorChannel>;
 }
 
+/// Takes one reading out of the measurements; `None` without a new sample.
+pub type ReadingOf = Box<dyn Fn(&Measurements) -> Option<f64>>;
+
+/// Builds an instrument from its specification.
+pub type BuildInstrument =
+    fn(&InstrumentSpec, &Fitting<'_>) -> Result<Box<dyn Instrument>, DataError>;
+
 /// A recorded column of an instrument.
 pub struct SensorChannel {
     /// Path such as `sensors/drive_1/wheel_speed`.
@@ -99,7 +106,7 @@ pub struct SensorChannel {
     /// Unit such as `m/s`.
     pub unit: &'static str,
     /// Takes its value out of the measurements; `None` without a new sample.
-    pub value: Box<dyn Fn(&Measurements) -> Option<f64>>,
+    pub value: ReadingOf,
 }
 
 impl SensorChannel {
@@ -124,7 +131,7 @@ pub struct InstrumentKind {
     /// Why it cannot be fitted to a car (`true`) or to a train (`false`); `None` if it can.
     pub unsuited: fn(car: bool) -> Option<&'static str>,
     /// Builds one from its specification.
-    pub build: fn(&InstrumentSpec, &Fitting<'_>) -> Result<Box<dyn Instrument>, DataError>,
+    pub build: BuildInstrument,
 }
 
 /// What an instrument is fitted to, and the seed of its errors.

@@ -5,7 +5,7 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::error::Error;
 use std::path::Path;
 

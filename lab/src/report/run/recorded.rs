@@ -95,7 +95,7 @@ impl Recorded {
 
     /// A column; empty if there is none of this name.
     pub fn column(&self, name: &str) -> &[f64] {
-        self.columns.get(name).map_or(&[], Vec::as_slice)
+        self.columns.find(name).unwrap_or_default()
     }
 
     /// Times of the rows, s.

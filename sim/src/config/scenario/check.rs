@@ -110,7 +110,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
     }
     for (key, given) in [
         ("load.mass_kg", file.load.mass_kg.is_some()),
-        ("surroundings", !file.surroundings.is_empty()),
+        ("obstacles", !file.obstacles.is_empty()),
         ("roadway", file.roadway.is_some()),
     ] {
         if given {

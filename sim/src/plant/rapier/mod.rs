@@ -1,6 +1,6 @@
 //! The train in rapier: this folder, and nothing else, knows rapier.
 //!
-//! rapier integrates the rigid bodies and handles collisions of cabs, beam and load with their surroundings (`collisions`). The
+//! rapier integrates the rigid bodies and handles collisions of cabs, beam and load with obstacles (`collisions`). The
 //! forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
 //! solver is told in `docs/src/design.md`.
 

@@ -1,6 +1,8 @@
 //! What is read from files: tracks, surveys, profiles, their errors, and the assets.
 
 use super::*;
+use crate::config::rail_profile::ProfileFile;
+use crate::rail::profile::ProfileSpec;
 use crate::train::Limits;
 
 /// What the assets' own comments promise.
@@ -227,19 +229,23 @@ fn the_profile_is_an_i_beam() {
     assert!((p.area() - (2.0 * flange + 0.007 * (0.155 - 2.0 * 0.0165))).abs() < 1e-12);
     assert!((p.running_surface(0.0035) - (0.0165 - 0.0775)).abs() < 1e-15);
     assert!((p.running_surface(-0.034) - (0.0125 - 0.0775)).abs() < 1e-15);
-    for (key, value) in [
-        ("web_m", 0.07),
-        ("flange_tip_m", 0.02),
-        ("flange_root_m", 0.08),
-        ("height_m", 155.0),
+    let right = ProfileSpec {
+        name: "x".into(),
+        height_m: 0.155,
+        flange_width_m: 0.068,
+        web_m: 0.007,
+        flange_tip_m: 0.0125,
+        flange_root_m: 0.0165,
+    };
+    for (key, change) in [
+        ("web_m", (|p| p.web_m = 0.07) as fn(&mut ProfileSpec)),
+        ("flange_tip_m", |p| p.flange_tip_m = 0.02),
+        ("flange_root_m", |p| p.flange_root_m = 0.08),
+        ("height_m", |p| p.height_m = 155.0),
     ] {
-        let mut file: serde_json::Value = serde_json::json!({"version": 1, "name": "x", "height_m": 0.155, "flange_width_m": 0.068,
-            "web_m": 0.007, "flange_tip_m": 0.0125, "flange_root_m": 0.0165});
-        file[key] = value.into();
-        let e = Profile::build(&serde_json::from_value(file).unwrap(), Path::new("p.yaml"))
-            .unwrap_err()
-            .to_string();
-        assert!(e.contains(key), "{e}");
+        let mut wrong = right.clone();
+        change(&mut wrong);
+        assert_eq!(Profile::new(&wrong).unwrap_err().key, key);
     }
 }
 
@@ -291,7 +297,7 @@ fn slips_of_the_pen_are_no_panics() {
 fn the_file_formats_have_a_schema() {
     for (schema, key) in [
         (schemars::schema_for!(TrackFile), "easement_m"),
-        (schemars::schema_for!(profile::ProfileFile), "flange_tip_m"),
+        (schemars::schema_for!(ProfileFile), "flange_tip_m"),
     ] {
         assert!(serde_json::to_string(&schema).unwrap().contains(key));
     }

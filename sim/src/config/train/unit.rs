@@ -1,12 +1,12 @@
 //! A unit: a URDF and, beside it, a YAML file with what URDF cannot say.
 
-use super::inertia::MassProperties;
-use super::{Drive, Station};
+use super::unit_file::UnitFile;
 use crate::config::checked::Fraction;
 use crate::config::file::{input_error, named, read_yaml};
-use crate::config::unit_file::UnitFile;
 use crate::config::urdf::{Place, UrdfUnit};
 use crate::error::Error;
+use crate::train::inertia::MassProperties;
+use crate::train::{Drive, Station};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 

@@ -150,7 +150,7 @@ pub struct CarriedBy {
 #[serde(deny_unknown_fields)]
 pub struct ConnectionFile {
     /// What it can carry.
-    pub kind: ConnectionKind,
+    pub kind: KindOfConnection,
     /// One link.
     pub from: String,
     /// The other link.
@@ -159,6 +159,29 @@ pub struct ConnectionFile {
     pub stiffness_npm: Positive,
     /// N·s/m.
     pub damping_nspm: NonNegative,
+}
+
+/// What a connection can carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "ConnectionKind")] // the name in the JSON schema
+pub enum KindOfConnection {
+    /// Push and pull along the line between the anchors.
+    Drawbar,
+    /// Holds the anchors together in all directions (a ball joint).
+    Hanger,
+    /// Pull only.
+    Chain,
+}
+
+impl From<KindOfConnection> for ConnectionKind {
+    fn from(kind: KindOfConnection) -> Self {
+        match kind {
+            KindOfConnection::Drawbar => Self::Drawbar,
+            KindOfConnection::Hanger => Self::Hanger,
+            KindOfConnection::Chain => Self::Chain,
+        }
+    }
 }
 
 /// A load: lifting gear that is always there, and a payload that comes and goes.
