@@ -77,16 +77,7 @@ fn even_spread(masses: &[(f64, f64)]) -> MassSpan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
-
-    fn train(name: &str) -> Train {
-        Train::load(
-            &Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../assets/trains")
-                .join(name),
-        )
-        .unwrap()
-    }
+    use crate::testing::train;
 
     #[test]
     fn an_even_rod_is_its_own_even_spread() {
@@ -103,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_tare_covers_the_train_and_the_load_rests_under_the_beam() {
-        let t = train("dx80_176y.yaml");
+        let t = train("dx80_176y");
         let ([from, to], [load_from, load_to]) = t.spans_behind(0.0);
         // 18.1 m from front to rear, symmetric about its middle but for where couplings lie.
         assert!((0.5 * (from + to) - 9.05).abs() < 0.1, "{from} {to}");
