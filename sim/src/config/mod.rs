@@ -1,4 +1,4 @@
-//! Input files: everything that knows YAML, URDF, CSV or STL.
+//! Input files: all reading of YAML, URDF, CSV and STL.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! The data sheet of a vehicle's instruments: what the YAML says.
+//! The format of the data sheet of a vehicle's instruments.
 //!
 //! Every instrument has three blocks: where it sits (`mount`, not of instruments that belong to a part of the vehicle),
 //! `sampling` (when values are taken and arrive) and `errors` (how they differ from the truth). A block left out means "none

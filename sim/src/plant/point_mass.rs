@@ -54,7 +54,7 @@ pub struct PointMassOptions {
     pub gravity_mps2: f64,
     /// Index of the mount that carries the IMU; the point is at its chainage.
     pub imu: usize,
-    /// Indices of all mounts whose motion sensors read.
+    /// Indices of all mounts that carry an instrument.
     pub mounts: Vec<usize>,
     /// Slippery stretches.
     pub zones: Vec<Zone>,

@@ -4,8 +4,8 @@
 //! three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is the mean of
 //! ψ since the sample before, as these instruments filter what they read.
 //!
-//! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), which most are: it cannot tell
-//! acceleration from gravity. At rest on a grade θ it reads θ; under an acceleration a along the rail
+//! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), as most are: gravity and
+//! acceleration act on it alike. At rest on a grade θ it reads θ; under an acceleration a along the rail
 //! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little. "Dynamic"
 //! inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments; here that
 //! filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.

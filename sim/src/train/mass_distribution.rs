@@ -25,7 +25,7 @@ impl Train {
         )
     }
 
-    /// Masses of all bodies, each suspended one's shared among what it hangs from, down to the rail.
+    /// Masses of all bodies, each suspended one's shared among the bodies that carry it, down to the rail.
     fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.bodies.len();
         let mut mass: Vec<f64> = (0..n).map(mass).collect();
@@ -103,7 +103,7 @@ mod tests {
         assert!(load_to - load_from < 4.7 + 0.5, "{load_from} {load_to}");
         let ([moved, _], _) = t.spans_behind(-3.0);
         assert!((moved - from + 3.0).abs() < 1e-12);
-        // Neither depends on what hangs on the hook.
+        // Neither depends on the load.
         let empty = t.with_load_mass(0.0).unwrap();
         let ([a, b], [c, d]) = empty.spans_behind(0.0);
         let apart = [a - from, b - to, c - load_from, d - load_to].map(f64::abs);

@@ -1,4 +1,4 @@
-//! Things that happen during a run. Which keys an event has says what it is.
+//! Events of a scenario. The keys of an event determine its kind.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use crate::error::DataError;

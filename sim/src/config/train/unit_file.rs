@@ -1,4 +1,4 @@
-//! The format of a unit file: what URDF cannot say.
+//! The format of a unit file: what URDF has no words for.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use crate::config::motor_file::MotorFile;

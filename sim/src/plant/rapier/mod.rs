@@ -1,8 +1,8 @@
-//! The train in rapier: this folder, and nothing else, knows rapier.
+//! The train as rigid bodies in rapier. No other folder uses rapier.
 //!
 //! rapier integrates the rigid bodies and handles collisions of cabs, beam and load with obstacles (`collisions`). The
 //! forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
-//! solver is told in `docs/src/design.md`.
+//! solver is described in `docs/src/design.md`.
 
 mod clearance;
 mod collisions;
@@ -46,7 +46,7 @@ pub struct WorldOptions {
     pub gravity_mps2: f64,
     /// Index of the mount that carries the IMU (`Train::mounts`).
     pub imu: usize,
-    /// Indices of all mounts whose motion sensors read; the others in `Truth::mounts` stay as they were at the start.
+    /// Indices of all mounts that carry an instrument; the others in `Truth::mounts` stay as they were at the start.
     pub mounts: Vec<usize>,
     /// Slippery stretches.
     pub zones: Vec<Zone>,

@@ -251,7 +251,7 @@ fn the_profile_is_an_i_beam() {
 
 /// Any number of a track file may be wrong: the answer is a rail or an error, never a panic, and a rail is finite.
 #[test]
-fn slips_of_the_pen_are_no_panics() {
+fn wrong_numbers_are_no_panics() {
     let text = std::fs::read_to_string(asset("tracks/winding.yaml")).unwrap();
     let body = text
         .replace("times: 11", "times: 1")
