@@ -33,7 +33,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         scenario,
         rail,
         moving,
-        sheet,
+        sensors,
         instruments: others,
         registry,
         mut estimators,
@@ -61,14 +61,15 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
     checks::loads(&scenario, &train)?;
     let front_m = checks::front(&scenario, &rail, &train)?;
 
-    let Some(sheet) = sheet else {
+    let Some((specs, sheet_file)) = sensors else {
         return Err(scenario.error(
             "sensors",
             "the vehicle has no instruments",
-            "`.sensors(Sheet::load(…)?)`",
+            "`.sensors(Sheet::load(…)?)`, or specifications by name",
         ));
     };
-    let sensors = instruments::fit(&scenario, &sheet, others, &train, seed)?;
+    let sensors = instruments::fit(&scenario, &specs, others, &train, seed)
+        .map_err(|e| e.in_file(&scenario, &sheet_file))?;
     let imu = sensors
         .imu_mount()
         .or_else(|| train.mount("imu_link"))
@@ -87,7 +88,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
 
     let vehicle = match &moving {
         Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
-        Moving::Train(_) => nominal_vehicle::nominal_vehicle(&scenario, &train, imu),
+        Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
     };
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";
@@ -118,7 +119,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
         imu_offset_m: plant.truth().chainage_m - front_m,
         cycle: Cycle::new(&s.drive, speed),
         events: EventSchedule::new(&s.events, drive.map_or(0.0, |d| d.clamp_mpa)),
-        perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg),
+        perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg, &vehicle),
         end: EndCondition {
             after_s: s.stop.time_limit_s(),
             at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),

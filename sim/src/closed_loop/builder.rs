@@ -11,8 +11,10 @@ use crate::plant::Plant;
 use crate::plant::road::Car;
 use crate::rail::Rail;
 use crate::sensors::Instrument;
+use crate::sensors::spec::InstrumentSpecs;
 use crate::train::Train;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What moves.
@@ -29,7 +31,8 @@ pub struct SimulationBuilder {
     pub(super) scenario: Scenario,
     pub(super) rail: Arc<Rail>,
     pub(super) moving: Moving,
-    pub(super) sheet: Option<Sheet>,
+    /// The instruments, and the file they are from.
+    pub(super) sensors: Option<(InstrumentSpecs, PathBuf)>,
     pub(super) instruments: Vec<Box<dyn Instrument>>,
     pub(super) registry: Registry,
     pub(super) estimators: BTreeMap<String, BoxedEstimator>,
@@ -66,15 +69,21 @@ impl SimulationBuilder {
             )?)),
         };
         let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
-        Ok(Self::new(scenario, rail, moving, Some(sheet)))
+        let sensors = (sheet.specs(), sheet.file);
+        Ok(Self::new(scenario, rail, moving, Some(sensors)))
     }
 
-    fn new(scenario: Scenario, rail: Rail, moving: Moving, sheet: Option<Sheet>) -> Self {
+    fn new(
+        scenario: Scenario,
+        rail: Rail,
+        moving: Moving,
+        sensors: Option<(InstrumentSpecs, PathBuf)>,
+    ) -> Self {
         Self {
             scenario,
             rail: Arc::new(rail),
             moving,
-            sheet,
+            sensors,
             instruments: Vec::new(),
             registry: Registry::default(),
             estimators: BTreeMap::new(),
@@ -111,14 +120,13 @@ impl SimulationBuilder {
         self
     }
 
-    /// The instruments of the vehicle.
-    pub fn sensors(mut self, sheet: Sheet) -> Self {
-        self.scenario.file.sensors = sheet.file.display().to_string();
-        self.sheet = Some(sheet);
+    /// The instruments of the vehicle: a data sheet, or specifications by name.
+    pub fn sensors(mut self, specs: impl Into<InstrumentSpecs>) -> Self {
+        self.sensors = Some((specs.into(), PathBuf::new()));
         self
     }
 
-    /// An instrument of one's own beside those of the sheet; see [`Measurements::auxiliary`](monorig_estimators::api::signals::Measurements).
+    /// An instrument of one's own beside those of the data sheet.
     pub fn instrument(mut self, instrument: Box<dyn Instrument>) -> Self {
         self.instruments.push(instrument);
         self

@@ -26,7 +26,7 @@ pub fn track(scenario: &Scenario, rail: &Rail, car: bool) -> Result<(), Error> {
     }
 }
 
-/// The physics step suits the train's springs. The scenario is blamed: it chose the step.
+/// The physics step suits the train's springs. The error is the scenario's: it chooses the step.
 pub fn step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
     train.check_step(dt_s).map_err(|e| {
         scenario.error(

@@ -11,7 +11,7 @@ pub fn nominal_mass_kg(train: &Train) -> f64 {
 }
 
 /// The nominal vehicle of a train: its data sheet, with the changes of the scenario. `imu` is the mount of the IMU.
-pub fn nominal_vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
+pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     let nominal = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);

@@ -4,7 +4,7 @@ pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::error::Error;
-use monorig_estimators::api::signals::Measurements;
+use monorig_estimators::api::signals::{Command, Measurements};
 
 /// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns false, the run
 /// stops there and the observers still finish.
@@ -31,7 +31,7 @@ fn closed_loop(
     observers: &mut [&mut dyn Observer],
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let (mut steps, mut last_sample_s) = (0, 0.0);
+    let (mut command, mut steps, mut last_sample_s) = (Command::default(), 0, 0.0);
     loop {
         let (t_s, front_m) = (s.plant.truth().t_s, s.front_m());
         if let Some(ended) = s.end.reached((t_s, s.dt_s), front_m, steps, go_on)? {
@@ -40,9 +40,11 @@ fn closed_loop(
         let mut reference = s.cycle.at(t_s, front_m, s.dt_s);
         let estimate = s.in_loop.and_then(|i| s.estimators.get(i));
         let estimate = estimate.map(|e| &e.estimate);
-        let perception = *s.perception.next(s.plant.truth(), estimate, s.dt_s);
+        let perception = *s
+            .perception
+            .next(s.plant.truth(), estimate, &command, s.dt_s);
         s.events.apply(t_s, s.plant.as_mut(), &mut reference);
-        let command = s.controller.control(&reference, &perception, s.dt_s);
+        command = s.controller.control(&reference, &perception, s.dt_s);
 
         s.plant.step(&command, s.dt_s)?;
         steps += 1;
