@@ -2,7 +2,8 @@
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::rapier::{World, WorldOptions};
+use monorig_sim::plant::PlantOptions;
+use monorig_sim::plant::rapier::World;
 use monorig_sim::rail::Rail;
 use monorig_sim::train::Train;
 use std::sync::Arc;
@@ -17,16 +18,15 @@ pub fn imu(train: &Train) -> usize {
         .expect("imu mount")
 }
 
-pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
+pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> PlantOptions {
     let imu = imu(train);
-    WorldOptions {
+    PlantOptions {
         front_m,
         speed_mps,
         gravity_mps2: G,
         imu,
         mounts: vec![imu],
-        zones: vec![],
-        obstacles: vec![],
+        ..PlantOptions::default()
     }
 }
 

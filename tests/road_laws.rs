@@ -3,7 +3,8 @@
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::road::{Car, RoadOptions, RoadPlant};
+use monorig_sim::plant::PlantOptions;
+use monorig_sim::plant::road::{Car, RoadPlant};
 use monorig_sim::plant::train::adhesion::Zone;
 use monorig_sim::rail::Rail;
 use monorig_sim::sensors::accelerometer::specific_force;
@@ -21,12 +22,12 @@ fn rigid() -> Car {
     car
 }
 
-fn options(front_m: f64, speed_mps: f64) -> RoadOptions {
-    RoadOptions {
+fn options(front_m: f64, speed_mps: f64) -> PlantOptions {
+    PlantOptions {
         front_m,
         speed_mps,
         gravity_mps2: G,
-        zones: Vec::new(),
+        ..PlantOptions::default()
     }
 }
 
@@ -316,7 +317,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
         let mut p = RoadPlant::new(
             &car(),
             circle(60.0),
-            &RoadOptions {
+            &PlantOptions {
                 zones: zones.clone(),
                 ..options(10.0, 0.0)
             },
@@ -348,7 +349,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
     let mut p = RoadPlant::new(
         &car(),
         level(),
-        &RoadOptions {
+        &PlantOptions {
             zones: vec![ice],
             ..options(10.0, 0.0)
         },
