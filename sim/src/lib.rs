@@ -19,4 +19,6 @@ pub mod plant;
 pub mod rail;
 pub mod record;
 pub mod sensors;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod train;
