@@ -43,20 +43,16 @@ pub fn simulate(
     let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
     folder.write("manifest.json", manifest.to_json().as_bytes())?;
 
-    let mut parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
-    let mut rerun = match task.no_rerun {
-        true => None,
-        false => viewer::sink(folder.path().join("run.rrd"), task.live),
-    };
-    if !viewer::AVAILABLE && !task.no_rerun {
-        note(&viewer::not_written("run.rrd"));
+    let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
+    if !task.no_rerun {
+        match viewer::sink(folder.path().join("run.rrd"), task.live) {
+            Some(rerun) => sinks.push(rerun),
+            None => note(&viewer::not_written("run.rrd")),
+        }
     }
     let mut series = ErrorSeries::default();
     let started = Instant::now();
-    let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
-    if let Some(rerun) = &mut rerun {
-        sinks.push(rerun.as_mut());
-    }
     let outcome = record(&mut simulation, sinks, task.live, &mut series, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
@@ -79,14 +75,11 @@ pub fn simulate(
 /// Run a simulation into sinks. `live`: someone is watching.
 pub fn record(
     simulation: &mut Simulation,
-    sinks: Vec<&mut dyn Sink>,
+    sinks: Vec<Box<dyn Sink>>,
     live: bool,
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let sinks = sinks
-        .into_iter()
-        .map(|sink| Box::new(sink) as Box<dyn Sink>);
-    let mut recorder = Recorder::new(sinks.collect()).every_s(viewer::chunk_s(live));
+    let mut recorder = Recorder::new(sinks).every_s(viewer::chunk_s(live));
     run::run(simulation, &mut [&mut recorder, also], go_on)
 }

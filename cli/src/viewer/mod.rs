@@ -11,9 +11,6 @@ mod none;
 #[cfg(not(feature = "viewer"))]
 pub use none::{chunk_s, read, sink};
 
-/// Whether this program was built with the viewer.
-pub const AVAILABLE: bool = cfg!(feature = "viewer");
-
 /// What is said once where a recording would have been made.
 pub fn not_written(file: &str) -> String {
     format!("{file} is not written: this program was built without the viewer (feature `viewer`)")

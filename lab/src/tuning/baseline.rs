@@ -41,10 +41,7 @@ impl Baseline {
             let values = measured.values.as_ref().map_err(|why| wrong(why.clone()))?;
             for (term, value) in study.file.objective.metrics.iter().zip(values) {
                 if !value.is_finite() {
-                    let what = format!(
-                        "{} is not a number (nothing is vouched for then)",
-                        term.metric
-                    );
+                    let what = format!("{} is not a number (no sample is valid then)", term.metric);
                     return Err(wrong(what));
                 }
             }

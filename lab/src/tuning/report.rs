@@ -75,7 +75,7 @@ pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let traces = result.traces.iter().flat_map(trace);
     page.sections.push(
         Section::new("Before and after")
-            .text("Errors in a validation run of each scenario, while the estimator vouches for its estimate.")
+            .text("Errors in a validation run of each scenario, while the estimator marks its estimate valid.")
             .figures(traces),
     );
     page.to_html()

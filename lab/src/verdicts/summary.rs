@@ -32,7 +32,7 @@ pub struct Summary {
     /// Whether the scenario's end was reached.
     pub finished: bool,
     /// Estimators without a single valid sample in the whole run.
-    pub silent: Vec<String>,
+    pub never_valid: Vec<String>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Steps of the plant.
@@ -138,7 +138,7 @@ impl Summary {
             scenario: scenario.name.clone(),
             seed,
             finished: outcome.finished,
-            silent: series
+            never_valid: series
                 .estimators
                 .iter()
                 .filter(|(_, samples)| !samples.iter().any(|x| x.mass_valid || x.slope_valid))

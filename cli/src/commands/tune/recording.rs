@@ -17,18 +17,17 @@ pub fn write(
 ) -> Result<(), CliError> {
     let path = folder.join("before_after.rrd");
     let partial = folder.join(format!("before_after.rrd.partial-{}", std::process::id()));
-    let Some(mut sink) = viewer::sink(partial.clone(), false) else {
+    let Some(sink) = viewer::sink(partial.clone(), false) else {
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };
     let recorded = record(
         &mut simulation,
-        vec![sink.as_mut()],
+        vec![sink],
         false,
         &mut ErrorSeries::default(),
         go_on,
     );
-    drop(sink);
     let kept = recorded.map_err(CliError::from).and_then(|outcome| {
         if outcome.interrupted {
             return Err(CliError::TuningInterrupted);

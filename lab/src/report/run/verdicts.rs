@@ -39,10 +39,8 @@ pub fn section(summary: &Summary) -> Section {
             "{name} refused {times} steps, the first because {reason}."
         ));
     }
-    for name in &summary.silent {
-        section = section.text(format!(
-            "{name} did not vouch for anything in the whole run."
-        ));
+    for name in &summary.never_valid {
+        section = section.text(format!("{name} had no valid estimate in the whole run."));
     }
     if !summary.estimators.is_empty() {
         section = section.table(key_figures(summary));
@@ -68,7 +66,7 @@ fn verdicts(summary: &Summary) -> Table {
 fn key_figures(summary: &Summary) -> Table {
     let mut table = Table::new(&["estimator"], &[]);
     table.caption = format!(
-        "Estimators, from {} s on, where they vouch for their values",
+        "Estimators, from {} s on, where they mark their values valid",
         summary.after_s
     );
     let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
