@@ -43,6 +43,8 @@ pub mod plant;
 pub mod rail;
 pub mod record;
 pub mod sensors;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod train;
 
 pub use closed_loop::registry::Registry;
