@@ -89,7 +89,7 @@ impl PerceptionModel {
         &self.now
     }
 
-    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote does not know it because too many
+    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote gives none because too many
     /// wheels slip, the last speed is held (dead reckoning) for at most [`SPEED_HOLD_S`]; then the median wheel counts.
     fn train_speed_mps(&mut self, motor_torque_nm: f64, dt_s: f64) -> f64 {
         let wheels = || self.wheel_speed_mps.iter().flatten().copied();

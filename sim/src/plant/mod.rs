@@ -36,7 +36,7 @@ pub trait Plant {
     fn update_clearance(&mut self) {}
 }
 
-/// Motion of a point fixed to a body, in the world frame W (z up): what a sensor bolted there feels.
+/// Motion of a point fixed to a body, in the world frame W (z up): the input of a sensor bolted there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MountState {
     /// Velocity of the point in the world, m/s.
@@ -49,6 +49,7 @@ pub struct MountState {
 
 /// One drive unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct DriveState {
     /// Chainage of the friction wheels, m.
     pub chainage_m: f64,
@@ -70,6 +71,7 @@ pub struct DriveState {
 
 /// What only a car has. Wheels: front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RoadState {
     /// Angle of the front wheels, rad, + left.
     pub steering_rad: f64,
@@ -87,8 +89,10 @@ pub struct RoadState {
     pub wheel_load_n: [f64; 4],
 }
 
-/// Everything true at one instant. Sensors see this and nothing else; controllers and estimators never do.
+/// The true state at one instant: what sensors measure, and what controllers and estimators never get.
+/// A plant of another crate starts from its default.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Truth {
     /// Time since the start of the run, s.
     pub t_s: f64,

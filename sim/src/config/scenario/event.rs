@@ -202,7 +202,7 @@ impl EventKeys {
     }
 }
 
-/// A kind of event: the key that tells it, the keys it needs, those it may have, and an example.
+/// A kind of event: the key that identifies it, the keys it needs, those it may have, and an example.
 struct Kind(
     &'static str,
     &'static [&'static str],
@@ -243,10 +243,10 @@ const KINDS: [Kind; 5] = [
     ),
 ];
 
-/// The kind the given keys tell, or what is wrong with them.
+/// The kind that the given keys identify, or what is wrong with them.
 fn kind(given: &[&str]) -> Result<&'static Kind, String> {
-    let told: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
-    let kind = match told[..] {
+    let matched: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
+    let kind = match matched[..] {
         [one] => one,
         [] => {
             let examples: Vec<_> = KINDS.iter().map(|k| k.3).collect();
