@@ -6,7 +6,7 @@
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::run::{Observer, run};
+use monorig_sim::closed_loop::run::run;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::train::body_state::Wrench;
@@ -14,7 +14,6 @@ use monorig_sim::rail::Cursor;
 use monorig_sim::record::Recorder;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::sensors::Sensors;
 use monorig_tests::*;
 use std::time::Instant;
 
@@ -52,46 +51,7 @@ fn recorded(name: &str) -> f64 {
         let start = Instant::now();
         let sinks: Vec<Box<dyn Sink>> = vec![Box::new(&mut parquet), Box::new(&mut rerun)];
         let mut recorder = Recorder::new(sinks).every_s(monorig_viz::sink::CHUNK_S);
-        let done = run(&mut rig, &mut [], &mut |_| true).expect("run");
-        best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
-    }
-    best
-}
-
-/// The same with everything recorded.
-fn recorded(name: &str) -> f64 {
-    let folder = std::env::temp_dir().join(format!("monorig-bench-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("folder");
-    let mut best: f64 = 0.0;
-    for _ in 0..ROUNDS {
-        let mut rig =
-            Simulation::build(one_estimator(name, &[]), &Registry::default(), 1).expect("rig");
-        let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
-        let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
-        let start = Instant::now();
-        let channels = recorder::channels(rig.train.drives.len(), false, &rig.estimators);
-        let samples = rig.rail_samples();
-        let (rail, train) = (rig.rail.clone(), rig.train.clone());
-        let layout = Layout {
-            scenario: name,
-            seed: 1,
-            why: "",
-            channels: &channels,
-            train: &train,
-            rail: &samples,
-            profile: rail.outline(),
-            obstacles: &[],
-        };
-        let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];
-        let record = rig.scenario.file.record;
-        let mut recorder =
-            Recorder::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("recorder");
-        let done = run(
-            &mut rig,
-            &mut [&mut recorder as &mut dyn Observer],
-            &mut |_| true,
-        )
-        .expect("run");
+        let done = run(&mut rig, &mut [&mut recorder], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }
     let _ = std::fs::remove_dir_all(&folder);
