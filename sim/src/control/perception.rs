@@ -135,27 +135,14 @@ const FEEDFORWARD_LAG_S: f64 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::vehicle;
     use monorig_estimators::Time;
-    use monorig_estimators::api::signals::{Sample, VehicleData};
+    use monorig_estimators::api::signals::Sample;
 
     const DT_S: f64 = 0.002;
 
     fn model(feedforward: FeedForward) -> PerceptionModel {
-        let vehicle = Vehicle::new(VehicleData {
-            tare_kg: 9000.0,
-            drives: 8,
-            wheel_radius_m: 0.17,
-            gear_ratio: 19.0,
-            efficiency: 0.95,
-            rotating_mass_kg: 1300.0,
-            running_resistance: 0.02,
-            mass_range_kg: [5e3, 4e4],
-            tare_span_m: [0.0; 2],
-            load_span_m: [0.0; 2],
-            imu_arm_m: 0.0,
-            road: None,
-        });
-        PerceptionModel::new(feedforward, 15e3, &vehicle.unwrap())
+        PerceptionModel::new(feedforward, 15e3, &vehicle())
     }
 
     /// Speed after `steps` steps with these wheel speeds under driving torque.
