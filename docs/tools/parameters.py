@@ -19,6 +19,9 @@ NUMBER = re.compile(r'(\w+) \["([^"]*)"\] = ([^,]+), (\S+) => (\S+), ' + TEXT)
 FLAG = re.compile(r"(\w+) \[flag\] = (\w+), " + TEXT)
 # name [choice Type] = Type::Default, "what it is";
 CHOICE = re.compile(r"(\w+) \[choice (\w+)\] = \w+::(\w+), " + TEXT)
+# Files of the published equations, and their sources.
+PUBLISHED = {"liu_2023": "Liu et al. 2023", "liu_2023_resistance": "Liu et al. 2023", "huainan": "DFFRLS-AUKF paper", "guo_2024": "Guo et al. 2024",
+             "patent": "Patent CN 111507019 B"}
 HEAD = """# Parameters of the estimators
 
 Made by `docs/tools/parameters.py` from the `params!` lists in `estimators/src/`. A scenario sets a parameter by its name:
@@ -69,30 +72,56 @@ def groups_of(file: Path) -> dict[str, tuple[str, list]]:
     return found
 
 
-def file_of(module: str) -> Path:
-    """The file of a pipeline."""
-    return next(file for file in FILES if file.stem == module)
+def declared() -> dict[str, tuple[Path, list[str]]]:
+    """Pipelines: `folder/module` -> its file and the structs of its groups, in order.
+
+    Three ways to declare one: `param_groups!` in a file of its own, a row of `variants!` or of `methods!` in the file of a source."""
+    found = {}
+    fields = lambda text: re.findall(r"\w+: (\w+)", text)
+    for file in FILES:
+        folder, text = file.parent.name, file.read_text()
+        for module, groups in re.findall(r"^    (\w+): \w+ = [^;]*?,\s*\{ (.*?) \},", text, re.M | re.S):
+            found[f"{folder}/{module}"] = (file, fields(groups))
+        for module, groups in re.findall(r"^    (\w+)::\w+\(([^)]*)\)\s*= \|", text, re.M):
+            found[f"{folder}/{module}"] = (file, fields(groups))
+        own = re.search(r"param_groups! \{\s*/// [^\n]*\n    Params \{ (\w+: \w+(?:, \w+: \w+)*),? \}", text)
+        if own:
+            found[f"{folder}/{file.stem}"] = (file, fields(own.group(1)))
+    return found
+
+
+def home(file: Path, struct: str, groups: dict) -> Path:
+    """The file that declares a group that a pipeline uses: its own, or the one it imports the group from."""
+    if struct in groups[file]:
+        return file
+    imported = re.search(rf"use crate::([\w:]+)::(?:\{{[^}}]*\b{struct}\b[^}}]*\}}|{struct});", file.read_text())
+    module = SOURCE / imported.group(1).replace("::", "/") if imported else file
+    for path in (module.with_suffix(".rs"), module / "mod.rs"):
+        if struct in groups.get(path, {}):
+            return path
+    sys.exit(f"{file}: the group {struct} is not declared in {module}")
 
 
 def main() -> None:
-    shared = {name: group for file in FILES for name, group in groups_of(file).items() if name != "Own"}
-    names = re.findall(r'^    "(\w+)" => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
-    users: dict[str, list[str]] = {}
-    page, order = HEAD, []
-    for name, module in names:
-        file = file_of(module)
-        groups = re.search(r"Params \{ (.*?) \}", file.read_text()).group(1)
-        for group in (g.split(": ")[1] for g in groups.split(", ")):
-            key = f"{module}.Own" if group == "Own" else group
-            users.setdefault(key, []).append(name)
-            if key not in order:
-                order.append(key)
-    for key in order:
-        doc, parameters = groups_of(file_of(key.split(".")[0]))["Own"] if key.endswith(".Own") else shared[key]
+    groups = {file: groups_of(file) for file in FILES}
+    pipelines = declared()
+    registry = re.findall(r'^    "(\w+)"(?: in "\w+")? => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
+    users: dict[tuple[Path, str], list[str]] = {}
+    for name, module in registry:
+        folder = "published" if name.endswith("_printed") else "pipelines"
+        file, structs = pipelines.get(f"{folder}/{module}") or sys.exit(f"{name}: no parameters of {folder}/{module} found")
+        for struct in structs:
+            users.setdefault((home(file, struct, groups), struct), []).append(name)
+    page = HEAD
+    for (file, struct), names in users.items():
+        doc, parameters = groups[file][struct]
         # The first sentence is the heading, the rest a paragraph.
-        title, _, rest = re.sub(r"\s*\n\s*///\s*", " ", doc).partition(". ")
-        page += f"\n## {title.rstrip('.')}\n\n" + (f"{rest}\n\n" if rest else "")
-        page += f"Of {', '.join(f'`{u}`' for u in users[key])}.\n\n"
+        title, *rest = re.split(r"(?<!eq)\. (?=[A-Z])", re.sub(r"\s*\n\s*///\s*", " ", doc), maxsplit=1)
+        title = title.rstrip(".")
+        if file.parent.name == "pipelines" and file.stem in PUBLISHED:
+            title = f"{PUBLISHED[file.stem]}: {title[0].lower()}{title[1:]}"
+        page += f"\n## {title}\n\n" + "".join(f"{text}\n\n" for text in rest)
+        page += f"Of {', '.join(f'`{name}`' for name in names)}.\n\n"
         page += "| parameter | unit | default | range | meaning |\n|---|---|---|---|---|\n"
         for name, unit, default, range_, about in parameters:
             page += f"| `{name}` | {unit} | {default} | {range_} | {about.replace('|', chr(92) + '|')} |\n"

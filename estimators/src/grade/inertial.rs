@@ -40,6 +40,17 @@ params! {
     }
 }
 
+impl SigmaParams {
+    /// The sigma points of these parameters.
+    pub fn spread(&self) -> Spread {
+        Spread {
+            alpha: self.alpha,
+            beta: self.beta,
+            kappa: self.kappa_ukf,
+        }
+    }
+}
+
 params! {
     /// Parameters of the inertial slope filter.
     InertialParams {
@@ -165,11 +176,7 @@ impl<const N: usize> CurvatureSlope<InertialUkf, N> {
         let filter = Ukf {
             model: model(&params),
             belief: prior(&params),
-            spread: Spread {
-                alpha: sigma.alpha,
-                beta: sigma.beta,
-                kappa: sigma.kappa_ukf,
-            },
+            spread: sigma.spread(),
         };
         Self::new(vehicle, params, curvature, filter, fading, supervision)
     }

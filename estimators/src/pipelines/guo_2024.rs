@@ -30,6 +30,7 @@ use crate::filters::imm::Imm;
 use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::strong_tracking::StrongTracking;
+use crate::grade::force_balance_ekf::Drive;
 use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::preprocess::resampler::ResampledSample;
 
@@ -144,17 +145,6 @@ pub enum Acceleration {
     Dynamic,
 }
 
-/// What drives the dynamic model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// F η − F_w, N.
-    pub net_n: Real,
-    /// Mass m, kg.
-    pub mass_kg: Real,
-    /// Running resistance with the sign of the speed: sgn(v) f.
-    pub resistance: Real,
-}
-
 /// State [v, a, i], i = sin θ; measurement [a_sen, v].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RampModel {
@@ -184,7 +174,7 @@ impl Model<3, 2> for RampModel {
 
     fn f(&self, x: &Vector3<Real>, u: &Option<Drive>, dt: Real) -> Vector3<Real> {
         let a = self.balance(u).map_or(x.y, |(u, delta)| {
-            (u.net_n / u.mass_kg - GRAVITY * u.resistance - GRAVITY * x.z) / delta // eq. 14, 16
+            (u.traction_n / u.mass_kg - GRAVITY * u.resistance - GRAVITY * x.z) / delta // eq. 14, 16
         });
         vector![x.x + dt * x.y, a, x.z] // eq. 12, 16
     }
@@ -353,7 +343,7 @@ impl<const K: usize> Method for Guo2024<K> {
         }
         let [low, high] = self.range_kg;
         let drive = z.traction_n.map(|net_n| Drive {
-            net_n: (net_n + z.drag_n) * eta - z.drag_n, // eq. 1, 14
+            traction_n: (net_n + z.drag_n) * eta - z.drag_n, // eq. 1, 14: F_t η − F_w
             mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         });

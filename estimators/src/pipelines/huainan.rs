@@ -29,8 +29,9 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Filter, Model};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
-use crate::filters::ukf::{Spread, Ukf};
+use crate::filters::ukf::Ukf;
 use crate::grade::curvature_rls::{SlopeForce, first_then};
+use crate::grade::inertial::SigmaParams;
 use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 
@@ -87,15 +88,6 @@ params! {
 }
 
 params! {
-    /// Sigma points, eq. 18 and 19.
-    SigmaPoints {
-        alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread of the sigma points (the paper's ξ).";
-        beta ["-"] = 2.0, 0.0 => 10.0, "Their tail constant (the paper's η).";
-        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Their second spread κ = 3 − n.";
-    }
-}
-
-params! {
     /// Adapted noise, eq. 32–36.
     AdaptedNoise {
         b ["-"] = 0.97, 0.5 => 0.99999, "Fading factor b of the adapted wheel-speed noise, per wheel-speed sample.";
@@ -105,22 +97,22 @@ params! {
 variants! {
     /// The method: curvature with dynamic forgetting, slope by an adaptive unscented Kalman filter.
     dffrls_aukf: DffrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
-        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
         |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
     /// The same with fixed noise.
     dffrls_ukf: DffrlsUkfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
-        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaPoints },
+        { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams },
         |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));
     /// The method with constant forgetting.
     ffrls_aukf: FfrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
-        { curvature: Curvature, forgetting: ConstantForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        { curvature: Curvature, forgetting: ConstantForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
         |vehicle, p| build(vehicle, &p.curvature, Forgetting::Constant(p.forgetting.lambda0), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
 variants! {
     /// The method with multiple forgetting.
     rls_mff_aukf: RlsMffAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 2>>,
-        { curvature: Curvature, forgetting: MultipleForgetting, slope: Slope, sigma: SigmaPoints, noise: AdaptedNoise },
+        { curvature: Curvature, forgetting: MultipleForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
         |vehicle, p| build(vehicle, &p.curvature, multiple(&p.forgetting), p.forgetting.offset_sd_mps3, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
@@ -288,17 +280,12 @@ fn ekf(p: &Slope, b: Option<Real>) -> Adaptive<Ekf<InclinationModel, 2>, 1> {
     }
 }
 
-fn ukf(p: &Slope, sigma: &SigmaPoints, b: Option<Real>) -> Adaptive<Ukf<InclinationModel, 2>, 1> {
+fn ukf(p: &Slope, sigma: &SigmaParams, b: Option<Real>) -> Adaptive<Ukf<InclinationModel, 2>, 1> {
     let Adaptive { filter, noise } = ekf(p, b);
-    let spread = Spread {
-        alpha: sigma.alpha,
-        beta: sigma.beta,
-        kappa: sigma.kappa_ukf,
-    };
     let filter = Ukf {
         model: filter.model,
         belief: filter.belief,
-        spread,
+        spread: sigma.spread(), // eq. 18, 19
     };
     Adaptive { filter, noise }
 }

@@ -27,6 +27,7 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
+use crate::grade::force_balance_ekf::Drive;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
@@ -106,17 +107,6 @@ variants! {
     joint_ekf: JointEkfPublished = Published<Joint>,
         { mass: FirstMass, slope: Slope },
         |vehicle, p| joint(vehicle, &p.mass, &p.slope);
-}
-
-/// What drives a step of the slope filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// Traction F at the rims, N.
-    pub traction_n: Real,
-    /// Total mass M, kg.
-    pub mass_kg: Real,
-    /// Running resistance with the sign of the speed: sgn(v) μ.
-    pub resistance: Real,
 }
 
 /// State [v, θ], measurement v.

@@ -30,6 +30,7 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::strong_tracking::StrongTracking;
+use crate::grade::force_balance_ekf::Drive;
 use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
@@ -67,17 +68,6 @@ variants! {
         |vehicle, p| build(vehicle, &p.mass, &p.slope);
 }
 
-/// What drives a step of the slope filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// F_t − F_w, N.
-    pub net_n: Real,
-    /// Mass m, kg.
-    pub mass_kg: Real,
-    /// Rolling resistance with the sign of the speed: sgn(v) f.
-    pub resistance: Real,
-}
-
 /// State [v, i], measurement v.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClimbModel {
@@ -92,7 +82,7 @@ impl Model<2, 1> for ClimbModel {
 
     fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
         let delta = 1.0 + self.rotating_mass_kg / u.mass_kg;
-        let v_dot = (u.net_n / u.mass_kg - GRAVITY * u.resistance - GRAVITY * x.y) / delta; // eq. 35–37
+        let v_dot = (u.traction_n / u.mass_kg - GRAVITY * u.resistance - GRAVITY * x.y) / delta; // eq. 35–37
         vector![x.x + dt * v_dot, x.y] // eq. 38, 39
     }
 
@@ -217,7 +207,7 @@ impl Patent {
 
     fn filter(&mut self, z: &Signals) -> Option<()> {
         self.since_s += z.dt;
-        let Some(net_n) = z.traction_n else {
+        let Some(traction_n) = z.traction_n else {
             self.started = false; // eq. 35 does not hold; v starts again where it does
             return None;
         };
@@ -226,7 +216,7 @@ impl Patent {
         self.since_s = 0.0;
         let [low, high] = self.range_kg;
         let drive = Drive {
-            net_n,
+            traction_n, // F_t − F_w
             mass_kg: within(self.mass_kg().value, low, high),
             resistance: z.direction * self.resistance,
         };

@@ -17,7 +17,7 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::guo_2024::{self, RampModel};
 use crate::pipelines::huainan::InclinationModel;
 use crate::pipelines::liu_2023::{self, GradeModel, JointModel};
-use crate::pipelines::patent::{self, ClimbModel};
+use crate::pipelines::patent::ClimbModel;
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -44,8 +44,8 @@ fn climb(random: &mut Random) {
         rotating_mass_kg: 65.0,
         q: [1e-4, 3e-4],
     };
-    let drive = patent::Drive {
-        net_n: 5e3 * random.normal(),
+    let drive = Drive {
+        traction_n: 5e3 * random.normal(),
         mass_kg: 1.5e3 + 1.5e3 * random.uniform(),
         resistance: 0.03 * random.normal(),
     };
@@ -70,7 +70,7 @@ fn liu_grade(random: &mut Random) {
         rotating_mass_kg: 1_045.0,
         q: [1e-4, 3e-4],
     };
-    let drive = liu_2023::Drive {
+    let drive = Drive {
         traction_n: 2e4 * random.normal(),
         mass_kg: 5e3 + 2e4 * random.uniform(),
         resistance: 0.03 * random.normal(),
@@ -131,8 +131,8 @@ fn ramp(random: &mut Random) {
             q: [1e-6, 0.3, 5e-4],
             force_sd_mps2: 0.03,
         };
-        let drive = guo_2024::Drive {
-            net_n: 5e3 * random.normal(),
+        let drive = Drive {
+            traction_n: 5e3 * random.normal(),
             mass_kg: 1.5e3 + 1.5e3 * random.uniform(),
             resistance: 0.03 * random.normal(),
         };
