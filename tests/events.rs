@@ -1,6 +1,6 @@
 //! What happens to a run when something happens in it: every kind of event, obstacles, and the closed loop.
 
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::config::scenario::Scenario;
@@ -164,7 +164,7 @@ fn a_stuck_sensor_repeats_itself_and_an_absent_one_says_nothing() {
 fn a_load_that_meets_an_obstacle_is_held_by_it() {
     let block = "[{at_m: 32, left_m: 0, up_m: -2.2, size_m: [0.5, 3, 2.5]}]";
     let set = [
-        ("surroundings", block),
+        ("obstacles", block),
         ("stop.after_s", "25"),
         ("start.chainage_m", "25"),
     ];

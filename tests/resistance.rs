@@ -4,7 +4,7 @@
 use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::pipelines::resistance_robust::{Params, SpeedPrediction, Surveyed};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::error::Error;

@@ -2,36 +2,32 @@
 //! the code happened to give.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
-use monorig_sim::config::checked::NonNegative;
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::road::{Car, RoadOptions, RoadPlant};
+use monorig_sim::plant::PlantOptions;
+use monorig_sim::plant::road::{Car, RoadPlant};
 use monorig_sim::plant::train::adhesion::Zone;
 use monorig_sim::rail::Rail;
 use monorig_sim::sensors::accelerometer::specific_force;
+use monorig_sim::sensors::mounted_instrument::MotionStep;
 use monorig_tests::*;
 use std::sync::Arc;
 
 const DT: f64 = 2e-3;
 
-fn car() -> Car {
-    Car::load(&asset("road/hongqi_ehs3.yaml")).expect("car")
-}
-
 /// The same car on springs that do not give way.
 fn rigid() -> Car {
     let mut car = car();
-    let none = NonNegative::try_from(0.0).expect("zero");
-    car.data.suspension.pitch_deg_per_g = none;
-    car.data.suspension.roll_deg_per_g = none;
+    car.data.suspension.pitch_deg_per_g = 0.0;
+    car.data.suspension.roll_deg_per_g = 0.0;
     car
 }
 
-fn options(front_m: f64, speed_mps: f64) -> RoadOptions {
-    RoadOptions {
+fn options(front_m: f64, speed_mps: f64) -> PlantOptions {
+    PlantOptions {
         front_m,
         speed_mps,
         gravity_mps2: G,
-        zones: Vec::new(),
+        ..PlantOptions::default()
     }
 }
 
@@ -192,7 +188,7 @@ fn torque_on_a_grade_accelerates_as_newton_says() {
 #[test]
 fn steady_circles_are_those_of_the_single_track_model() {
     let (mut car, radius) = (car(), 100.0);
-    car.data.wheels.rolling_resistance = NonNegative::try_from(0.0).expect("zero");
+    car.data.wheels.rolling_resistance = 0.0;
     let steady = |speed: f64| {
         let mut p = RoadPlant::new(&car, circle(radius), &options(10.0, speed));
         for _ in 0..((60.0 + 300.0) / speed / DT) as usize {
@@ -204,9 +200,8 @@ fn steady_circles_are_those_of_the_single_track_model() {
     let m = car.model(G);
     let g = &m.geometry;
     let weight = g.mass_kg * G;
-    let front =
-        car.data.tyres.cornering_stiffness_front.get() * weight * g.rear_m / g.wheelbase_m();
-    let rear = car.data.tyres.cornering_stiffness_rear.get() * weight * g.front_m / g.wheelbase_m();
+    let front = car.data.tyres.cornering_stiffness_front * weight * g.rear_m / g.wheelbase_m();
+    let rear = car.data.tyres.cornering_stiffness_rear * weight * g.front_m / g.wheelbase_m();
     let understeer = g.mass_kg / g.wheelbase_m() * (g.rear_m / front - g.front_m / rear);
 
     let (slow, v) = steady(2.0);
@@ -226,7 +221,7 @@ fn steady_circles_are_those_of_the_single_track_model() {
     );
     // against the circle driven, a little beside the middle of the lane
     let by_speed = fast.steering_rad - g.wheelbase_m() * fast.yaw_rate_radps / v;
-    let softer = 1.0 + lateral / (3.0 * car.data.tyres.adhesion_across.get() * G);
+    let softer = 1.0 + lateral / (3.0 * car.data.tyres.adhesion_across * G);
     let expected = understeer * lateral * softer;
     assert!(
         (by_speed / expected - 1.0).abs() < 0.02,
@@ -322,7 +317,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
         let mut p = RoadPlant::new(
             &car(),
             circle(60.0),
-            &RoadOptions {
+            &PlantOptions {
                 zones: zones.clone(),
                 ..options(10.0, 0.0)
             },
@@ -354,7 +349,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
     let mut p = RoadPlant::new(
         &car(),
         level(),
-        &RoadOptions {
+        &PlantOptions {
             zones: vec![ice],
             ..options(10.0, 0.0)
         },
@@ -372,7 +367,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
 
 /// What an accelerometer on a rigid car feels is what tyres, air and road do to its mass: two separate ways through the code.
 #[test]
-fn the_accelerometer_feels_the_forces_on_the_mass() {
+fn the_accelerometer_reads_the_forces_on_the_mass() {
     let rail = winding(1.0);
     let mut p = RoadPlant::new(&rigid(), rail, &options(10.0, 0.0));
     let mass = p.car.model.geometry.mass_kg;
@@ -381,12 +376,17 @@ fn the_accelerometer_feels_the_forces_on_the_mass() {
         let c = cruise(&p, 7.0);
         let before = p.truth().mounts[0];
         p.step(&c, DT).unwrap();
-        let (_, felt) = specific_force(&before, &p.truth().mounts[0], DT, G);
+        let [_, read] = specific_force(&MotionStep {
+            before: &before,
+            now: &p.truth().mounts[0],
+            dt_s: DT,
+            gravity_mps2: G,
+        });
         if k as f64 * DT > 1.0 {
             let f = &p.car.forces;
             let acting = [f.tyre_n[0] - f.drag_n, f.tyre_n[1], f.normal_n];
-            for ((sum, felt), acting) in sum.iter_mut().zip(felt.iter()).zip(acting) {
-                *sum += (felt - acting / mass).powi(2);
+            for ((sum, read), acting) in sum.iter_mut().zip(read.iter()).zip(acting) {
+                *sum += (read - acting / mass).powi(2);
             }
             n += 1.0;
         }
@@ -413,8 +413,13 @@ fn a_standing_car_reads_grade_and_squat() {
         t.pitch_at_imu_rad
     );
     let m = t.mounts[0];
-    let (felt, _) = specific_force(&m, &m, DT, G);
-    assert!((felt.x - G * (road + squat).sin()).abs() < 1e-3, "{felt}");
+    let [force, _] = specific_force(&MotionStep {
+        before: &m,
+        now: &m,
+        dt_s: DT,
+        gravity_mps2: G,
+    });
+    assert!((force.x - G * (road + squat).sin()).abs() < 1e-3, "{force}");
 }
 
 /// First order in the step: half the step, half the error; and the step in use is far below what the sensors can tell.

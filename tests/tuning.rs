@@ -15,10 +15,11 @@ use monorig_lab::replay::record::{ReplayRecorder, record};
 use monorig_lab::tuning::evaluate::Evaluator;
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::{Optimiser, TuningStudy};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::run;
-use monorig_sim::config::scenario::Scenario;
+use monorig_sim::config::checked::Finite;
+use monorig_sim::config::scenario::{ParameterValue, Scenario};
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
 
@@ -83,10 +84,14 @@ fn replay_gives_the_bits_of_the_run() {
 /// Estimators beside the loop are left out of the recording: it is the same without them.
 #[test]
 fn estimators_beside_the_loop_do_not_change_the_recording() {
-    let with = record(&eventful("5"), 1, &mut |_| true).unwrap().unwrap();
+    let with = record(&eventful("5"), &Registry::default(), 1, &mut |_| true)
+        .unwrap()
+        .unwrap();
     let mut bare = eventful("5");
     bare.file.estimators.clear();
-    let without = record(&bare, 1, &mut |_| true).unwrap().unwrap();
+    let without = record(&bare, &Registry::default(), 1, &mut |_| true)
+        .unwrap()
+        .unwrap();
     assert!(with == without);
 }
 
@@ -95,18 +100,28 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::new(folder.path());
     let s = eventful("3");
-    let made = cache.get(&s, 1, &mut |_| true).unwrap().unwrap();
+    let made = cache
+        .get(&s, &Registry::default(), 1, &mut |_| true)
+        .unwrap()
+        .unwrap();
     let place = cache.place(&s, 1).unwrap();
     assert!(cache::load(&place).unwrap() == made);
 
     // found again without running: a run would be stopped at once
-    let found = cache.get(&s, 1, &mut |_| false).unwrap();
+    let found = cache
+        .get(&s, &Registry::default(), 1, &mut |_| false)
+        .unwrap();
     assert!(found.unwrap() == made);
     // another seed, another scenario: not this one
-    assert!(cache.get(&s, 2, &mut |_| false).unwrap().is_none());
     assert!(
         cache
-            .get(&eventful("2"), 1, &mut |_| false)
+            .get(&s, &Registry::default(), 2, &mut |_| false)
+            .unwrap()
+            .is_none()
+    );
+    assert!(
+        cache
+            .get(&eventful("2"), &Registry::default(), 1, &mut |_| false)
             .unwrap()
             .is_none()
     );
@@ -125,7 +140,13 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
         assert!(cache::load(&place).is_none(), "{} bytes", bad.len());
     }
     // and is then made anew
-    assert!(cache.get(&s, 1, &mut |_| true).unwrap().unwrap() == made);
+    assert!(
+        cache
+            .get(&s, &Registry::default(), 1, &mut |_| true)
+            .unwrap()
+            .unwrap()
+            == made
+    );
     assert!(cache::load(&place).is_some());
     let names = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 1, "something was left behind");
@@ -154,7 +175,7 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     );
     let path = folder.path().join("study.yaml");
     std::fs::write(&path, text).unwrap();
-    TuningStudy::load(&path).unwrap()
+    TuningStudy::load(&path, &Registry::default()).unwrap()
 }
 
 /// What a trial shows with this `delta`.
@@ -165,6 +186,7 @@ fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
         .unwrap()
         .unwrap();
     let wanted = monorig_lab::tuning::loss::metric_windows(&study.file);
+    let delta = ParameterValue::Number(Finite::try_from(delta).unwrap());
     let values = [("delta".to_owned(), delta)].into();
     let [shown] = &evaluator.evaluate(&values, &wanted)[..] else {
         panic!("one run");

@@ -3,9 +3,10 @@
 use crate::commands::run::RunArgs;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
+use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, Outcome};
 use monorig_sim::error::Error;
@@ -13,16 +14,9 @@ use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder;
-use monorig_sim::record::recorder::Recorder;
-use monorig_sim::record::{Layout, Sink};
-use monorig_viz::RerunSink;
-use std::net::{Ipv4Addr, SocketAddr};
+use monorig_sim::record::{Recorder, Sink};
 use std::path::PathBuf;
 use std::time::Instant;
-
-/// Where a Rerun viewer listens by default.
-const VIEWER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
 
 /// What is left of a run.
 pub struct SimulatedRun {
@@ -39,25 +33,27 @@ pub struct SimulatedRun {
 /// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
-    mut rig: Simulation,
+    mut simulation: Simulation,
     task: &RunArgs,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<SimulatedRun, CliError> {
-    let (scenario, seed) = (rig.scenario.clone(), rig.seed);
+    let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
     let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
     let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
     let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
     folder.write("manifest.json", manifest.to_json().as_bytes())?;
 
-    let mut parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
-    let mut rerun = rerun_sink(task, folder.path().join("run.rrd"));
+    let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
+    if !task.no_rerun {
+        match viewer::sink(folder.path().join("run.rrd"), task.live) {
+            Some(rerun) => sinks.push(rerun),
+            None => note(&viewer::not_written("run.rrd")),
+        }
+    }
     let mut series = ErrorSeries::default();
     let started = Instant::now();
-    let mut sinks: Vec<&mut dyn Sink> = vec![&mut parquet];
-    if let Some(rerun) = &mut rerun {
-        sinks.push(rerun);
-    }
-    let outcome = record(&mut rig, sinks, task.live, &mut series, go_on)?;
+    let outcome = record(&mut simulation, sinks, task.live, &mut series, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = Summary::new(&scenario, seed, &outcome, &series);
@@ -76,61 +72,14 @@ pub fn simulate(
     })
 }
 
-/// Run a rig into sinks. `live`: someone is watching.
+/// Run a simulation into sinks. `live`: someone is watching.
 pub fn record(
-    rig: &mut Simulation,
-    sinks: Vec<&mut dyn Sink>,
+    simulation: &mut Simulation,
+    sinks: Vec<Box<dyn Sink>>,
     live: bool,
     also: &mut dyn Observer,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let mut tape = start_recorder(rig, sinks, live)?;
-    run::run(rig, &mut [&mut tape, also], go_on)
-}
-
-fn start_recorder<'a>(
-    rig: &Simulation,
-    sinks: Vec<&'a mut dyn Sink>,
-    live: bool,
-) -> Result<Recorder<'a>, Error> {
-    let scenario = &rig.scenario;
-    let channels = recorder::channels(
-        rig.train.drives.len(),
-        rig.plant.truth().road.is_some(),
-        &rig.estimators,
-    );
-    let samples = rig.rail_samples();
-    let obstacles: Vec<_> = rig.obstacles.iter().map(|b| (b.pose, b.size)).collect();
-    let layout = Layout {
-        scenario: &scenario.name,
-        seed: rig.seed,
-        why: &scenario.file.why,
-        channels: &channels,
-        train: &rig.train,
-        rail: &samples,
-        profile: rig.rail.outline(),
-        obstacles: &obstacles,
-    };
-    let chunk_s = if live {
-        monorig_viz::sink::LIVE_CHUNK_S
-    } else {
-        monorig_viz::sink::CHUNK_S
-    };
-    Recorder::new(sinks, &layout, &scenario.file.record, chunk_s)
-}
-
-fn rerun_sink(task: &RunArgs, path: PathBuf) -> Option<RerunSink> {
-    if task.no_rerun {
-        return None;
-    }
-    if !task.live {
-        return Some(RerunSink::file(path));
-    }
-    let sink = RerunSink::live(path, VIEWER);
-    if sink.live_state().is_none() {
-        note(&format!(
-            "no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"
-        ));
-    }
-    Some(sink)
+    let mut recorder = Recorder::new(sinks).every_s(viewer::chunk_s(live));
+    run::run(simulation, &mut [&mut recorder, also], go_on)
 }

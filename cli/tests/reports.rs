@@ -190,7 +190,7 @@ fn of_a_study() {
     for part in [
         "Study masses",
         "4 of 4 runs, 4 of them finished",
-        "2 of 5 checks FAILED", // rls_ekf_robust never vouches here, so its bound does not hold either
+        "2 of 5 checks FAILED", // rls_ekf_robust is never valid here, so its bound does not hold either
         "rls_ekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",

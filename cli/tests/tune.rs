@@ -200,7 +200,7 @@ fn before_and_after_are_recorded_side_by_side() {
     assert!(!rig.path("without/tune/study/before_after.rrd").exists());
 }
 
-/// Defaults that vouch for nothing in the window are no measure: refused before the search, and the same on validation runs alone.
+/// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation runs alone.
 #[test]
 fn defaults_that_cannot_be_measured_are_refused() {
     let blind = "{metric: mass_rmse_kg, after_s: 0, until_s: 1}";

@@ -95,16 +95,17 @@ def home(file: Path, struct: str, groups: dict) -> Path:
     if struct in groups[file]:
         return file
     imported = re.search(rf"use crate::([\w:]+)::(?:\{{[^}}]*\b{struct}\b[^}}]*\}}|{struct});", file.read_text())
-    path = SOURCE / (imported.group(1).replace("::", "/") + ".rs") if imported else None
-    if struct not in groups.get(path, {}):
-        sys.exit(f"{file}: the group {struct} is not declared in {path}")
-    return path
+    module = SOURCE / imported.group(1).replace("::", "/") if imported else file
+    for path in (module.with_suffix(".rs"), module / "mod.rs"):
+        if struct in groups.get(path, {}):
+            return path
+    sys.exit(f"{file}: the group {struct} is not declared in {module}")
 
 
 def main() -> None:
     groups = {file: groups_of(file) for file in FILES}
     pipelines = declared()
-    registry = re.findall(r'^    "(\w+)" => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
+    registry = re.findall(r'^    "(\w+)"(?: in "\w+")? => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
     users: dict[tuple[Path, str], list[str]] = {}
     for name, module in registry:
         folder = "published" if name.endswith("_printed") else "pipelines"

@@ -48,7 +48,7 @@ fn lines() -> Figure {
             .map(|&t| (t, truth(t) - 2.0 * sd(t), truth(t) + 2.0 * sd(t)))
             .collect(),
     });
-    chart.shades = Some(("not vouched for".into(), vec![(0.0, 12.0), (70.0, 75.0)]));
+    chart.shades = Some(("not valid".into(), vec![(0.0, 12.0), (70.0, 75.0)]));
     chart
         .lines
         .push(Line::new("estimate", Ink::Series(0), at(&estimate)));

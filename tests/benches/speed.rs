@@ -4,19 +4,16 @@
 //! machines.
 
 use monorig_estimators::api::signals::{Command, Measurements};
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::run::{Observer, run};
+use monorig_sim::closed_loop::run::run;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::train::body_state::Wrench;
 use monorig_sim::rail::Cursor;
-use monorig_sim::record::Layout;
+use monorig_sim::record::Recorder;
 use monorig_sim::record::Sink;
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::recorder;
-use monorig_sim::record::recorder::Recorder;
-use monorig_sim::sensors::Sensors;
 use monorig_tests::*;
 use std::time::Instant;
 
@@ -52,29 +49,9 @@ fn recorded(name: &str) -> f64 {
         let mut parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
         let mut rerun = monorig_viz::RerunSink::file(folder.join("run.rrd"));
         let start = Instant::now();
-        let channels = recorder::channels(rig.train.drives.len(), false, &rig.estimators);
-        let samples = rig.rail_samples();
-        let (rail, train) = (rig.rail.clone(), rig.train.clone());
-        let layout = Layout {
-            scenario: name,
-            seed: 1,
-            why: "",
-            channels: &channels,
-            train: &train,
-            rail: &samples,
-            profile: rail.outline(),
-            obstacles: &[],
-        };
-        let sinks: Vec<&mut dyn Sink> = vec![&mut parquet, &mut rerun];
-        let record = rig.scenario.file.record;
-        let mut recorder =
-            Recorder::new(sinks, &layout, &record, monorig_viz::sink::CHUNK_S).expect("recorder");
-        let done = run(
-            &mut rig,
-            &mut [&mut recorder as &mut dyn Observer],
-            &mut |_| true,
-        )
-        .expect("run");
+        let sinks: Vec<Box<dyn Sink>> = vec![Box::new(&mut parquet), Box::new(&mut rerun)];
+        let mut recorder = Recorder::new(sinks).every_s(monorig_viz::sink::CHUNK_S);
+        let done = run(&mut rig, &mut [&mut recorder], &mut |_| true).expect("run");
         best = best.max(done.simulated_s / start.elapsed().as_secs_f64());
     }
     let _ = std::fs::remove_dir_all(&folder);
@@ -186,14 +163,7 @@ fn main() {
 fn point_mass_alone(dt: f64) -> f64 {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
-    let o = monorig_sim::plant::point_mass::PointMassOptions {
-        front_m: 20.0,
-        speed_mps: 0.5,
-        gravity_mps2: G,
-        imu: imu(&train),
-        mounts: vec![imu(&train)],
-        zones: vec![],
-    };
+    let o = options(&train, 20.0, 0.5);
     let c = torque(&train, 10.0);
     let us = micros(20, || {
         let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);

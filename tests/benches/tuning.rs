@@ -8,6 +8,7 @@ use monorig_lab::batch::map_in_order;
 use monorig_lab::replay::{play::play, record::record};
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::Optimiser;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_tests::scenario;
 use std::time::{Duration, Instant};
 
@@ -93,7 +94,9 @@ fn main() {
         "liu2023_vehicle_test",
         &[("drive.controller.feedforward", "none")],
     );
-    let columns = record(&s, 1, &mut |_| true).expect("run").expect("whole");
+    let columns = record(&s, &Registry::default(), 1, &mut |_| true)
+        .expect("run")
+        .expect("whole");
     let mut out = Vec::new();
     for name in registry::NAMES {
         let all = rate(1, || {

@@ -6,6 +6,7 @@ use crate::files::formats::{self, FileFormat, KINDS};
 use crate::files::results;
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::error::Error;
 use std::path::Path;
@@ -31,10 +32,10 @@ pub struct CheckArgs {
 }
 
 /// Check every file; all mistakes are shown, not only those of the first bad file.
-pub fn check(task: &CheckArgs) -> Result<CommandOutcome, CliError> {
+pub fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut bad = 0;
     for file in &task.files {
-        match check_one(file, task.kind.and_then(formats::row)) {
+        match check_one(file, task.kind.and_then(formats::row), registry) {
             Ok(found) => output::print(&format!("{}: {found}\n", file.display()))?,
             Err(e) => {
                 errors::show(&CliError::Sim(e));
@@ -52,7 +53,11 @@ pub fn check(task: &CheckArgs) -> Result<CommandOutcome, CliError> {
 }
 
 /// What was found in a good file.
-fn check_one(file: &Path, row: Option<&'static FileFormat>) -> Result<String, Error> {
+fn check_one(
+    file: &Path,
+    row: Option<&'static FileFormat>,
+    registry: &Registry,
+) -> Result<String, Error> {
     if row.is_none()
         && let Some(kind) = results::recognise(file)
     {
@@ -62,7 +67,7 @@ fn check_one(file: &Path, row: Option<&'static FileFormat>) -> Result<String, Er
         Some(row) => row,
         None => recognise(file)?,
     };
-    (row.check)(file)?;
+    (row.check)(file, registry)?;
     Ok(format!("{} ok", row.name))
 }
 

@@ -1,7 +1,7 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
 use crate::CommandOutcome;
-use crate::commands::shared::{Jobs, seeds};
+use crate::commands::shared::{Jobs, assignment, seeds};
 use crate::files::prepare;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -11,14 +11,17 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::metrics::METRICS;
 use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, compare as cells};
 use monorig_lab::verdicts::interval::Interval;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::error::Error;
 use std::path::PathBuf;
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
   monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust --seeds 1..50
+  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,tuned=dffrls_aekf_robust --set estimators.tuned.delta=0.9
   monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
 
 All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to
@@ -30,12 +33,14 @@ the reference are taken run by run. Intervals: 95 %, percentile bootstrap over s
 pub struct CompareArgs {
     /// Scenario file
     pub file: PathBuf,
-    /// Estimators to compare; without it those of the scenario
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub estimators: Vec<String>,
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named, help = ESTIMATORS)]
+    pub estimators: Vec<NamedEstimator>,
     /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seeds: Option<String>,
+    /// Change a value of the scenario; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
     /// Metrics to compare
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
         default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,slope_valid_share")]
@@ -53,9 +58,58 @@ pub struct CompareArgs {
     pub csv: Option<PathBuf>,
 }
 
+/// Help of `--estimators`.
+pub const ESTIMATORS: &str =
+    "Estimators to compare, by name or as NAME=TYPE; without it those of the scenario";
+
+/// An estimator to compare: its name in the run and, if it was given, its type.
+#[derive(Clone, Debug)]
+pub struct NamedEstimator {
+    name: String,
+    is: Option<String>,
+}
+
+fn named(text: &str) -> Result<NamedEstimator, String> {
+    let (name, is) = match text.split_once('=') {
+        Some((name, is)) => (name, Some(is.trim().to_owned())),
+        None => (text, None),
+    };
+    let name = name.trim().to_owned();
+    match name.is_empty() || is.as_ref().is_some_and(String::is_empty) {
+        true => Err("write NAME or NAME=TYPE, such as tuned=dffrls_aekf_robust".into()),
+        false => Ok(NamedEstimator { name, is }),
+    }
+}
+
+/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an error.
+fn additions(
+    scenario: &Scenario,
+    wanted: &[NamedEstimator],
+) -> Result<Vec<(String, String)>, Error> {
+    let mut changes = Vec::new();
+    for NamedEstimator { name, is } in wanted {
+        let Some(there) = scenario.file.estimators.get(name) else {
+            changes.push((format!("estimators.{name}"), "{}".into()));
+            if let Some(is) = is {
+                changes.push((format!("estimators.{name}.is"), is.clone()));
+            }
+            continue;
+        };
+        let there = there.type_name(name);
+        if is.as_ref().is_some_and(|is| is != there) {
+            return Err(scenario.error(
+                format!("estimators.{name}"),
+                format!("`{name}` is {there} in this scenario"),
+                "another name before the `=`",
+            ));
+        }
+    }
+    Ok(changes)
+}
+
 /// A metric of estimators by its name.
 fn metric(name: &str) -> Result<String, String> {
-    let known = METRICS.iter().map(|m| m.name);
+    let known = metrics::estimator_metrics().map(|m| m.name);
     if known.clone().any(|k| k == name) {
         return Ok(name.to_owned());
     }
@@ -66,23 +120,18 @@ fn metric(name: &str) -> Result<String, String> {
     })
 }
 
-/// Run a scenario over its seeds with all estimators in one bank, and print their metrics beside each other.
-pub fn compare(task: &CompareArgs) -> Result<CommandOutcome, CliError> {
-    let plain = monorig_sim::config::scenario::Scenario::load(&task.file, &[])?;
-    let mut overrides: Vec<(String, String)> = Vec::new();
-    for name in &task.estimators {
-        if !plain.file.estimators.contains_key(name) {
-            overrides.push((format!("estimators.{name}"), "{}".into()));
-        }
-    }
+/// Run a scenario over its seeds with all estimators side by side, and print their metrics beside each other.
+pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let mut overrides = additions(&Scenario::load(&task.file, &[])?, &task.estimators)?;
+    overrides.extend(task.sets.iter().cloned());
     if let Some(seeds) = &task.seeds {
         overrides.push(("seeds".into(), seeds.clone()));
     }
-    let rig = prepare::rig(&task.file, &overrides)?;
-    let scenario = &rig.scenario;
+    let simulation = prepare::simulation(&task.file, &overrides, registry)?;
+    let scenario = &simulation.scenario;
     let shown: Vec<String> = match task.estimators.as_slice() {
         [] => scenario.file.estimators.keys().cloned().collect(),
-        named => named.to_vec(),
+        named => named.iter().map(|e| e.name.clone()).collect(),
     };
     let reference = task.reference.clone().or_else(|| shown.first().cloned());
     let reference = reference
@@ -95,7 +144,7 @@ pub fn compare(task: &CompareArgs) -> Result<CommandOutcome, CliError> {
             )
         })?;
     interrupt::listen();
-    let runs = run(task, &overrides, scenario.seeds(), &scenario.name)?;
+    let runs = run(task, &overrides, scenario.seeds(), &scenario.name, registry)?;
     let cells = cells(
         &runs,
         &shown,
@@ -109,6 +158,7 @@ pub fn compare(task: &CompareArgs) -> Result<CommandOutcome, CliError> {
             kind: "compare".into(),
             monorig: env!("CARGO_PKG_VERSION").into(),
             scenario: scenario.name.clone(),
+            estimators: scenario.file.estimators.clone(),
             reference: reference.clone(),
             table: cells.clone(),
             runs: runs.clone(),
@@ -136,6 +186,7 @@ fn run(
     overrides: &[(String, String)],
     seeds: &[u64],
     name: &str,
+    registry: &Registry,
 ) -> Result<Vec<RunResult>, CliError> {
     let mut progress = ProgressDisplay::new(name);
     let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
@@ -146,7 +197,7 @@ fn run(
         draws: Default::default(),
     });
     let mut runs = Vec::new();
-    let work = |spec: RunSpec| run_one(&spec, &interrupt::go_on);
+    let work = |spec: RunSpec| run_one(&spec, registry, &interrupt::go_on);
     in_order(task.jobs.get(), specs, work, |done| {
         runs.push(done.map_err(|_| CliError::Interrupted)?);
         progress.at(runs.len() as f64 / seeds.len() as f64);

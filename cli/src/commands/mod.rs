@@ -14,6 +14,7 @@ pub mod tune;
 use crate::CommandOutcome;
 use crate::ui::errors::CliError;
 use clap::{Parser, Subcommand};
+use monorig_sim::closed_loop::registry::Registry;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,6 +35,17 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// The same command line with the names of the estimators there are in its help.
+pub fn with_names(command: clap::Command, registry: &Registry) -> clap::Command {
+    let names: Vec<&str> = registry.estimators().iter().map(|t| t.name()).collect();
+    command.mut_subcommand("compare", |compare| {
+        compare.mut_arg("estimators", |argument| {
+            let long = format!("{}\n\nTypes: {}", compare::ESTIMATORS, names.join(", "));
+            argument.long_help(long)
+        })
+    })
 }
 
 /// What to do.
@@ -61,17 +73,17 @@ pub enum Command {
 
 impl Command {
     /// Do it.
-    pub fn run(&self) -> Result<CommandOutcome, CliError> {
+    pub fn run(&self, registry: &Registry) -> Result<CommandOutcome, CliError> {
         match self {
-            Self::Run(args) => run::run(args),
-            Self::Test(args) => test::test(args),
-            Self::Compare(args) => compare::compare(args),
-            Self::Study(args) => study::study(args),
+            Self::Run(args) => run::run(args, registry),
+            Self::Test(args) => test::test(args, registry),
+            Self::Compare(args) => compare::compare(args, registry),
+            Self::Study(args) => study::study(args, registry),
             Self::Merge(args) => merge::merge(args),
-            Self::Tune(args) => tune::tune(args),
+            Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
-            Self::Check(args) => check::check(args),
-            Self::Schema(args) => schema::schema(args),
+            Self::Check(args) => check::check(args, registry),
+            Self::Schema(args) => schema::schema(args, registry),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `monorig run`: simulate a scenario and report.
 
 use crate::CommandOutcome;
+use crate::commands::shared::assignment;
 use crate::files::prepare;
 use crate::simulate::simulate;
 use crate::ui::errors::CliError;
@@ -10,6 +11,7 @@ use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::summary;
 use clap::ValueEnum;
+use monorig_sim::closed_loop::registry::Registry;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -20,7 +22,7 @@ Examples:
   monorig run scenarios/minimal.yaml --plant point-mass --no-rerun   fast: a point on the rail, no 3-D recording
 
 Results: OUT/<scenario>/<seed>/ with manifest.json (what was run), channels.parquet (every signal),
-metrics.json, and run.rrd to open in the Rerun viewer.";
+metrics.json, and, with the viewer built in, run.rrd to open in Rerun.";
 
 /// `monorig run`
 #[derive(Debug, clap::Args)]
@@ -75,23 +77,17 @@ pub enum PlantChoice {
     PointMass,
 }
 
-fn assignment(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((path, value)) if !path.trim().is_empty() => {
-            Ok((path.trim().to_owned(), value.to_owned()))
-        }
-        _ => Err("write PATH=VALUE, such as load.mass_kg=5000".to_owned()),
-    }
-}
-
 /// Simulate a scenario with one seed: the one asked for, else the first of the scenario; all of them are for tests and
 /// comparisons. Nothing is written before the whole input has been found good.
-pub fn run(task: &RunArgs) -> Result<CommandOutcome, CliError> {
-    let rig = prepare::rig(&task.file, &task.overrides())?;
+pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let simulation = prepare::simulation(&task.file, &task.overrides(), registry)?;
     prepare_out(&task.out)?;
     interrupt::listen();
-    let mut progress = ProgressDisplay::new(&format!("{} seed {}", rig.scenario.name, rig.seed));
-    let run = simulate(rig, task, &mut |share| {
+    let mut progress = ProgressDisplay::new(&format!(
+        "{} seed {}",
+        simulation.scenario.name, simulation.seed
+    ));
+    let run = simulate(simulation, task, &mut |share| {
         progress.at(share);
         interrupt::go_on()
     })?;

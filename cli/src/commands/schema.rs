@@ -5,6 +5,7 @@ use crate::files::formats::FileKind;
 use crate::files::formats::{self, KINDS};
 use crate::ui::errors::CliError;
 use crate::ui::output;
+use monorig_sim::closed_loop::registry::Registry;
 
 /// `monorig schema`
 #[derive(Debug, clap::Args)]
@@ -17,9 +18,9 @@ pub struct SchemaArgs {
 }
 
 /// Print a schema, or the list of kinds.
-pub fn schema(task: &SchemaArgs) -> Result<CommandOutcome, CliError> {
+pub fn schema(task: &SchemaArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let text = match task.kind.and_then(formats::row) {
-        Some(row) => serde_json::to_string_pretty(&(row.schema)()).map_err(CliError::Json)?,
+        Some(row) => serde_json::to_string_pretty(&row.schema(registry)).map_err(CliError::Json)?,
         None => {
             let lines = KINDS
                 .iter()

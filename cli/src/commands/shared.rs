@@ -28,3 +28,13 @@ pub fn seeds(text: &str) -> Result<String, String> {
     monorig_sim::config::scenario::Seeds::parse(&yaml)?;
     Ok(yaml)
 }
+
+/// A change to a scenario, as `PATH=VALUE`.
+pub fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((path, value)) if !path.trim().is_empty() => {
+            Ok((path.trim().to_owned(), value.to_owned()))
+        }
+        _ => Err("write PATH=VALUE, such as load.mass_kg=5000".to_owned()),
+    }
+}

@@ -10,6 +10,7 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::batch::{Plan, ResultStore, RunResult, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::{Check, Tally};
+use monorig_sim::closed_loop::registry::Registry;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -49,8 +50,8 @@ fn shard(text: &str) -> Result<Shard, String> {
 }
 
 /// Make the runs that are not there yet, then print what all of them have come to.
-pub fn study(task: &StudyArgs) -> Result<CommandOutcome, CliError> {
-    let plan = Plan::load(&task.file)?;
+pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let plan = Plan::load(&task.file, registry)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);
     let name = match shard {
         Shard::WHOLE => "results.jsonl".to_owned(),
@@ -67,7 +68,7 @@ pub fn study(task: &StudyArgs) -> Result<CommandOutcome, CliError> {
         note(&format!("{} of {all} runs are there already", store.done()));
     }
     interrupt::listen();
-    make(&plan, shard, all, task, &mut store)?;
+    make(&plan, shard, all, task, registry, &mut store)?;
     note(&format!("results in {}", store.path().display()));
     print_results(store.path())
 }
@@ -77,11 +78,12 @@ fn make(
     shard: Shard,
     all: u64,
     task: &StudyArgs,
+    registry: &Registry,
     store: &mut ResultStore,
 ) -> Result<(), CliError> {
     let mut progress = ProgressDisplay::new(&plan.name);
     let rest = (store.done()..all).map(|n| shard.index(n));
-    let work = |index| run_one(&plan.spec(index), &interrupt::go_on);
+    let work = |index| run_one(&plan.spec(index), registry, &interrupt::go_on);
     in_order(task.jobs.get(), rest, work, |done| {
         let result = done.map_err(|_| CliError::Interrupted)?;
         store.append(&result.to_line())?;

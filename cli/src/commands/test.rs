@@ -11,6 +11,7 @@ use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::error::Error;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ Examples:
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
 
-A scenario fails when a run does not finish, when an estimator never vouches for anything, or when an expectation
+A scenario fails when a run does not finish, when an estimator never marks anything valid, or when an expectation
 does not hold for as many seeds as it asks for (`quantile`; all without it).";
 
 /// `monorig test`
@@ -64,7 +65,7 @@ pub struct TestedScenario {
 }
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
-pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
+pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let overrides: Vec<_> = task
         .seeds
         .iter()
@@ -73,7 +74,7 @@ pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
     let paths = files::scenarios(&task.paths, task.filter.as_deref())?;
     let (mut cases, mut bad) = (Vec::new(), 0);
     for path in &paths {
-        match case(path, &overrides) {
+        match case(path, &overrides, registry) {
             Ok(case) => cases.push(case),
             Err(e) => {
                 errors::show(&CliError::Sim(e));
@@ -82,7 +83,7 @@ pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
         }
     }
     interrupt::listen();
-    let tested = run(task, &cases, &overrides)?;
+    let tested = run(task, &cases, &overrides, registry)?;
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
     }
@@ -107,12 +108,12 @@ pub fn test(task: &TestArgs) -> Result<CommandOutcome, CliError> {
 }
 
 /// Everything about a scenario that can be found wrong without running it is found here.
-fn case(path: &Path, overrides: &[(String, String)]) -> Result<Case, Error> {
-    let rig = crate::files::prepare::rig(path, overrides)?;
+fn case(path: &Path, overrides: &[(String, String)], registry: &Registry) -> Result<Case, Error> {
+    let simulation = crate::files::prepare::simulation(path, overrides, registry)?;
     Ok(Case {
         path: path.into(),
-        name: rig.scenario.name.clone(),
-        seeds: rig.scenario.seeds().to_vec(),
+        name: simulation.scenario.name.clone(),
+        seeds: simulation.scenario.seeds().to_vec(),
     })
 }
 
@@ -120,6 +121,7 @@ fn run(
     task: &TestArgs,
     cases: &[Case],
     overrides: &[(String, String)],
+    registry: &Registry,
 ) -> Result<Vec<TestedScenario>, CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
     let specs = cases.iter().flat_map(|case| {
@@ -133,7 +135,7 @@ fn run(
     });
     let work = |spec: RunSpec| {
         let begun = Instant::now();
-        let result = run_one(&spec, &interrupt::go_on);
+        let result = run_one(&spec, registry, &interrupt::go_on);
         result.map(|result| (result, begun.elapsed()))
     };
     let mut tested = Vec::new();

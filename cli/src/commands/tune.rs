@@ -15,6 +15,7 @@ use monorig_lab::tuning::progress::Progress;
 use monorig_lab::tuning::run::{self, TuningRun};
 use monorig_lab::tuning::side_by_side;
 use monorig_lab::tuning::trial_store::Trial;
+use monorig_sim::closed_loop::registry::Registry;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -26,7 +27,7 @@ Examples:
   monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
 
 Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
-and before_after.rrd to open in the Rerun viewer: a validation run with defaults, published constants and winner side by side.";
+and, with the viewer built in, before_after.rrd to open in Rerun: a validation run with defaults, published constants and winner side by side.";
 
 /// `monorig tune`
 #[derive(Debug, clap::Args)]
@@ -52,8 +53,8 @@ pub struct TuneArgs {
 }
 
 /// Run a study. Nothing is written before the whole input has been found good.
-pub fn tune(task: &TuneArgs) -> Result<CommandOutcome, CliError> {
-    let study = prepare::tuning(&task.file)?;
+pub fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let study = prepare::tuning(&task.file, registry)?;
     prepare_out(&task.out)?;
     interrupt::listen();
     let folder = task.out.join("tune");
@@ -74,9 +75,9 @@ pub fn tune(task: &TuneArgs) -> Result<CommandOutcome, CliError> {
     };
     if !task.no_rerun
         && let Some(best) = result.best()
-        && let Some(rig) = side_by_side::rig(&study, &best.parameters)?
+        && let Some(simulation) = side_by_side::simulation(&study, &best.parameters)?
     {
-        recording::write(rig, &tuning.folder, &mut |share| {
+        recording::write(simulation, &tuning.folder, &mut |share| {
             progress.show("recording", share)
         })?;
     }

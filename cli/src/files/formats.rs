@@ -4,20 +4,23 @@ use crate::files::prepare;
 use clap::ValueEnum;
 use monorig_lab::batch::{Plan, StudyFile};
 use monorig_lab::tuning::{TuningFile, name_check};
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::car_file::CarFile;
+use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
 use monorig_sim::config::sensor_sheet_file::SheetFile;
 use monorig_sim::config::track::TrackFile;
-use monorig_sim::config::train_file::TrainFile;
-use monorig_sim::config::unit_file::UnitFile;
+use monorig_sim::config::train::train_file::TrainFile;
+use monorig_sim::config::train::unit::Unit;
+use monorig_sim::config::train::unit_file::UnitFile;
 use monorig_sim::error::Error;
 use monorig_sim::plant::road::Car;
 use monorig_sim::rail::Rail;
-use monorig_sim::rail::profile::{Profile, ProfileFile};
+use monorig_sim::rail::profile::Profile;
 use monorig_sim::train::Train;
-use monorig_sim::train::unit::Unit;
 use schemars::{Schema, schema_for};
+use serde_json::Value;
 use std::path::Path;
 
 /// A kind of file of ours.
@@ -55,10 +58,19 @@ pub struct FileFormat {
     pub about: &'static str,
     /// Keys by which a file of the kind is recognised: the kind with most of them in the file.
     pub telling: &'static [&'static str],
-    /// Its JSON Schema.
-    pub schema: fn() -> Schema,
+    /// Its JSON Schema, of all estimators and controllers.
+    schema: fn() -> Schema,
+    /// Where in the schema the name of a type stands, and of which one.
+    names: &'static [(&'static str, TypeNames)],
     /// Reads and checks a file and every file it names.
-    pub check: fn(&Path) -> Result<(), Error>,
+    pub check: fn(&Path, &Registry) -> Result<(), Error>,
+}
+
+/// The names that a key of a schema can have.
+#[derive(Clone, Copy, Debug)]
+enum TypeNames {
+    Estimators,
+    Controllers,
 }
 
 /// Every kind.
@@ -82,7 +94,11 @@ pub const KINDS: &[FileFormat] = &[
             "expect",
         ],
         schema: || schema_for!(ScenarioFile),
-        check: |path| prepare::rig(path, &[]).map(drop),
+        names: &[
+            ("/$defs/Settings/properties/is", TypeNames::Estimators),
+            ("/$defs/Controller/properties/kind", TypeNames::Controllers),
+        ],
+        check: |path, registry| prepare::simulation(path, &[], registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Track,
@@ -97,7 +113,8 @@ pub const KINDS: &[FileFormat] = &[
             "joints",
         ],
         schema: || schema_for!(TrackFile),
-        check: |path| Rail::load(path).map(drop),
+        names: &[],
+        check: |path, _| Rail::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Train,
@@ -105,7 +122,8 @@ pub const KINDS: &[FileFormat] = &[
         about: "a train: units front to rear, load, limits, running resistance",
         telling: &["consist", "drawbar", "limits", "resistance"],
         schema: || schema_for!(TrainFile),
-        check: |path| Train::load(path).map(drop),
+        names: &[],
+        check: |path, _| Train::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Unit,
@@ -119,7 +137,8 @@ pub const KINDS: &[FileFormat] = &[
             "connections",
         ],
         schema: || schema_for!(UnitFile),
-        check: |path| Unit::load(path).map(drop),
+        names: &[],
+        check: |path, _| Unit::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Car,
@@ -135,7 +154,8 @@ pub const KINDS: &[FileFormat] = &[
             "suspension",
         ],
         schema: || schema_for!(CarFile),
-        check: |path| Car::load(path).map(drop),
+        names: &[],
+        check: |path, _| Car::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Sensors,
@@ -152,7 +172,8 @@ pub const KINDS: &[FileFormat] = &[
             "inclinometer",
         ],
         schema: || schema_for!(SheetFile),
-        check: |path| Sheet::load(path).map(drop),
+        names: &[],
+        check: |path, _| Sheet::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::RailProfile,
@@ -166,7 +187,8 @@ pub const KINDS: &[FileFormat] = &[
             "flange_root_m",
         ],
         schema: || schema_for!(ProfileFile),
-        check: |path| Profile::load(path).map(drop),
+        names: &[],
+        check: |path, _| Profile::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Study,
@@ -174,7 +196,8 @@ pub const KINDS: &[FileFormat] = &[
         about: "a scenario run many times with drawn values",
         telling: &["scenario", "runs", "first_seed", "set", "vary"],
         schema: || schema_for!(StudyFile),
-        check: |path| Plan::load(path).map(drop),
+        names: &[],
+        check: |path, registry| Plan::load(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Tuning,
@@ -190,7 +213,8 @@ pub const KINDS: &[FileFormat] = &[
             "optimiser",
         ],
         schema: || schema_for!(TuningFile),
-        check: |path| prepare::tuning(path).map(drop),
+        names: &[("/properties/is", TypeNames::Estimators)],
+        check: |path, registry| prepare::tuning(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Parameters,
@@ -198,9 +222,33 @@ pub const KINDS: &[FileFormat] = &[
         about: "parameters of an estimator, for scenarios to include",
         telling: &["estimator", "parameters", "provenance"],
         schema: || schema_for!(ParameterFile),
-        check: |path| name_check::parameter_file(path).map(drop),
+        names: &[("/properties/estimator", TypeNames::Estimators)],
+        check: |path, registry| name_check::parameter_file(path, registry).map(drop),
     },
 ];
+
+impl FileFormat {
+    /// The JSON Schema, with the names of the estimators and controllers there are.
+    pub fn schema(&self, registry: &Registry) -> Schema {
+        let mut schema = (self.schema)();
+        for (place, of) in self.names {
+            if let Some(key) = schema.pointer_mut(place).and_then(Value::as_object_mut) {
+                key.insert("enum".into(), of.list(registry).into());
+            }
+        }
+        schema
+    }
+}
+
+impl TypeNames {
+    fn list(self, registry: &Registry) -> Vec<String> {
+        let names: Vec<&str> = match self {
+            Self::Estimators => registry.estimators().iter().map(|t| t.name()).collect(),
+            Self::Controllers => registry.controllers().iter().map(|t| t.name()).collect(),
+        };
+        names.into_iter().map(str::to_owned).collect()
+    }
+}
 
 /// What is known of one kind.
 pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
@@ -239,7 +287,11 @@ mod tests {
     #[test]
     fn telling_keys_stand_in_the_schema() {
         for row in KINDS {
-            let schema = (row.schema)();
+            let schema = row.schema(&Registry::default());
+            for (place, _) in row.names {
+                let key = schema.pointer(place).unwrap();
+                assert!(key["enum"].is_array(), "{}: {place}", row.name);
+            }
             let properties = schema.get("properties").unwrap();
             for key in row.telling {
                 assert!(properties.get(key).is_some(), "{}: {key}", row.name);

@@ -1,9 +1,13 @@
 //! Reading back what a run has left behind: is it there, whole, and ours?
 
+use crate::viewer;
 use monorig_sim::error::{Error, InputError};
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::readback;
 use std::path::Path;
+
+/// Help for a result that cannot be used.
+pub const MAKE_AGAIN: &str = "make it again with `monorig run`";
 
 /// A kind of file that a run leaves behind.
 pub struct ResultKind {
@@ -48,23 +52,7 @@ fn recording(path: &Path) -> Result<String, Error> {
     if !path.is_file() {
         monorig_sim::config::file::read_text(path)?; // says what is there instead
     }
-    let found = monorig_viz::readback::read(path).map_err(|e| match e {
-        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
-            broken(path, format!("this recording cannot be read: {source}"))
-        }
-        other => other,
-    })?;
-    let size = format!("{} entities, {} rows", found.entities.len(), found.rows());
-    if found.application != "monorig" {
-        return Err(broken(path, "this recording is not one of monorig".into()));
-    }
-    if !found.complete {
-        return Err(broken(
-            path,
-            format!("this recording breaks off after {size}"),
-        ));
-    }
-    Ok(format!("{}, {size}, complete", found.id))
+    viewer::read(path)
 }
 
 fn channels(path: &Path) -> Result<String, Error> {
@@ -112,7 +100,7 @@ fn broken(path: &Path, message: String) -> Error {
         column: None,
         key: String::new(),
         message,
-        help: "make it again with `monorig run`".into(),
+        help: MAKE_AGAIN.into(),
     }
     .into()
 }

@@ -4,6 +4,7 @@
 
 use crate::ui::note::note;
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
+use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 /// Why a task could not be done.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
-    /// The rig cannot use a file, or the run broke down.
+    /// A file cannot be used, or the run broke down.
     #[error(transparent)]
     Sim(#[from] Error),
     /// `check` has found mistakes, and has shown them.
@@ -45,6 +46,9 @@ pub enum CliError {
     /// Stopped from outside: counts as not run.
     #[error("interrupted: not everything was run; what was written up to there is whole")]
     Interrupted,
+    /// An estimator or controller of the program cannot be added.
+    #[error("this program is put together wrongly: {0}")]
+    Registry(RegistryError),
     /// A study stopped from outside.
     #[error("interrupted: the trials so far are kept\n  help: go on with --resume")]
     TuningInterrupted,

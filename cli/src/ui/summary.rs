@@ -85,7 +85,7 @@ mod tests {
             scenario: "hill".into(),
             seed: 1,
             finished: true,
-            silent: Vec::new(),
+            never_valid: Vec::new(),
             simulated_s: 60.0,
             steps: 30000,
             after_s: 5.0,

@@ -27,7 +27,7 @@ events:
   - {at_s: 30, load_mass_kg: 1500}
   - {from_m: 80, to_m: 95, adhesion: 0.12}
   - {from_s: 40, to_s: 43, sensor: imu, fault: stuck}
-surroundings: [{at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}]
+obstacles: [{at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}]
 seeds: 1..10
 record: {rate_hz: 50}
 expect:

@@ -119,7 +119,8 @@ pub struct Value {
     pub value: Real,
     /// Its standard deviation, same unit. Always finite and not negative.
     pub sd: Real,
-    /// Whether the estimator vouches for it: initialised and not saturated.
+    /// Whether it is fit for use, by the validity rule ([`crate::supervise::validity`]): what it rests on is there, no limit acts on it, and
+    /// its standard deviation is below a limit. Published methods without supervision mark what they have found at all.
     pub valid: bool,
 }
 

@@ -5,6 +5,7 @@ mod faults;
 mod long;
 mod mass;
 mod slope;
+mod supervise;
 
 use crate::api::estimator::{Estimator, Internal};
 use crate::api::params::Setting;

@@ -1,4 +1,4 @@
-//! `regression_bench`: any of the [`regressors`] with any way to forget, then an extended Kalman filter for the slope with the
+//! `regression_bench`: any of the [`regressors`](crate::models::regressors) with any way to forget, then an extended Kalman filter for the slope with the
 //! mass found: a test bench for the question which regression can know what.
 //!
 //! Nothing beyond the textbook: no memory of the rail for a long train, no watch for another load, no gate for excitation. The gates that
@@ -180,7 +180,7 @@ impl OneRegression {
         }
     }
 
-    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// χ₁ within what there is. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg;
         let first = self.known.mass0_kg;

@@ -3,7 +3,7 @@
 use crate::metrics::series::ErrorSeries;
 use crate::verdicts::expected;
 use crate::verdicts::summary::Summary;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::Scenario;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
-/// What to run.
+/// One run to make: scenario, changes to it, seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSpec {
     /// Place in the study, from 0.
@@ -68,8 +68,12 @@ pub struct Interrupted;
 
 /// Run it. A scenario that cannot be used, a simulation that breaks down and a panic are results too: they belong to this run,
 /// and the study goes on. `go_on` is asked now and then whether to go on.
-pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, Interrupted> {
-    let outcome = match catch_unwind(AssertUnwindSafe(|| simulate(spec, go_on))) {
+pub fn run_one(
+    spec: &RunSpec,
+    registry: &Registry,
+    go_on: &dyn Fn() -> bool,
+) -> Result<RunResult, Interrupted> {
+    let outcome = match catch_unwind(AssertUnwindSafe(|| simulate(spec, registry, go_on))) {
         Ok(Ok(None)) => return Err(Interrupted),
         Ok(Ok(Some(summary))) => Ok(summary),
         Ok(Err(e)) => Err(e.to_string()),
@@ -91,17 +95,22 @@ pub fn run_one(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<RunResult, In
 }
 
 /// None if it was stopped.
-fn simulate(spec: &RunSpec, go_on: &dyn Fn() -> bool) -> Result<Option<Summary>, Error> {
+fn simulate(
+    spec: &RunSpec,
+    registry: &Registry,
+    go_on: &dyn Fn() -> bool,
+) -> Result<Option<Summary>, Error> {
     let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
     expected::check(&scenario)?;
-    let mut rig = Simulation::build(scenario, &Registry::default(), spec.seed)?;
+    let mut simulation = Simulation::build(scenario, registry, spec.seed)?;
     let mut series = ErrorSeries::default();
-    let outcome = run::run(&mut rig, &mut [&mut series], &mut |_| go_on())?;
-    Ok((!outcome.interrupted).then(|| Summary::new(&rig.scenario, spec.seed, &outcome, &series)))
+    let outcome = run::run(&mut simulation, &mut [&mut series], &mut |_| go_on())?;
+    Ok((!outcome.interrupted)
+        .then(|| Summary::new(&simulation.scenario, spec.seed, &outcome, &series)))
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "without a word".to_owned())
+        .unwrap_or_else(|| "no message".to_owned())
 }

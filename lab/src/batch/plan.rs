@@ -2,7 +2,7 @@
 
 use crate::batch::{RunSpec, Shard, StudyFile};
 use crate::verdicts::expected;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, named};
 use monorig_sim::config::scenario::Scenario;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// More runs than this are taken for a typing error.
-const MOST: u64 = 10_000_000;
+const MAX_RUNS: u64 = 10_000_000;
 
 /// A checked study.
 #[derive(Clone, Debug)]
@@ -55,8 +55,8 @@ impl StudyHeader {
 }
 
 impl Plan {
-    /// Read a study, and check it by building the rig of its first run.
-    pub fn load(path: &Path) -> Result<Self, Error> {
+    /// Read a study, and check it by building the simulation of its first run.
+    pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: StudyFile = document.parse()?;
         if file.why.trim().is_empty() {
@@ -66,14 +66,15 @@ impl Plan {
                 "write a sentence: what it is to show",
             ));
         }
-        if !(1..=MOST).contains(&file.runs) || file.first_seed.checked_add(file.runs).is_none() {
+        if !(1..=MAX_RUNS).contains(&file.runs) || file.first_seed.checked_add(file.runs).is_none()
+        {
             return Err(document.error(
                 "runs",
                 format!(
                     "{} runs from seed {} on cannot be made",
                     file.runs, file.first_seed
                 ),
-                format!("from 1 to {MOST} runs"),
+                format!("from 1 to {MAX_RUNS} runs"),
             ));
         }
         for (i, vary) in file.vary.iter().enumerate() {
@@ -101,7 +102,7 @@ impl Plan {
         let first = plan.spec(0);
         let checked = Scenario::load(&first.scenario, &first.overrides)?;
         expected::check(&checked)?;
-        Simulation::build(checked, &Registry::default(), first.seed)?;
+        Simulation::build(checked, registry, first.seed)?;
         plan.hash = plan.fingerprint(path)?;
         Ok(plan)
     }

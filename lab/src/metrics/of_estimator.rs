@@ -1,178 +1,27 @@
-//! Metrics of one estimator.
+//! What the metrics of one estimator are computed from: samples selected and scaled.
 
-use crate::metrics::Metric;
 use crate::metrics::series::ErrorSample;
-use crate::metrics::statistics::{max, mean, percentile, rms, share, share_in_band};
+use crate::metrics::statistics::mean;
 
 /// Mass counts as converged when its error stays within this share.
 const CONVERGED: f64 = 0.02;
 /// Errors *after convergence* count from where the error has first stayed within that share for so long, s.
 const SETTLED_S: f64 = 1.0;
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// rad.
+pub(super) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// The metrics of one estimator.
-pub const METRICS: &[Metric<ErrorSample>] = &[
-    Metric {
-        name: "mass_rmse_kg",
-        unit: "kg",
-        doc: "root mean square error of the total mass",
-        value: |s| rms(mass(s).map(|x| x.mass_kg)),
-    },
-    Metric {
-        name: "mass_mae_kg",
-        unit: "kg",
-        doc: "mean absolute error of the total mass",
-        value: |s| mean(mass(s).map(|x| x.mass_kg.abs())),
-    },
-    Metric {
-        name: "mass_error_max_kg",
-        unit: "kg",
-        doc: "largest error of the total mass",
-        value: |s| max(mass(s).map(|x| x.mass_kg)),
-    },
-    Metric {
-        name: "mass_error_rel_max",
-        unit: "1",
-        doc: "largest error of the total mass over the total mass",
-        value: |s| max(mass(s).map(|x| x.mass_rel)),
-    },
-    Metric {
-        name: "mass_error_rel_p95",
-        unit: "1",
-        doc: "95th percentile of the absolute error of the total mass over the total mass",
-        value: |s| percentile(mass(s).map(|x| x.mass_rel.abs()), 0.95),
-    },
-    Metric {
-        name: "mass_error_converged_max_kg",
-        unit: "kg",
-        doc: "largest error of the total mass after convergence: from where it has first stayed within 2 % for 1 s",
-        value: |s| max(mass(settled(s)).map(|x| x.mass_kg)),
-    },
-    Metric {
-        name: "mass_error_converged_rel_max",
-        unit: "1",
-        doc: "largest error of the total mass after convergence, over the total mass",
-        value: |s| max(mass(settled(s)).map(|x| x.mass_rel)),
-    },
-    Metric {
-        name: "mass_error_rel_end",
-        unit: "1",
-        doc: "error of the total mass over the total mass, mean of the last second, absolute",
-        value: end,
-    },
-    Metric {
-        name: "mass_convergence_s",
-        unit: "s",
-        doc: "time from which the mass error stays within 2 % to the end",
-        value: convergence,
-    },
-    Metric {
-        name: "mass_nees_mean",
-        unit: "1",
-        doc: "mean of (error / standard deviation)² of the mass; 1 when consistent",
-        value: |s| mean(mass(s).map(|x| x.mass_nees)),
-    },
-    Metric {
-        name: "mass_nees_in_band",
-        unit: "1",
-        doc: "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious",
-        value: |s| share_in_band(mass(s).map(|x| x.mass_nees)),
-    },
-    Metric {
-        name: "mass_valid_share",
-        unit: "1",
-        doc: "share of samples for which the estimator vouches for the mass",
-        value: |s| share(s.iter().map(|x| x.mass_valid)),
-    },
-    Metric {
-        name: "slope_rmse_deg",
-        unit: "°",
-        doc: "root mean square error of the slope against the grade at the IMU",
-        value: |s| rms(degrees(s)),
-    },
-    Metric {
-        name: "slope_mae_deg",
-        unit: "°",
-        doc: "mean absolute error of the slope",
-        value: |s| mean(degrees(s).map(f64::abs)),
-    },
-    Metric {
-        name: "slope_error_max_deg",
-        unit: "°",
-        doc: "largest error of the slope",
-        value: |s| max(degrees(s)),
-    },
-    Metric {
-        name: "slope_error_p95_deg",
-        unit: "°",
-        doc: "95th percentile of the absolute error of the slope",
-        value: |s| percentile(degrees(s).map(f64::abs), 0.95),
-    },
-    Metric {
-        name: "slope_rmse_percent",
-        unit: "%",
-        doc: "root mean square error of the slope as roads state it, 100 tan θ",
-        value: |s| rms(slope(s).map(|x| x.slope_percent)),
-    },
-    Metric {
-        name: "slope_error_max_percent",
-        unit: "%",
-        doc: "largest error of the slope as roads state it",
-        value: |s| max(slope(s).map(|x| x.slope_percent)),
-    },
-    Metric {
-        name: "slope_effective_rmse_deg",
-        unit: "°",
-        doc: "root mean square error of the slope against the effective grade of the whole vehicle",
-        value: |s| rms(slope(s).map(|x| x.slope_effective / DEGREE)),
-    },
-    Metric {
-        name: "slope_nees_mean",
-        unit: "1",
-        doc: "mean of (error / standard deviation)² of the slope; 1 when consistent",
-        value: |s| mean(slope(s).map(|x| x.slope_nees)),
-    },
-    Metric {
-        name: "slope_nees_in_band",
-        unit: "1",
-        doc: "share of samples with a NEES of the slope within the 95 % band of χ²₁",
-        value: |s| share_in_band(slope(s).map(|x| x.slope_nees)),
-    },
-    Metric {
-        name: "slope_valid_share",
-        unit: "1",
-        doc: "share of samples for which the estimator vouches for the slope",
-        value: |s| share(s.iter().map(|x| x.slope_valid)),
-    },
-    Metric {
-        name: "running_resistance_rmse",
-        unit: "1",
-        doc: "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`), also where they do not vouch for it",
-        value: |s| rms(s.iter().map(|x| x.running_resistance)),
-    },
-    Metric {
-        name: "nis_mean",
-        unit: "1",
-        doc: "mean normalised innovation squared; 1 when consistent",
-        value: |s| mean(slope(s).map(|x| x.nis)),
-    },
-    Metric {
-        name: "nis_in_band",
-        unit: "1",
-        doc: "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent",
-        value: |s| share_in_band(slope(s).map(|x| x.nis)),
-    },
-];
-
-fn mass(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
+/// Samples whose mass is marked valid.
+pub(super) fn mass(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
     s.iter().filter(|x| x.mass_valid)
 }
 
-fn slope(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
+/// Samples whose slope is marked valid.
+pub(super) fn slope(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
     s.iter().filter(|x| x.slope_valid)
 }
 
-fn degrees(s: &[ErrorSample]) -> impl Iterator<Item = f64> {
+/// Slope errors of the valid samples, °.
+pub(super) fn degrees(s: &[ErrorSample]) -> impl Iterator<Item = f64> {
     slope(s).map(|x| x.slope / DEGREE)
 }
 
@@ -181,7 +30,7 @@ fn close(x: &ErrorSample) -> bool {
 }
 
 /// The samples after convergence.
-fn settled(s: &[ErrorSample]) -> &[ErrorSample] {
+pub(super) fn settled(s: &[ErrorSample]) -> &[ErrorSample] {
     let mut since = None;
     for (i, x) in s.iter().enumerate() {
         match since {
@@ -194,7 +43,8 @@ fn settled(s: &[ErrorSample]) -> &[ErrorSample] {
     &[]
 }
 
-fn end(s: &[ErrorSample]) -> f64 {
+/// Mean relative mass error of the last second, absolute.
+pub(super) fn end(s: &[ErrorSample]) -> f64 {
     let Some(last) = s.last() else {
         return f64::NAN;
     };
@@ -202,7 +52,8 @@ fn end(s: &[ErrorSample]) -> f64 {
     mean(late.map(|x| x.mass_rel)).abs()
 }
 
-fn convergence(s: &[ErrorSample]) -> f64 {
+/// Time from which the mass stays converged to the end, s.
+pub(super) fn convergence(s: &[ErrorSample]) -> f64 {
     let from = s.iter().rposition(|x| !close(x)).map_or(0, |i| i + 1);
     s.get(from).map_or(f64::NAN, |x| x.t_s)
 }
@@ -210,8 +61,8 @@ fn convergence(s: &[ErrorSample]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::measure;
     use crate::metrics::series::ErrorSeries;
+    use crate::metrics::{estimator_metrics, measure};
 
     fn series(errors: &[(f64, bool)]) -> ErrorSeries {
         let sample = |(i, &(e, valid)): (usize, &(f64, bool))| ErrorSample {
@@ -233,9 +84,9 @@ mod tests {
     }
 
     #[test]
-    fn an_estimator_that_never_vouches_has_no_error_not_a_zero_one() {
+    fn without_a_valid_sample_there_is_no_error_not_a_zero_one() {
         let s = series(&[(0.0, false), (0.0, false)]);
-        for m in METRICS {
+        for m in estimator_metrics() {
             let x = measure(&s, "x", m.name, 0.0, 9.0).unwrap();
             match m.name.ends_with("_valid_share") {
                 true => assert_eq!(x, 0.0, "{}", m.name),

@@ -1,57 +1,22 @@
-//! Metrics of the train and the controller.
+//! What the metrics of train and controller are computed from.
 
-use crate::metrics::Metric;
 use crate::metrics::series::Tracking;
-use crate::metrics::statistics::{max, rms};
+use crate::metrics::statistics::rms;
 
 /// Acceleration and jerk are taken over steps of this length: shorter ones show the springs of the wheels, s.
 const COMFORT_STEP_S: f64 = 0.1;
 
-/// The metrics of train and controller.
-pub const RUN_METRICS: &[Metric<Tracking>] = &[
-    Metric {
-        name: "speed_rmse_mps",
-        unit: "m/s",
-        doc: "root mean square of speed minus reference",
-        value: |s| rms(s.iter().map(|x| x.speed)),
-    },
-    Metric {
-        name: "accel_rms_mps2",
-        unit: "m/s²",
-        doc: "root mean square acceleration along the track: comfort",
-        value: |s| rms(s.iter().map(|x| x.accel)),
-    },
-    Metric {
-        name: "jerk_rms_mps3",
-        unit: "m/s³",
-        doc: "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort",
-        value: jerk,
-    },
-    Metric {
-        name: "traction_energy_j",
-        unit: "J",
-        doc: "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off",
-        value: energy,
-    },
-    Metric {
-        name: "traction_energy_jpm",
-        unit: "J/m",
-        doc: "traction energy over the way gone, ∫ |v| dt",
-        value: |s| energy(s) / integral(s, |x| x.way_speed.abs()),
-    },
-    Metric {
-        name: "off_rail_max_m",
-        unit: "m",
-        doc: "largest distance of a wheel from its place on the rail; of a car from the middle of its lane",
-        value: |s| max(s.iter().map(|x| x.off_rail)),
-    },
-];
-
-fn energy(s: &[Tracking]) -> f64 {
+/// Work of the wheels while they drive, J.
+pub(super) fn energy(s: &[Tracking]) -> f64 {
     integral(s, |x| x.traction_w.max(0.0))
 }
 
-/// Trapezoids.
+/// [`energy`] over the way gone, J/m.
+pub(super) fn energy_per_metre(s: &[Tracking]) -> f64 {
+    energy(s) / integral(s, |x| x.way_speed.abs())
+}
+
+/// Integral over time by trapezoids.
 fn integral(s: &[Tracking], f: fn(&Tracking) -> f64) -> f64 {
     let step = |w: &[Tracking]| match w {
         [a, b] => 0.5 * (f(a) + f(b)) * (b.t_s - a.t_s),
@@ -63,7 +28,8 @@ fn integral(s: &[Tracking], f: fn(&Tracking) -> f64) -> f64 {
     }
 }
 
-fn jerk(s: &[Tracking]) -> f64 {
+/// Root mean square change of the acceleration, m/s³.
+pub(super) fn jerk(s: &[Tracking]) -> f64 {
     let mut points: Vec<(f64, f64)> = Vec::new();
     for x in s {
         if points

@@ -109,7 +109,7 @@ pub struct Tracking {
 /// Gathers the samples of a run.
 #[derive(Clone, Debug, Default)]
 pub struct ErrorSeries {
-    /// Per estimator, in the order of the bank: name and samples.
+    /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
     /// The closed loop.
     pub tracking: Vec<Tracking>,

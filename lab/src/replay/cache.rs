@@ -3,6 +3,7 @@
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
 use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
@@ -30,7 +31,7 @@ impl Cache {
     }
 
     /// The file of a scenario and seed: its name is a hash of every input file, the resolved scenario, the seed and the build
-    /// of the rig, so that what was recorded from anything else is never found.
+    /// of the program, so that what was recorded from anything else is never found.
     pub fn place(&self, scenario: &Scenario, seed: u64) -> Result<PathBuf, Error> {
         let bare = record::bare(scenario);
         let resolved = serde_json::to_value(&bare).unwrap_or_default();
@@ -59,6 +60,7 @@ impl Cache {
     pub fn get(
         &self,
         scenario: &Scenario,
+        registry: &Registry,
         seed: u64,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<ReplayData>, Error> {
@@ -66,7 +68,7 @@ impl Cache {
         if let Some(found) = load(&place) {
             return Ok(Some(found));
         }
-        let made = record::record(scenario, seed, go_on)?;
+        let made = record::record(scenario, registry, seed, go_on)?;
         if let Some(columns) = &made {
             save(&place, columns)?;
         }
@@ -74,7 +76,7 @@ impl Cache {
     }
 }
 
-/// Which build of the rig this is: length and time of the program. A recording of another build is made anew.
+/// Identifies the program by its length and time: a recording made by another build is made anew.
 fn build_id() -> String {
     let about = std::env::current_exe().and_then(std::fs::metadata);
     let time = about.as_ref().ok().and_then(|a| a.modified().ok());

@@ -3,7 +3,7 @@
 use crate::metrics::series::Target;
 use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -18,10 +18,10 @@ pub struct ReplayRecorder {
 }
 
 impl ReplayRecorder {
-    /// For a run of this rig.
-    pub fn new(rig: &Simulation) -> Self {
+    /// For a run of this simulation.
+    pub fn new(simulation: &Simulation) -> Self {
         Self {
-            columns: ReplayData::new(rig.vehicle),
+            columns: ReplayData::new(simulation.vehicle),
             last: Command::default(),
         }
     }
@@ -53,16 +53,17 @@ pub fn bare(scenario: &Scenario) -> Scenario {
 /// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives none.
 pub fn record(
     scenario: &Scenario,
+    registry: &Registry,
     seed: u64,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Option<ReplayData>, Error> {
-    let mut rig = Simulation::build(bare(scenario), &Registry::default(), seed)?;
-    let mut recorder = ReplayRecorder::new(&rig);
+    let mut simulation = Simulation::build(bare(scenario), registry, seed)?;
+    let mut recorder = ReplayRecorder::new(&simulation);
     let mut stopped = false;
     let mut watch = |share| {
         stopped = !go_on(share);
         !stopped
     };
-    run::run(&mut rig, &mut [&mut recorder], &mut watch)?;
+    run::run(&mut simulation, &mut [&mut recorder], &mut watch)?;
     Ok((!stopped).then_some(recorder.columns))
 }

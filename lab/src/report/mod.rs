@@ -16,6 +16,7 @@
 //! ```
 
 pub mod page;
+mod parameters;
 pub mod run;
 pub mod study;
 pub mod table;

@@ -3,6 +3,7 @@
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
 use crate::tuning::loss::{Judge, metric_windows};
 use crate::tuning::study::{RunGroup, TuningStudy};
+use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::error::Error;
 
 /// The defaults over some runs.
@@ -21,29 +22,26 @@ impl Baseline {
         study: &TuningStudy,
         key: &str,
         groups: &[RunGroup],
-        evaluator: &Evaluator,
+        evaluator: &Evaluator<'_>,
     ) -> Result<Self, Error> {
         let defaults = evaluator.evaluate(&study.defaults(), &metric_windows(&study.file));
         for measured in &defaults {
             let wrong = |what: String| {
-                let message = format!(
-                    "the defaults give nothing to measure trials by: seed {}: {what}",
-                    measured.seed
-                );
-                let help =
-                    "another window of time for the metric, another metric, or another scenario";
-                study.error(
-                    format!("{key}[{}].scenario", measured.group),
-                    (message, help.into()),
-                )
+                let refusal = Refusal {
+                    message: format!(
+                        "the defaults give nothing to measure trials by: seed {}: {what}",
+                        measured.seed
+                    ),
+                    help:
+                        "another window of time for the metric, another metric, or another scenario"
+                            .into(),
+                };
+                study.error(format!("{key}[{}].scenario", measured.group), refusal)
             };
             let values = measured.values.as_ref().map_err(|why| wrong(why.clone()))?;
             for (term, value) in study.file.objective.metrics.iter().zip(values) {
                 if !value.is_finite() {
-                    let what = format!(
-                        "{} is not a number (nothing is vouched for then)",
-                        term.metric
-                    );
+                    let what = format!("{} is not a number (no sample is valid then)", term.metric);
                     return Err(wrong(what));
                 }
             }

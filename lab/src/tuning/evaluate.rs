@@ -7,14 +7,10 @@ use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
-use monorig_estimators::registry;
-use monorig_sim::closed_loop::builder::Simulation;
-use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
-use monorig_sim::config::checked::Finite;
-use monorig_sim::config::scenario::{ParameterValue, Scenario, Settings};
+use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -30,9 +26,8 @@ pub struct MetricWindow {
 }
 
 /// Runs ready to be evaluated.
-pub struct Evaluator {
-    estimator: String,
-    fixed: BTreeMap<String, ParameterValue>,
+pub struct Evaluator<'a> {
+    study: &'a TuningStudy,
     runs: Vec<OneRun>,
     /// Threads.
     pub jobs: usize,
@@ -61,10 +56,10 @@ pub struct RunMetrics {
     pub values: Result<Vec<f64>, String>,
 }
 
-impl Evaluator {
+impl<'a> Evaluator<'a> {
     /// Records what is to be replayed, or finds it in the cache. None if `progress` stopped it.
     pub fn prepare(
-        study: &TuningStudy,
+        study: &'a TuningStudy,
         groups: &[RunGroup],
         cache: &Cache,
         jobs: usize,
@@ -89,7 +84,7 @@ impl Evaluator {
                         )
                     };
                     cache
-                        .get(scenario, seed, &mut { share })?
+                        .get(scenario, &study.registry, seed, &mut { share })?
                         .map(|columns| Source::Replay(Box::new(columns)))
                 }
             };
@@ -107,12 +102,7 @@ impl Evaluator {
                 }),
             }
         }
-        Ok(Some(Self {
-            estimator: study.file.estimator.clone(),
-            fixed: study.file.fixed.clone(),
-            runs,
-            jobs,
-        }))
+        Ok(Some(Self { study, runs, jobs }))
     }
 
     /// Steps of all recordings together.
@@ -147,7 +137,7 @@ impl Evaluator {
     /// The estimator's samples.
     fn samples(&self, series: ErrorSeries) -> Result<Vec<ErrorSample>, String> {
         let mut estimators = series.estimators.into_iter();
-        match estimators.find(|(name, _)| *name == self.estimator) {
+        match estimators.find(|(name, _)| *name == self.study.file.estimator) {
             Some((_, samples)) => Ok(samples),
             None => Err("the run has no samples".into()),
         }
@@ -155,9 +145,15 @@ impl Evaluator {
 
     fn measure(&self, series: &ErrorSeries, windows: &[MetricWindow]) -> Result<Vec<f64>, String> {
         let one = |w: &MetricWindow| {
-            metrics::measure(series, &self.estimator, &w.metric, w.after_s, w.until_s)
-                .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
-                .ok_or_else(|| format!("there is no metric {}", w.metric))
+            metrics::measure(
+                series,
+                &self.study.file.estimator,
+                &w.metric,
+                w.after_s,
+                w.until_s,
+            )
+            .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
+            .ok_or_else(|| format!("there is no metric {}", w.metric))
         };
         windows.iter().map(one).collect()
     }
@@ -169,31 +165,29 @@ impl Evaluator {
     }
 
     fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
+        let settings = self.study.settings(values);
+        let name = &self.study.file.estimator;
         match &run.source {
             Source::Replay(columns) => {
-                let fixed = self.fixed.iter().map(|(k, x)| (k.as_str(), x.setting()));
-                let named = fixed.chain(values.iter().map(|(k, x)| (k.as_str(), (*x).into())));
-                let estimator = registry::build(&self.estimator, &columns.vehicle, named)
+                let of = &self.study.of;
+                let estimator = of
+                    .build(&columns.vehicle, &settings.named())
                     .map_err(|e| e.to_string())?;
                 let mut samples = Vec::new();
-                play(columns, Box::new(estimator), &mut samples);
+                play(columns, estimator, &mut samples);
                 Ok(ErrorSeries {
-                    estimators: vec![(self.estimator.clone(), samples)],
+                    estimators: vec![(name.clone(), samples)],
                     tracking: Vec::new(),
                 })
             }
             Source::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
-                let mut all = self.fixed.clone();
-                for (key, x) in values {
-                    all.insert(key.clone(), ParameterValue::Number(Finite::try_from(*x)?));
-                }
-                let bank = &mut scenario.file.estimators;
-                bank.insert(self.estimator.clone(), Settings::new(all));
-                let mut rig = Simulation::build(scenario, &Registry::default(), run.seed)
+                scenario.file.estimators.insert(name.clone(), settings);
+                let mut simulation = Simulation::build(scenario, &self.study.registry, run.seed)
                     .map_err(|e| e.to_string())?;
                 let mut series = ErrorSeries::default();
-                run::run(&mut rig, &mut [&mut series], &mut |_| true).map_err(|e| e.to_string())?;
+                run::run(&mut simulation, &mut [&mut series], &mut |_| true)
+                    .map_err(|e| e.to_string())?;
                 Ok(series)
             }
         }

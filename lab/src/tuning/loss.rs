@@ -1,15 +1,17 @@
 //! From the metrics of all runs to the loss of a trial: 1 is as good as the defaults, less is better.
 //!
-//! A metric's own loss is its value; 1 − x for a share, which should be 1; |ln x| for a normalised square, which should be 1.
+//! A metric's own loss is 0 at its best value ([`crate::metrics::Best::loss`]): the value itself for an error, 1 − x for a share, |ln x|
+//! for a normalised square, the distance from 0.95 for the share in a 95 % band.
 //! It is averaged over the seeds of a scenario and divided by what the defaults have there, so that kilograms and degrees,
 //! easy and hard scenarios weigh what the study says and not what their units make of them.
 
+use crate::metrics;
 use crate::tuning::evaluate::{MetricWindow, RunMetrics};
 use crate::tuning::space::digits;
 use crate::tuning::study::{Combine, RunGroup, TuningFile};
 
 /// Losses below this are taken for zero when something is divided by them.
-const NOTHING: f64 = 1e-9;
+const MIN_LOSS: f64 = 1e-9;
 
 /// Scores the trials of a study.
 #[derive(Clone, Debug)]
@@ -85,7 +87,7 @@ impl Judge {
         for group in 0..groups.len() {
             let of = |i: usize| judge.mean(defaults, group, i);
             // Defaults that are perfect are no baseline: then the unit itself is.
-            let reference_loss = |x: f64| if x > NOTHING { x } else { 1.0 };
+            let reference_loss = |x: f64| if x > MIN_LOSS { x } else { 1.0 };
             judge.reference.push(
                 (0..judge.terms.len())
                     .map(|i| reference_loss(of(i)))
@@ -193,15 +195,9 @@ impl Judge {
     }
 }
 
-/// The loss of a metric's value.
+/// The loss of a metric's value: 0 at its best one.
 pub fn own_loss(metric: &str, x: f64) -> f64 {
-    if metric.ends_with("_share") {
-        1.0 - x
-    } else if metric == "nis_mean" || metric.ends_with("_nees_mean") {
-        x.ln().abs()
-    } else {
-        x
-    }
+    metrics::find(metric).map_or(x, |m| m.best.loss(x))
 }
 
 fn values(measured: &[RunMetrics], group: usize, i: usize) -> impl Iterator<Item = f64> {
@@ -230,7 +226,7 @@ fn broken(x: f64, least: Option<f64>, most: Option<f64>) -> f64 {
     if x.is_nan() {
         return 1.0;
     }
-    let share = |over: f64, bound: f64| over.max(0.0) / bound.abs().max(NOTHING.sqrt());
+    let share = |over: f64, bound: f64| over.max(0.0) / bound.abs().max(MIN_LOSS.sqrt());
     least.map_or(0.0, |b| share(b - x, b)) + most.map_or(0.0, |b| share(x - b, b))
 }
 
@@ -289,12 +285,15 @@ mod tests {
     }
 
     #[test]
-    fn shares_and_normalised_squares_are_best_at_one() {
-        assert_eq!(own_loss("slope_valid_share", 0.75), 0.25);
-        assert_eq!(
-            own_loss("mass_nees_mean", 4.0),
-            own_loss("mass_nees_mean", 0.25)
-        );
-        assert_eq!(own_loss("mass_nees_mean", 1.0), 0.0);
+    fn a_metric_loses_nothing_at_its_best_value() {
+        for (metric, best) in [
+            ("slope_valid_share", 1.0),
+            ("mass_nees_mean", 1.0),
+            ("nis_in_band", 0.95),
+            ("slope_rmse_deg", 0.0),
+        ] {
+            assert_eq!(own_loss(metric, best), 0.0, "{metric}");
+            assert!(own_loss(metric, 0.5) > 0.0, "{metric}");
+        }
     }
 }

@@ -1,101 +1,82 @@
-//! Which estimators, parameters and metrics there are, and what to say to one that is not.
+//! Checks of the estimators, parameters and metrics that a study or a parameter file names.
 
-use crate::metrics::{METRICS, RUN_METRICS};
-use monorig_estimators::api::params::{Key, Kind, Setting};
-use monorig_estimators::registry;
+use crate::metrics;
+use crate::tuning::study::Range;
+use monorig_estimators::api::params::Kind;
+use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::config::file::{input_error, nearest};
 use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// What is wrong, and what would be right.
-pub type Wrong = (String, String);
-
-/// The estimator's name must be one there is.
-pub fn estimator(name: &str) -> Result<(), Wrong> {
-    if registry::NAMES.contains(&name) {
-        return Ok(());
+/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends; the error says at
+/// which key below the parameter's.
+pub fn range(of: &EstimatorType, key: &str, range: &Range) -> Result<(), (&'static str, Refusal)> {
+    let found = of.key(key).map_err(|w| ("", w))?;
+    if range.choices.is_none() && !matches!(found.kind, Kind::Number { .. }) {
+        let message = format!("`{key}` is {}, not a number with a range", found.kind);
+        let help = format!(
+            "the values to try: `{key}: {{choices: [{}]}}`",
+            words(found.kind)
+        );
+        return Err(("", Refusal { message, help }));
     }
-    Err((
-        format!("there is no estimator `{name}`"),
-        choice(name, registry::NAMES, "known estimators"),
-    ))
+    for (part, end) in [(".from", range.from), (".to", range.to)] {
+        if let Some(x) = end {
+            of.check(key, x.get().into()).map_err(|w| (part, w))?;
+        }
+    }
+    for value in range.choices.iter().flatten() {
+        of.check(key, value.setting())
+            .map_err(|w| (".choices", w))?;
+    }
+    Ok(())
 }
 
-/// A parameter of an estimator.
-pub fn parameter(estimator: &str, key: &str) -> Result<&'static Key, Wrong> {
-    let keys = || registry::keys(estimator).into_iter().flatten();
-    keys().find(|k| k.name == key).ok_or_else(|| {
-        let names: Vec<&str> = keys().map(|k| k.name).collect();
-        (
-            format!("{estimator} has no parameter `{key}`"),
-            choice(key, &names, "its parameters"),
-        )
-    })
-}
-
-/// A value that the parameter may have.
-pub fn value(estimator: &str, key: &str, value: Setting) -> Result<(), Wrong> {
-    let key = parameter(estimator, key)?;
-    key.check(value).map_err(|_| {
-        (
-            format!("{value} is not {} ({})", key.kind, key.doc),
-            format!("{}", key.kind),
-        )
-    })
-}
-
-/// A parameter that is a number: the only kind that can be searched.
-pub fn number(estimator: &str, key: &str) -> Result<(), Wrong> {
-    let found = parameter(estimator, key)?;
-    match found.kind {
-        Kind::Number { .. } => Ok(()),
-        kind => Err((
-            format!("`{key}` is {kind}, not a number: there is nothing to search"),
-            format!("a number; or give it under `fixed`: `fixed: {{{key}: …}}`"),
-        )),
+/// The values of a flag or a choice, as in a list.
+fn words(kind: Kind) -> String {
+    match kind {
+        Kind::Choice { choices, .. } => choices.join(", "),
+        _ => "true, false".into(),
     }
 }
 
 /// The metric's name must be one of an estimator or, where trials move the train, one of the run.
-pub fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Wrong> {
-    let mut names: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
-    let of_run = || RUN_METRICS.iter().map(|m| m.name);
+pub fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refusal> {
+    let mut names: Vec<&str> = metrics::estimator_metrics().map(|m| m.name).collect();
     if trials_move_the_train {
-        names.extend(of_run());
-    } else if of_run().any(|n| n == name) {
-        return Err((
-            format!(
+        names.extend(metrics::run_metrics().map(|m| m.name));
+    } else if metrics::run_metrics().any(|m| m.name == name) {
+        return Err(Refusal {
+            message: format!(
                 "`{name}` is a metric of the train and the controller, which a replay does not move"
             ),
-            "`evaluation: closed_loop`, or a metric of the estimator".to_owned(),
-        ));
+            help: "`evaluation: closed_loop`, or a metric of the estimator".to_owned(),
+        });
     }
     if names.contains(&name) {
         return Ok(());
     }
-    Err((
-        format!("there is no metric `{name}`"),
-        choice(name, &names, "known metrics"),
-    ))
+    let list = format!("known metrics: {}", names.join(", "));
+    Err(Refusal {
+        message: format!("there is no metric `{name}`"),
+        help: match nearest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`? {list}"),
+            None => list,
+        },
+    })
 }
 
-/// A parameter file whose estimator and parameters are there.
-pub fn parameter_file(path: &Path) -> Result<ParameterFile, Error> {
+/// A parameter file whose estimator and parameters are in the registry.
+pub fn parameter_file(path: &Path, registry: &Registry) -> Result<ParameterFile, Error> {
     let file = ParameterFile::read(path)?;
-    let at = |key: &str, (message, help): Wrong| input_error(path, key, message, help);
-    estimator(&file.estimator).map_err(|w| at("estimator", w))?;
+    let at = |key: &str, w: Refusal| input_error(path, key, w.message, w.help);
+    let of = registry
+        .find_estimator(&file.estimator)
+        .map_err(|w| at("estimator", w))?;
     for (key, x) in &file.parameters {
-        value(&file.estimator, key, x.setting())
+        of.check(key, x.setting())
             .map_err(|w| at(&format!("parameters.{key}"), w))?;
     }
     Ok(file)
-}
-
-fn choice(word: &str, known: &[&str], title: &str) -> String {
-    let list = format!("{title}: {}", known.join(", "));
-    match nearest(word, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`? {list}"),
-        None => list,
-    }
 }

@@ -15,10 +15,12 @@ use crate::report::page::{Page, Section};
 use crate::report::table::{Cell, Table};
 use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::sensitivity::{Curve, Map};
+use crate::tuning::space::as_number;
 use crate::tuning::study::{Combine, Scale, TuningStudy};
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::{ComparisonVerdict, PairedComparison};
 use crate::verdicts::interval::Interval;
+use monorig_sim::config::scenario::ParameterValue;
 
 const LOSS: &str = "loss (defaults = 1)";
 
@@ -73,7 +75,7 @@ pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let traces = result.traces.iter().flat_map(trace);
     page.sections.push(
         Section::new("Before and after")
-            .text("Errors in a validation run of each scenario, while the estimator vouches for its estimate.")
+            .text("Errors in a validation run of each scenario, while the estimator marks its estimate valid.")
             .figures(traces),
     );
     page.to_html()
@@ -84,15 +86,13 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
     let defaults = study.defaults();
     let winner = result.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
-        let published = study.file.published.get(name).map(|x| x.get());
+        let text =
+            |x: Option<&ParameterValue>| x.map_or("–".to_owned(), |x| x.setting().to_string());
         table.row([
             name.as_str().into(),
-            defaults
-                .get(name)
-                .map_or("–".to_owned(), f64::to_string)
-                .into(),
-            published.map_or("–".to_owned(), |x| x.to_string()).into(),
-            format!("{x}{}", edge(study, name, *x)).into(),
+            text(defaults.get(name)).into(),
+            text(study.file.published.get(name)).into(),
+            format!("{}{}", x.setting(), edge(study, name, x)).into(),
         ]);
     }
     let mut losses = Table::new(&["loss (defaults = 1)"], &["winner"]);
@@ -108,7 +108,8 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
 }
 
 /// A winner at an end of its range may want to go on beyond it.
-fn edge(study: &TuningStudy, name: &str, x: f64) -> &'static str {
+fn edge(study: &TuningStudy, name: &str, x: &ParameterValue) -> &'static str {
+    let x = as_number(x).unwrap_or(f64::NAN);
     let range = study.file.parameters.get(name);
     let ends = range.map_or([None; 2], |r| [r.from, r.to]);
     let near = |end: f64| (x - end).abs() <= 1e-6 * end.abs();
@@ -165,7 +166,7 @@ fn search(study: &TuningStudy, trials: &[Trial]) -> Section {
         let of = |name: &&String| {
             t.parameters
                 .get(*name)
-                .map_or(f64::NAN, |x| space.shown(name, *x))
+                .map_or(f64::NAN, |x| space.shown(name, x))
         };
         names.iter().map(of).collect()
     };
@@ -225,7 +226,7 @@ fn front(study: &TuningStudy, trials: &[Trial]) -> Figure {
 
 fn curve(space: &ParameterAxes<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
     let points = c.values.iter().zip(&c.losses);
-    let points = points.map(|(x, y)| (space.shown(&c.parameter, *x), y.unwrap_or(f64::NAN)));
+    let points = points.map(|(x, y)| (space.shown(&c.parameter, x), y.unwrap_or(f64::NAN)));
     SensitivityChart {
         title: c.parameter.clone(),
         x: space.axis(&c.parameter),
@@ -242,13 +243,13 @@ fn map(space: &ParameterAxes<'_>, m: &Map, result: &TuningResult) -> Figure {
             .get(j)
             .and_then(|row| row.get(i).copied().flatten())
     };
-    let shown = |name: &str, list: &[f64]| {
+    let shown = |name: &str, list: &[ParameterValue]| {
         list.iter()
-            .map(|x| space.shown(name, *x))
+            .map(|x| space.shown(name, x))
             .collect::<Vec<_>>()
     };
     let place = |t: &Trial| {
-        let of = |name: &String| Some(space.shown(name, *t.parameters.get(name)?));
+        let of = |name: &String| Some(space.shown(name, t.parameters.get(name)?));
         Some((of(&m.x)?, of(&m.y)?))
     };
     let mark = |name: &str, t: Option<&Trial>| Some((name.to_owned(), place(t?)?));
@@ -317,7 +318,20 @@ impl ParameterAxes<'_> {
         self.scale(name) != Scale::Linear
     }
 
-    fn shown(&self, name: &str, x: f64) -> f64 {
+    /// The values to try, if one of them is not a number: then they stand side by side on the axis.
+    fn words(&self, name: &str) -> Option<&[ParameterValue]> {
+        let choices = self.0.file.parameters.get(name)?.choices.as_deref()?;
+        let numbers = choices.iter().all(|x| as_number(x).is_some());
+        (!numbers).then_some(choices)
+    }
+
+    /// Where a value stands on the axis.
+    fn shown(&self, name: &str, value: &ParameterValue) -> f64 {
+        if let Some(words) = self.words(name) {
+            let place = words.iter().position(|w| w == value);
+            return place.map_or(f64::NAN, |i| i as f64);
+        }
+        let x = as_number(value).unwrap_or(f64::NAN);
         match self.scale(name) {
             Scale::Memory => 1.0 / (1.0 - x),
             _ => x,
@@ -328,21 +342,20 @@ impl ParameterAxes<'_> {
         match self.scale(name) {
             Scale::Memory => format!("{name}: 1/(1 − x), samples"),
             _ => {
-                let unit = crate::tuning::name_check::parameter(&self.0.file.estimator, name)
-                    .ok()
-                    .and_then(|k| k.number())
-                    .map_or("", |(_, unit)| unit);
-                if unit == "-" {
-                    name.to_owned()
-                } else {
-                    format!("{name}, {unit}")
+                let key = self.0.of.key(name).ok();
+                match key.and_then(|k| k.number()) {
+                    None | Some((_, "-")) => name.to_owned(),
+                    Some((_, unit)) => format!("{name}, {unit}"),
                 }
             }
         }
     }
 
     fn axis(&self, name: &str) -> Axis {
-        if self.is_log(name) {
+        if let Some(words) = self.words(name) {
+            let words = words.iter().map(|w| w.setting().to_string());
+            Axis::names(self.title(name), words.collect())
+        } else if self.is_log(name) {
             Axis::log(self.title(name))
         } else {
             Axis::linear(self.title(name))
@@ -351,8 +364,13 @@ impl ParameterAxes<'_> {
 
     fn marks(&self, result: &TuningResult, name: &str) -> Vec<(String, f64)> {
         let of = |what: &str, t: Option<&Trial>| {
-            let x = self.shown(name, *t?.parameters.get(name)?);
-            Some((format!("{what} {}", number(x)), x))
+            let value = t?.parameters.get(name)?;
+            let x = self.shown(name, value);
+            let text = match self.words(name) {
+                Some(_) => value.setting().to_string(),
+                None => number(x),
+            };
+            Some((format!("{what} {text}"), x))
         };
         let named = |origin: &str| result.search.trials.iter().find(|t| t.origin == origin);
         let marks = [

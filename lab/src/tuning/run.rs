@@ -43,7 +43,7 @@ pub fn run(
         Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)
     };
     let baseline =
-        |key, groups, evaluator: &Evaluator| Baseline::new(study, key, groups, evaluator);
+        |key, groups, evaluator: &Evaluator<'_>| Baseline::new(study, key, groups, evaluator);
     // before the search, so that runs that measure nothing are refused at once; kept on disk only, not in memory
     let held_out = match evaluator(&study.validation, "validation runs")? {
         Some(evaluator) => baseline("validation", &study.validation, &evaluator)?,
@@ -96,7 +96,7 @@ pub fn run(
 }
 
 /// A run of each validation scenario, for plots. One that fails is left out.
-fn traces(study: &TuningStudy, evaluator: &Evaluator, winner: &Trial) -> Vec<Trace> {
+fn traces(study: &TuningStudy, evaluator: &Evaluator<'_>, winner: &Trial) -> Vec<Trace> {
     let defaults = study.defaults();
     let of = |(i, group): (usize, &RunGroup)| {
         Some(Trace {

@@ -38,7 +38,7 @@ pub struct SearchResult {
 /// taken from it.
 pub fn search(
     study: &TuningStudy,
-    evaluator: &Evaluator,
+    evaluator: &Evaluator<'_>,
     baseline: &Baseline,
     store: &Path,
     resume: bool,
@@ -109,14 +109,14 @@ pub fn search(
 /// Scores what the optimiser proposes: from the store, from an equal trial before, or by running it.
 struct TrialRunner<'a> {
     study: &'a TuningStudy,
-    evaluator: &'a Evaluator,
+    evaluator: &'a Evaluator<'a>,
     store: TrialStore,
     /// Trials of an earlier, interrupted search.
     stored: Vec<Trial>,
     baseline: &'a Baseline,
     trials: Vec<Trial>,
-    /// Trials by the bits of their parameters: proposed twice, run once.
-    seen: HashMap<Vec<u64>, usize>,
+    /// Trials by their parameters as JSON: proposed twice, run once.
+    seen: HashMap<String, usize>,
     best: Option<usize>,
     running: Duration,
     stopped: bool,
@@ -131,10 +131,11 @@ impl TrialRunner<'_> {
         if self.stopped || self.error.is_some() || index >= self.study.file.budget as usize {
             return None;
         }
-        let bits: Vec<u64> = parameters.values().map(|x| x.to_bits()).collect();
+        // Strings and finite numbers: nothing in here can fail to serialise.
+        let text = serde_json::to_string(&parameters).unwrap_or_default();
         let again = self
             .seen
-            .get(&bits)
+            .get(&text)
             .and_then(|i| self.trials.get(*i))
             .cloned();
         let trial = match (self.stored.get(index), again) {
@@ -153,7 +154,7 @@ impl TrialRunner<'_> {
             return None;
         }
         let losses = self.losses_for_optimiser(&trial);
-        self.seen.entry(bits).or_insert(index);
+        self.seen.entry(text).or_insert(index);
         let best = self.best.and_then(|i| self.trials.get(i));
         if trial.loss() < best.map_or(f64::INFINITY, Trial::loss) {
             self.best = Some(index);

@@ -6,6 +6,7 @@ use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
 use crate::tuning::space::{Space, Values};
 use crate::tuning::study::TuningStudy;
+use monorig_sim::config::scenario::ParameterValue;
 use serde::Serialize;
 
 /// Curves and maps.
@@ -23,7 +24,7 @@ pub struct Curve {
     /// Parameter.
     pub parameter: String,
     /// Its values.
-    pub values: Vec<f64>,
+    pub values: Vec<ParameterValue>,
     /// Loss at each; none where the trial fails or breaks a constraint.
     pub losses: Vec<Option<f64>>,
 }
@@ -36,9 +37,9 @@ pub struct Map {
     /// Parameter upwards.
     pub y: String,
     /// Values to the right.
-    pub xs: Vec<f64>,
+    pub xs: Vec<ParameterValue>,
     /// Values upwards.
-    pub ys: Vec<f64>,
+    pub ys: Vec<ParameterValue>,
     /// Loss, row by row from the lowest `y`; none where the trial fails or breaks a constraint.
     pub losses: Vec<Vec<Option<f64>>>,
 }
@@ -46,7 +47,7 @@ pub struct Map {
 /// Map the neighbourhood of the winner over the tuning runs. None if `progress` stopped it.
 pub fn sensitivity(
     study: &TuningStudy,
-    evaluator: &Evaluator,
+    evaluator: &Evaluator<'_>,
     baseline: &Baseline,
     winner: &Values,
     progress: &dyn Progress,
@@ -76,7 +77,7 @@ pub fn sensitivity(
         let values = axis(&space, winner, name, points.curve);
         let mut losses = Vec::new();
         for x in &values {
-            losses.push(loss(&with(winner, &[(name, *x)]))?);
+            losses.push(loss(&with(winner, &[(name, x)]))?);
         }
         found.curves.push(Curve {
             parameter: name.clone(),
@@ -99,7 +100,7 @@ pub fn sensitivity(
             for vy in &ys {
                 let mut row = Vec::new();
                 for vx in &xs {
-                    row.push(loss(&with(winner, &[(x, *vx), (y, *vy)]))?);
+                    row.push(loss(&with(winner, &[(x, vx), (y, vy)]))?);
                 }
                 rows.push(row);
             }
@@ -134,7 +135,7 @@ impl Curve {
 }
 
 /// Values of a parameter from end to end of its range, each once.
-fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<f64> {
+fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<ParameterValue> {
     let Some(i) = space.names().position(|n| n == name) else {
         return Vec::new();
     };
@@ -145,17 +146,17 @@ fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<f64> {
         if let Some(u) = point.get_mut(i) {
             *u = f64::from(k) / last;
         }
-        space.values(&point).get(name).copied()
+        space.values(&point).remove(name)
     };
-    let mut values: Vec<f64> = (0..points).filter_map(at).collect();
+    let mut values: Vec<ParameterValue> = (0..points).filter_map(at).collect();
     values.dedup();
     values
 }
 
-fn with(winner: &Values, changes: &[(&String, f64)]) -> Values {
+fn with(winner: &Values, changes: &[(&String, &ParameterValue)]) -> Values {
     let mut values = winner.clone();
     for (name, x) in changes {
-        values.insert((*name).clone(), *x);
+        values.insert((*name).clone(), (*x).clone());
     }
     values
 }

@@ -1,10 +1,12 @@
 //! The parameters that vary, as a unit cube: what optimisers see.
 
 use crate::tuning::study::{Range, Scale};
+use monorig_sim::config::checked::Finite;
+use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
 
 /// Parameter values by name.
-pub type Values = BTreeMap<String, f64>;
+pub type Values = BTreeMap<String, ParameterValue>;
 
 /// The parameters that vary, in the order of their names.
 #[derive(Clone, Debug)]
@@ -14,7 +16,7 @@ pub struct Space {
 
 #[derive(Clone, Debug)]
 enum Dimension {
-    Choices(Vec<f64>),
+    Choices(Vec<ParameterValue>),
     Span {
         from: f64,
         to: f64,
@@ -27,7 +29,7 @@ impl Space {
     /// Of checked ranges.
     pub fn new(ranges: &BTreeMap<String, Range>) -> Self {
         let axis = |r: &Range| match &r.choices {
-            Some(choices) => Dimension::Choices(choices.iter().map(|x| x.get()).collect()),
+            Some(choices) => Dimension::Choices(choices.clone()),
             None => Dimension::Span {
                 from: r.from.map_or(0.0, f64::from),
                 to: r.to.map_or(1.0, f64::from),
@@ -63,14 +65,14 @@ impl Space {
     /// The values at a point of the unit cube; points outside count as on its surface.
     pub fn values(&self, point: &[f64]) -> Values {
         let all = self.axes.iter().zip(point);
-        all.map(|((name, axis), u)| (name.clone(), axis.value(*u)))
+        all.filter_map(|((name, axis), u)| Some((name.clone(), axis.value(*u)?)))
             .collect()
     }
 
     /// The point of the unit cube with these values, or the nearest to them; unnamed parameters in the middle.
     pub fn point(&self, values: &Values) -> Vec<f64> {
         let of =
-            |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(*x));
+            |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(x));
         self.axes.iter().map(of).collect()
     }
 }
@@ -89,7 +91,8 @@ impl Dimension {
         }
     }
 
-    fn value(&self, u: f64) -> f64 {
+    /// The value at a place from 0 to 1.
+    fn value(&self, u: f64) -> Option<ParameterValue> {
         let u = if u.is_finite() {
             u.clamp(0.0, 1.0)
         } else {
@@ -98,9 +101,7 @@ impl Dimension {
         match self {
             Dimension::Choices(list) => {
                 let i = (u * list.len() as f64) as usize;
-                list.get(i.min(list.len().saturating_sub(1)))
-                    .copied()
-                    .unwrap_or(f64::NAN)
+                list.get(i.min(list.len().saturating_sub(1))).cloned()
             }
             Dimension::Span {
                 from,
@@ -112,20 +113,27 @@ impl Dimension {
                     *scale,
                     bend(*scale, *from) * (1.0 - u) + bend(*scale, *to) * u,
                 );
-                if *integer {
-                    x.round().clamp(*from, *to)
-                } else {
-                    digits(x, 8).clamp(*from, *to)
-                }
+                let x = match integer {
+                    true => x.round(),
+                    false => digits(x, 8),
+                };
+                number(x.clamp(*from, *to))
             }
         }
     }
 
-    fn share(&self, x: f64) -> f64 {
+    /// The place of a value, from 0 to 1: of a choice that is not in the list that of the nearest number, else the first.
+    fn share(&self, value: &ParameterValue) -> f64 {
+        let x = as_number(value).unwrap_or(f64::NAN);
         match self {
             Dimension::Choices(list) => {
-                let near = |a: &(usize, &f64), b: &(usize, &f64)| {
-                    (a.1 - x).abs().total_cmp(&(b.1 - x).abs())
+                let far = |other: &ParameterValue| match as_number(other) {
+                    _ if other == value => -1.0,
+                    Some(y) if x.is_finite() => (y - x).abs(),
+                    _ => f64::INFINITY,
+                };
+                let near = |a: &(usize, &ParameterValue), b: &(usize, &ParameterValue)| {
+                    far(a.1).total_cmp(&far(b.1))
                 };
                 let i = list.iter().enumerate().min_by(near).map_or(0, |(i, _)| i);
                 (i as f64 + 0.5) / list.len() as f64
@@ -137,6 +145,19 @@ impl Dimension {
                 ((bend(*scale, x.clamp(*from, *to)) - a) / (b - a)).clamp(0.0, 1.0)
             }
         }
+    }
+}
+
+/// A number as a parameter's value; none if it is not finite.
+fn number(x: f64) -> Option<ParameterValue> {
+    Finite::try_from(x).ok().map(ParameterValue::Number)
+}
+
+/// The value of a parameter that is a number.
+pub fn as_number(value: &ParameterValue) -> Option<f64> {
+    match value {
+        ParameterValue::Number(x) => Some(x.get()),
+        _ => None,
     }
 }
 
@@ -167,7 +188,6 @@ pub fn digits(x: f64, n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_sim::config::checked::Finite;
 
     fn finite(x: f64) -> Finite {
         Finite::new(x)
@@ -192,7 +212,11 @@ mod tests {
             (
                 "e".to_owned(),
                 Range {
-                    choices: Some(vec![finite(0.0), finite(7.0), finite(9.0)]),
+                    choices: Some(
+                        [0.0, 7.0, 9.0]
+                            .map(|x| ParameterValue::Number(finite(x)))
+                            .to_vec(),
+                    ),
                     ..Range::default()
                 },
             ),
@@ -201,11 +225,12 @@ mod tests {
 
     #[test]
     fn the_middle_of_a_range_is_that_of_its_scale() {
-        let middle = space().values(&[0.5; 5]);
-        assert_eq!(middle["a"], 2.0);
-        assert!((middle["b"] - 1e-2).abs() < 1e-9); // geometric mean
-        assert!((middle["c"] - 0.99).abs() < 1e-9); // memories 10 and 1000: 100 between
-        assert_eq!(middle["e"], 7.0);
+        let values = space().values(&[0.5; 5]);
+        let middle = |name: &str| as_number(&values[name]).unwrap();
+        assert_eq!(middle("a"), 2.0);
+        assert!((middle("b") - 1e-2).abs() < 1e-9); // geometric mean
+        assert!((middle("c") - 0.99).abs() < 1e-9); // memories 10 and 1000: 100 between
+        assert_eq!(middle("e"), 7.0);
     }
 
     #[test]
@@ -217,6 +242,7 @@ mod tests {
             (f64::INFINITY, [2.0, 1e-2, 0.99, 3.0, 7.0]),
         ] {
             for ((name, x), end) in space().values(&[u; 5]).into_iter().zip(ends) {
+                let x = as_number(&x).unwrap();
                 assert!((x - end).abs() < 1e-7, "{name} at {u}: {x}");
             }
         }
@@ -231,6 +257,27 @@ mod tests {
                 .collect();
             let values = space.values(&point);
             assert_eq!(space.values(&space.point(&values)), values);
+        }
+    }
+
+    /// Words and flags: every one is reached, and found again.
+    #[test]
+    fn choices_of_words_are_enumerated() {
+        let words = ["a", "b", "c"].map(|w| ParameterValue::Choice(w.into()));
+        let flags = [true, false].map(ParameterValue::Flag);
+        for list in [words.to_vec(), flags.to_vec()] {
+            let range = Range {
+                choices: Some(list.clone()),
+                ..Range::default()
+            };
+            let space = Space::new(&BTreeMap::from([("x".to_owned(), range)]));
+            assert_eq!(space.counts(), [Some(list.len())]);
+            for (i, value) in list.iter().enumerate() {
+                let place = (i as f64 + 0.5) / list.len() as f64;
+                let values = space.values(&[place]);
+                assert_eq!(values["x"], *value);
+                assert_eq!(space.point(&values), [place]);
+            }
         }
     }
 

@@ -1,10 +1,11 @@
 //! The study file, and the study read from it.
 
-use crate::tuning::name_check;
-use monorig_estimators::api::params::{Key, Setting};
+use crate::tuning::space::Values;
+use monorig_estimators::api::params::Setting;
+use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::file::{Document, named};
-use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds};
+use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
 use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
@@ -22,8 +23,11 @@ pub struct TuningFile {
     pub version: Version1,
     /// Why the study exists.
     pub why: String,
-    /// The estimator to tune.
+    /// The estimator to tune: its name in the scenarios.
     pub estimator: String,
+    /// Its type, when its name is not that of one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub is: Option<String>,
     /// Which of its parameters vary, and how far.
     pub parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
@@ -31,7 +35,7 @@ pub struct TuningFile {
     pub fixed: BTreeMap<String, ParameterValue>,
     /// Published constants to compare with (those of `parameters` not named here keep their default).
     #[serde(default)]
-    pub published: BTreeMap<String, Finite>,
+    pub published: BTreeMap<String, ParameterValue>,
     /// Runs the optimiser sees.
     pub tuning: Vec<Runs>,
     /// Runs it never sees: there the winner is held against the defaults and the published constants.
@@ -42,7 +46,7 @@ pub struct TuningFile {
     #[serde(default)]
     pub constraints: Vec<Constraint>,
     /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without this a
-    /// trial could win by keeping silent when it is hard.
+    /// trial could win by marking hard samples invalid.
     #[serde(default = "keep_valid")]
     pub keep_valid: Fraction,
     /// How trials are chosen.
@@ -73,8 +77,8 @@ pub struct Range {
     pub scale: Scale,
     /// Whole numbers only.
     pub integer: bool,
-    /// The values there are.
-    pub choices: Option<Vec<Finite>>,
+    /// The values to try: numbers, words of a choice, or true and false.
+    pub choices: Option<Vec<ParameterValue>>,
 }
 
 /// How values are spread over a range.
@@ -261,14 +265,25 @@ pub struct TuningStudy {
     pub tuning: Vec<RunGroup>,
     /// Runs it never sees.
     pub validation: Vec<RunGroup>,
+    /// The type of the estimator to tune.
+    pub of: EstimatorType,
+    /// The estimators and controllers there are.
+    pub registry: Registry,
     document: Document,
 }
 
 impl TuningStudy {
     /// Read a study and every scenario it names.
-    pub(super) fn read(path: &Path) -> Result<Self, Error> {
+    pub(super) fn read(path: &Path, registry: &Registry) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: TuningFile = document.parse()?;
+        let (key, name) = match &file.is {
+            Some(is) => ("is", is),
+            None => ("estimator", &file.estimator),
+        };
+        let of = registry
+            .find_estimator(name)
+            .map_err(|w| document.error(key, w.message, w.help))?;
         let groups = |list: &[Runs], key: &str| -> Result<Vec<RunGroup>, Error> {
             let load = |(i, runs): (usize, &Runs)| {
                 let at = named(path, &format!("{key}[{i}].scenario"), &runs.scenario)?;
@@ -293,6 +308,8 @@ impl TuningStudy {
             tuning: groups(&file.tuning, "tuning")?,
             validation: groups(&file.validation, "validation")?,
             file,
+            of: of.clone(),
+            registry: registry.clone(),
             document,
         })
     }
@@ -309,34 +326,45 @@ impl TuningStudy {
     }
 
     /// An error at a key of the study.
-    pub fn error(&self, key: impl Into<String>, (message, help): name_check::Wrong) -> Error {
-        self.document.error(key, message, help)
+    pub fn error(&self, key: impl Into<String>, wrong: Refusal) -> Error {
+        self.document.error(key, wrong.message, wrong.help)
     }
 
-    /// The defaults of the parameters that vary.
-    pub fn defaults(&self) -> BTreeMap<String, f64> {
+    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are left out.
+    pub fn defaults(&self) -> Values {
         let default = |key: &String| {
-            name_check::parameter(&self.file.estimator, key)
-                .ok()
-                .and_then(Key::default)
-                .map_or(f64::NAN, |default| match default {
-                    Setting::Number(number) => number,
-                    _ => f64::NAN,
-                })
+            let default = self.of.key(key).ok()?.default()?;
+            Some((key.clone(), parameter_value(default)?))
         };
-        let keys = self.file.parameters.keys();
-        keys.map(|key| (key.clone(), default(key))).collect()
+        self.file.parameters.keys().filter_map(default).collect()
     }
 
     /// The published constants, the rest at their defaults; none if the study names none.
-    pub fn published(&self) -> Option<BTreeMap<String, f64>> {
+    pub fn published(&self) -> Option<Values> {
         if self.file.published.is_empty() {
             return None;
         }
         let mut all = self.defaults();
-        for (key, value) in &self.file.published {
-            all.insert(key.clone(), value.get());
-        }
+        let published = self.file.published.iter();
+        all.extend(published.map(|(k, x)| (k.clone(), x.clone())));
         Some(all)
     }
+
+    /// The estimator of a trial as a scenario would name it: its type, and `fixed` with the trial's values.
+    pub fn settings(&self, values: &Values) -> Settings {
+        let mut all = self.file.fixed.clone();
+        all.extend(values.iter().map(|(k, x)| (k.clone(), x.clone())));
+        let mut settings = Settings::new(all);
+        settings.is = self.file.is.clone();
+        settings
+    }
+}
+
+/// A default as a file would have it; none if it is beyond what a file can have.
+fn parameter_value(setting: Setting<'_>) -> Option<ParameterValue> {
+    Some(match setting {
+        Setting::Number(x) => ParameterValue::Number(Finite::try_from(x).ok()?),
+        Setting::Flag(flag) => ParameterValue::Flag(flag),
+        Setting::Choice(word) => ParameterValue::Choice(word.to_owned()),
+    })
 }

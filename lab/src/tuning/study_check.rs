@@ -1,19 +1,19 @@
 //! What a study must keep to beyond the type of each value.
 
 use crate::tuning::name_check;
-use crate::tuning::name_check::Wrong;
 use crate::tuning::study::{Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningStudy};
+use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
 
 /// More trials than this are taken for a typing error.
-const MOST_TRIALS: u32 = 1_000_000;
+const MAX_TRIALS: u32 = 1_000_000;
 
 impl TuningStudy {
-    /// Read and check a study and every scenario it names.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        let study = Self::read(path)?;
+    /// Read and check a study and every scenario it names; its estimator is one of the registry.
+    pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
+        let study = Self::read(path, registry)?;
         check(&study)?;
         Ok(study)
     }
@@ -27,17 +27,16 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
             wrong("a study says why it exists", "write a sentence"),
         ));
     }
-    name_check::estimator(&file.estimator).map_err(|w| study.error("estimator", w))?;
     parameters(study)?;
     metrics(study)?;
     runs(study)?;
     let least = 2 + u32::from(!file.published.is_empty());
-    if !(least..=MOST_TRIALS).contains(&file.budget) {
+    if !(least..=MAX_TRIALS).contains(&file.budget) {
         return Err(study.error(
             "budget",
             wrong(
                 format!("{} trials make no search", file.budget),
-                format!("a number from {least} to {MOST_TRIALS}"),
+                format!("a number from {least} to {MAX_TRIALS}"),
             ),
         ));
     }
@@ -67,8 +66,11 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
     Ok(())
 }
 
-fn wrong(message: impl Into<String>, help: impl Into<String>) -> Wrong {
-    (message.into(), help.into())
+fn wrong(message: impl Into<String>, help: impl Into<String>) -> Refusal {
+    Refusal {
+        message: message.into(),
+        help: help.into(),
+    }
 }
 
 fn parameters(study: &TuningStudy) -> Result<(), Error> {
@@ -81,21 +83,24 @@ fn parameters(study: &TuningStudy) -> Result<(), Error> {
     }
     for (key, r) in &file.parameters {
         let at = format!("parameters.{key}");
-        name_check::number(&file.estimator, key).map_err(|w| study.error(&at, w))?;
-        range(r).map_err(|(part, w)| study.error(format!("{at}{part}"), w))?;
-        let ends = [r.from, r.to].into_iter().flatten();
-        for x in ends.chain(r.choices.iter().flatten().copied()) {
-            name_check::value(&file.estimator, key, x.get().into())
-                .map_err(|w| study.error(&at, w))?;
-        }
+        let refused = |(part, w): (&str, Refusal)| study.error(format!("{at}{part}"), w);
+        study.of.key(key).map_err(|w| refused(("", w)))?;
+        range(r).map_err(refused)?;
+        name_check::range(&study.of, key, r).map_err(refused)?;
     }
     for (key, x) in &file.published {
-        name_check::value(&file.estimator, key, x.get().into())
-            .map_err(|w| study.error(format!("published.{key}"), w))?;
+        let at = format!("published.{key}");
+        study
+            .of
+            .check(key, x.setting())
+            .map_err(|w| study.error(at, w))?;
     }
     for (key, x) in &file.fixed {
         let at = format!("fixed.{key}");
-        name_check::value(&file.estimator, key, x.setting()).map_err(|w| study.error(&at, w))?;
+        study
+            .of
+            .check(key, x.setting())
+            .map_err(|w| study.error(&at, w))?;
         if file.parameters.contains_key(key) {
             return Err(study.error(
                 at,
@@ -110,7 +115,7 @@ fn parameters(study: &TuningStudy) -> Result<(), Error> {
 }
 
 /// A range by itself; the error says at which key below it.
-fn range(r: &Range) -> Result<(), (&'static str, Wrong)> {
+fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
     if let Some(choices) = &r.choices {
         if r.from.is_some() || r.to.is_some() || r.integer || r.scale != Scale::Linear {
             return Err((
@@ -267,7 +272,7 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
 }
 
 /// Replay fits estimators beside the loop, the closed loop those in it.
-fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Wrong> {
+fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
     let s = &group.scenario.file;
     let drives = s.in_loop.as_ref() == Some(&study.file.estimator)
         && s.drive.controller.feedforward == FeedForward::Estimate;

@@ -90,7 +90,7 @@ impl Validation {
 /// Run the winner and what it is compared with over the validation runs.
 pub fn validate(
     study: &TuningStudy,
-    evaluator: &Evaluator,
+    evaluator: &Evaluator<'_>,
     Baseline { judge, defaults }: &Baseline,
     winner: &Values,
     tuning_loss: f64,

@@ -4,8 +4,8 @@ use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;
 use crate::tuning::study::TuningStudy;
 use crate::tuning::validate::Validation;
-use monorig_sim::config::checked::{Finite, Version1};
-use monorig_sim::config::scenario::{ParameterFile, ParameterValue, Provenance};
+use monorig_sim::config::checked::Version1;
+use monorig_sim::config::scenario::{ParameterFile, Provenance};
 use monorig_sim::error::Error;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -20,18 +20,11 @@ pub fn winner(
         return Ok(None);
     };
     let file = &study.file;
-    let tuned = trial.parameters.iter().filter_map(|(k, x)| {
-        Some((
-            k.clone(),
-            ParameterValue::Number(Finite::try_from(*x).ok()?),
-        ))
-    });
-    let fixed = file.fixed.iter().map(|(k, x)| (k.clone(), x.clone()));
     Ok(Some(ParameterFile {
         version: Version1,
         why: format!("Winner of the study {}: {}", study.name, file.why.trim()),
-        estimator: file.estimator.clone(),
-        parameters: fixed.chain(tuned).collect(),
+        estimator: study.of.name().to_owned(),
+        parameters: study.settings(&trial.parameters).values,
         provenance: Some(Provenance {
             study: study.name.clone(),
             study_hash: study.hash()?,

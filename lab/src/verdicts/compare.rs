@@ -2,8 +2,9 @@
 
 use crate::batch::RunResult;
 use crate::verdicts::interval::Interval;
-use monorig_sim::config::scenario::Published;
+use monorig_sim::config::scenario::{Published, Settings};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// One metric of one estimator over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,9 @@ pub struct Comparison {
     pub monorig: String,
     /// Scenario.
     pub scenario: String,
+    /// The estimators of the runs with their types and parameters.
+    #[serde(default)]
+    pub estimators: BTreeMap<String, Settings>,
     /// Estimator that the others are held against.
     pub reference: String,
     /// Every metric of every estimator, metrics outermost.

@@ -1,6 +1,6 @@
 //! Does a scenario expect things that can be measured? Found out before the run, not after it.
 
-use crate::metrics::{METRICS, RUN_METRICS};
+use crate::metrics::{estimator_metrics, run_metrics};
 use monorig_sim::config::file::nearest;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -8,8 +8,8 @@ use monorig_sim::error::Error;
 /// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train and
 /// the controller.
 pub fn check(scenario: &Scenario) -> Result<(), Error> {
-    let of_estimators: Vec<&str> = METRICS.iter().map(|m| m.name).collect();
-    let of_run: Vec<&str> = RUN_METRICS.iter().map(|m| m.name).collect();
+    let of_estimators: Vec<&str> = estimator_metrics().map(|m| m.name).collect();
+    let of_run: Vec<&str> = run_metrics().map(|m| m.name).collect();
     for (i, e) in scenario.file.expect.iter().enumerate() {
         let (known, others) = match e.estimator {
             Some(_) => (&of_estimators, &of_run),

@@ -2,7 +2,7 @@
 
 use crate::metrics;
 use crate::metrics::series::ErrorSeries;
-use crate::metrics::{METRICS, RUN_METRICS};
+use crate::metrics::{estimator_metrics, run_metrics};
 use monorig_sim::closed_loop::run::Outcome;
 use monorig_sim::config::scenario::{Expectation, Scenario};
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ pub struct Summary {
     /// Whether the scenario's end was reached.
     pub finished: bool,
     /// Estimators without a single valid sample in the whole run.
-    pub silent: Vec<String>,
+    pub never_valid: Vec<String>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Steps of the plant.
@@ -124,8 +124,7 @@ impl Summary {
     pub fn new(scenario: &Scenario, seed: u64, outcome: &Outcome, series: &ErrorSeries) -> Self {
         let (from, to) = (AFTER_S, f64::INFINITY);
         let of = |name: &str| {
-            METRICS
-                .iter()
+            estimator_metrics()
                 .map(|m| {
                     (
                         m.name.to_owned(),
@@ -139,7 +138,7 @@ impl Summary {
             scenario: scenario.name.clone(),
             seed,
             finished: outcome.finished,
-            silent: series
+            never_valid: series
                 .estimators
                 .iter()
                 .filter(|(_, samples)| !samples.iter().any(|x| x.mass_valid || x.slope_valid))
@@ -153,8 +152,7 @@ impl Summary {
                 .iter()
                 .map(|(name, _)| (name.clone(), of(name)))
                 .collect(),
-            run: RUN_METRICS
-                .iter()
+            run: run_metrics()
                 .map(|m| {
                     (
                         m.name.to_owned(),

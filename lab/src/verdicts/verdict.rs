@@ -114,10 +114,11 @@ impl Tally {
             return;
         };
         for name in summary.estimators.keys() {
-            let silent = summary.silent.contains(name) && !judged_otherwise(summary, name);
+            let never_valid =
+                summary.never_valid.contains(name) && !judged_otherwise(summary, name);
             let text = "its estimates were invalid all through".to_owned();
             let count = self.valid.entry(name.clone()).or_default();
-            count.add(run.seed, silent.then_some((0.0, text)));
+            count.add(run.seed, never_valid.then_some((0.0, text)));
         }
         for (i, v) in summary.expectations.iter().enumerate() {
             if i == self.expected.len() {
@@ -141,7 +142,7 @@ impl Tally {
                 .check("the run".into(), "finishes".into(), 1.0),
         ];
         for (name, count) in &self.valid {
-            checks.push(count.check(name.clone(), "vouches".into(), 1.0));
+            checks.push(count.check(name.clone(), "is valid at least once".into(), 1.0));
         }
         for (v, count) in &self.expected {
             checks.push(count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0)));
@@ -231,7 +232,7 @@ mod tests {
                 scenario: "hill".into(),
                 seed,
                 finished,
-                silent: Vec::new(),
+                never_valid: Vec::new(),
                 simulated_s: 60.0,
                 steps: 1,
                 after_s: 5.0,
@@ -299,10 +300,10 @@ mod tests {
     }
 
     #[test]
-    fn an_estimator_that_never_speaks_fails() {
-        let mut silent = run(1, Some(0.5), true, None);
-        silent.summary.as_mut().unwrap().silent = vec!["joint_ekf_robust".into()];
-        let judged = ScenarioVerdict::new("hill", vec![silent]);
+    fn an_estimator_that_is_never_valid_fails() {
+        let mut invalid = run(1, Some(0.5), true, None);
+        invalid.summary.as_mut().unwrap().never_valid = vec!["joint_ekf_robust".into()];
+        let judged = ScenarioVerdict::new("hill", vec![invalid]);
         assert!(reasons(&judged)[0].contains("joint_ekf_robust: its estimates were invalid"));
     }
 }

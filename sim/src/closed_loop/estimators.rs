@@ -1,6 +1,7 @@
 //! Estimators side by side on the same measurements.
 
 use crate::closed_loop::registry::BoxedEstimator;
+use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 
@@ -67,5 +68,17 @@ impl RunningEstimator {
         let from = row.len();
         row.resize(from + self.list_internals().len(), f64::NAN);
         self.estimator.internal_values(&mut row[from..]);
+    }
+
+    /// The sources of measurements it uses.
+    pub fn aid_sources(&self) -> &[&'static str] {
+        self.estimator.aid_sources()
+    }
+
+    /// What became of the last measurement of each source, in that order.
+    pub fn aid_status(&self) -> Vec<AidStatus> {
+        let mut status = vec![AidStatus::default(); self.aid_sources().len()];
+        self.estimator.aid_status(&mut status);
+        status
     }
 }

@@ -1,35 +1,68 @@
 //! Fits instruments to the vehicle of a scenario, with the faults of its events.
 
 use crate::config::scenario::Scenario;
-use crate::config::sensor_sheet::Sheet;
-use crate::error::Error;
-use crate::sensors::{Instrument, Suite};
+use crate::error::{DataError, Error};
+use crate::sensors::spec::InstrumentSpecs;
+use crate::sensors::{Instrument, KINDS, Suite};
 use crate::train::Train;
+use std::path::Path;
 
-/// The instruments of a sheet and `others` (of a user's own), fitted to `train`, with the faults of the scenario's events.
+/// What cannot be fitted: said by the data sheet, or by the scenario.
+pub enum Unfit {
+    /// A value of the data sheet.
+    Sheet(DataError),
+    /// An event of the scenario.
+    Event(DataError),
+}
+
+impl Unfit {
+    /// As an error of the file it is in.
+    pub fn in_file(self, scenario: &Scenario, sheet: &Path) -> Error {
+        match self {
+            Unfit::Sheet(e) => e.in_file(sheet),
+            Unfit::Event(e) => scenario.error(e.key, e.message, e.help),
+        }
+    }
+}
+
+/// The instruments of a data sheet and `others` (of a user's own), fitted to `train`, with the faults of the scenario's events.
 pub fn fit(
     scenario: &Scenario,
-    sheet: &Sheet,
+    specs: &InstrumentSpecs,
     others: Vec<Box<dyn Instrument>>,
     train: &Train,
     seed: u64,
-) -> Result<Suite, Error> {
+) -> Result<Suite, Unfit> {
     let file = &scenario.file;
-    sheet.check_vehicle(file.car.is_some())?;
-    let mut suite = Suite::new(&sheet.specs(), train, file.physics.gravity_mps2.get(), seed)
-        .map_err(|e| e.in_file(&sheet.file))?;
+    check_vehicle(specs, file.car.is_some()).map_err(Unfit::Sheet)?;
+    let gravity = file.physics.gravity_mps2.get();
+    let mut suite = Suite::new(specs, train, gravity, seed).map_err(Unfit::Sheet)?;
     for other in others {
-        suite.fit(other)?;
+        suite.fit(other).map_err(Unfit::Sheet)?;
     }
     suite
         .check_step(file.physics.dt_ms.get() * 1e-3)
-        .map_err(|e| e.in_file(&sheet.file))?;
+        .map_err(Unfit::Sheet)?;
     for (i, event) in file.events.iter().enumerate() {
         let fault = event.sensor_fault().and_then(|fault| match fault {
             Some((sensor, window)) => suite.add_fault(sensor, window),
             None => Ok(()),
         });
-        fault.map_err(|e| e.under(&format!("events[{i}]")).in_file(scenario.path()))?;
+        fault.map_err(|e| Unfit::Event(e.under(&format!("events[{i}]"))))?;
     }
     Ok(suite)
+}
+
+/// The instruments can be fitted to this vehicle: only a car is steered, only a train has clamps.
+fn check_vehicle(specs: &InstrumentSpecs, car: bool) -> Result<(), DataError> {
+    for kind in KINDS.iter().filter(|k| specs.contains_key(k.name)) {
+        if let Some(reason) = (kind.unsuited)(car) {
+            return Err(DataError::new(
+                kind.name,
+                reason,
+                "leave it out of the sheet",
+            ));
+        }
+    }
+    Ok(())
 }

@@ -2,22 +2,37 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `run` | the loop, and the observers of it |
-//! | `builder` | a scenario put together |
-//! | `registry` | the estimators and controllers a scenario can name |
-//! | `parts` | those that it names, checked and built |
-//! | `estimators` | the estimators that run side by side |
-//! | `events` | the events of a scenario, applied when they are due |
+//! | `run` | the loop |
+//! | `simulation` | a simulation ready to run |
+//! | `builder` | what it is built from: a scenario, or code |
+//! | `registry` | the estimators and controllers that a scenario can name |
+//! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |
+//! | `estimators` | an estimator in a run |
+//! | `observer` | what is shown to recorders and metrics after each step |
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
+//! | `events` | the events of a scenario, applied when they are due |
+//! | `end` | when a run ends, and how |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
+mod assemble;
 pub mod builder;
+mod checks;
+mod end;
 pub mod estimators;
 pub mod events;
 mod instruments;
 mod nominal_vehicle;
+mod observer;
 pub mod obstacles;
 mod parts;
 pub mod registry;
 pub mod run;
+mod simulation;
+
+pub use builder::SimulationBuilder;
+pub use end::{EndCondition, Ended, Outcome};
+pub use observer::{Observer, StepFrame};
+pub use registry::Registry;
+pub use run::run;
+pub use simulation::Simulation;

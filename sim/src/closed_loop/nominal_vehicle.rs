@@ -1,20 +1,21 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
 use crate::config::scenario::{PlantKind, Scenario};
+use crate::plant::road::Car;
 use crate::train::Train;
-use monorig_estimators::api::vehicle::VehicleData;
+use monorig_estimators::api::signals::VehicleData;
 
 /// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
 
-/// Vehicle parameters for the estimators: the train's data sheet, with the changes of the scenario.
-pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
+/// The nominal vehicle of a train: its data sheet, with the changes of the scenario. `imu` is the mount of the IMU.
+pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     let nominal = &scenario.file.vehicle;
     let first = train.drives.first();
     let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
-    // The instrument pitches with its unit, so what counts is where the unit's middle is, and how far ahead of it the mount sits.
+    // The IMU pitches with its unit: it measures the grade under the middle of the unit.
     let unit = train
         .mounts
         .get(imu)
@@ -57,5 +58,21 @@ pub fn vehicle(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         load_span_m,
         imu_arm_m,
         road: None,
+    }
+}
+
+/// Vehicle parameters of a car for the estimators: its data sheet, with the changes of the scenario.
+pub fn of_car(scenario: &Scenario, car: &Car) -> VehicleData {
+    let nominal = &scenario.file.vehicle;
+    let gravity = scenario.file.physics.gravity_mps2.get();
+    let sheet = car.nominal_vehicle(nominal.tare_kg.map(f64::from), gravity);
+    VehicleData {
+        wheel_radius_m: nominal
+            .wheel_radius_m
+            .map_or(sheet.wheel_radius_m, f64::from),
+        running_resistance: nominal
+            .running_resistance
+            .map_or(sheet.running_resistance, f64::from),
+        ..sheet
     }
 }

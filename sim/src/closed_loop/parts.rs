@@ -1,20 +1,26 @@
 //! Builds the estimators and the controller that a scenario names, from the registry.
 
 use super::estimators::RunningEstimator;
-use super::registry::{BoxedController, Refusal, Registry};
+use super::registry::{BoxedController, BoxedEstimator, Refusal, Registry};
 use crate::config::scenario::Scenario;
 use crate::control::ControllerSetup;
 use crate::error::Error;
 use monorig_estimators::api::signals::Vehicle;
+use std::collections::BTreeMap;
 
-/// The estimators of a scenario, checked and built in the order of their names.
+/// The estimators of a scenario in the order of their names: those given, the others checked and built.
 pub fn estimators(
     scenario: &Scenario,
     registry: &Registry,
     vehicle: &Vehicle,
+    given: &mut BTreeMap<String, BoxedEstimator>,
 ) -> Result<Vec<RunningEstimator>, Error> {
     let mut built = Vec::new();
     for (name, settings) in &scenario.file.estimators {
+        if let Some(estimator) = given.remove(name) {
+            built.push(RunningEstimator::new(name, estimator));
+            continue;
+        }
         let at = format!("estimators.{name}");
         let of_type =
             registry

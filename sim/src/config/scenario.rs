@@ -11,7 +11,7 @@ mod published;
 mod seeds;
 
 pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
-pub use event::{Event, Fault};
+pub use event::{Event, FaultKind};
 pub use expect::Expectation;
 pub use load::Scenario;
 pub use names::valid_name;
@@ -20,6 +20,8 @@ pub use published::Published;
 pub use seeds::Seeds;
 
 use crate::config::checked::{Finite, NonNegative, Positive, Version1};
+use crate::config::file::Document;
+use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -67,9 +69,9 @@ pub struct ScenarioFile {
     /// Things that happen.
     #[serde(default)]
     pub events: Vec<Event>,
-    /// Obstacles and walls.
+    /// Obstacles beside the rail.
     #[serde(default)]
-    pub surroundings: Vec<Obstacle>,
+    pub obstacles: Vec<Obstacle>,
     /// The roadway around the rail; none = open space.
     #[serde(default)]
     pub roadway: Option<Roadway>,
@@ -167,7 +169,7 @@ pub enum PlantKind {
 }
 
 /// Drive cycle and controller.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DriveCycle {
     /// Speed reference: points by time (`at_s`) or by chainage of the front (`at_m`), linear in between (time) or held
@@ -182,6 +184,48 @@ pub struct DriveCycle {
     /// The controller.
     #[serde(default)]
     pub controller: ControllerSettings,
+}
+
+impl DriveCycle {
+    /// A speed reference by time: points in s and m/s, linear in between.
+    pub fn by_time(points: &[(f64, f64)]) -> Result<Self, Error> {
+        let point = |at, mps| SpeedPoint {
+            at_s: Some(at),
+            at_m: None,
+            mps,
+        };
+        Self::of_points(points, point)
+    }
+
+    /// A speed reference by chainage of the front: points in m and m/s, approached within `accel_mps2` (m/s²).
+    pub fn by_chainage(points: &[(f64, f64)], accel_mps2: f64) -> Result<Self, Error> {
+        let point = |at, mps| SpeedPoint {
+            at_s: None,
+            at_m: Some(at),
+            mps,
+        };
+        let accel_mps2 = Positive::try_from(accel_mps2)
+            .map_err(|message| in_code("drive.accel_mps2", message, "m/s²"))?;
+        Ok(Self {
+            accel_mps2: Some(accel_mps2),
+            ..Self::of_points(points, point)?
+        })
+    }
+
+    fn of_points(
+        points: &[(f64, f64)],
+        point: impl Fn(NonNegative, Finite) -> SpeedPoint,
+    ) -> Result<Self, Error> {
+        let checked = points.iter().enumerate().map(|(i, (at, mps))| {
+            let wrong = |message| in_code(&format!("drive.speed[{i}]"), message, "s or m, and m/s");
+            let at = NonNegative::try_from(*at).map_err(wrong)?;
+            Ok(point(at, Finite::try_from(*mps).map_err(wrong)?))
+        });
+        Ok(Self {
+            speed: checked.collect::<Result<_, Error>>()?,
+            ..Self::default()
+        })
+    }
 }
 
 /// A point of the speed reference; exactly one of `at_s` and `at_m`.
@@ -256,6 +300,11 @@ pub struct Record {
     pub rate_hz: Positive,
     /// Poses, Hz.
     pub pose_rate_hz: Positive,
+}
+
+/// An error at a key of a scenario that is in no file.
+fn in_code(key: &str, message: String, help: &str) -> Error {
+    Document::default().error(key, message, help)
 }
 
 impl Default for Start {

@@ -3,7 +3,6 @@
 use crate::config::file::{Sets, read_yaml_with, with_sets};
 use crate::config::sensor_sheet_file::SheetFile;
 use crate::error::{DataError, Error};
-use crate::sensors::KINDS;
 use crate::sensors::spec::{Errors, InstrumentSpecs, Mounting, Sampling};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +16,7 @@ const MAX_MISALIGNMENT_DEG: f64 = 30.0;
 pub struct Sheet {
     /// Where it was read.
     pub file: PathBuf,
-    /// What it says.
+    /// Its contents.
     pub data: SheetFile,
 }
 
@@ -68,17 +67,11 @@ impl Sheet {
         }
         Ok(())
     }
+}
 
-    /// The instruments can be fitted to this vehicle: only a car is steered, only a train has clamps.
-    pub fn check_vehicle(&self, car: bool) -> Result<(), Error> {
-        let specs = self.specs();
-        for kind in KINDS.iter().filter(|k| specs.contains_key(k.name)) {
-            if let Some(reason) = (kind.unsuited)(car) {
-                let e = DataError::new(kind.name, reason, "leave it out of the sheet");
-                return Err(e.in_file(&self.file));
-            }
-        }
-        Ok(())
+impl From<Sheet> for InstrumentSpecs {
+    fn from(sheet: Sheet) -> Self {
+        sheet.specs()
     }
 }
 
@@ -144,6 +137,7 @@ fn check_misalignment(mounting: &Mounting) -> Result<(), DataError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::KINDS;
 
     fn parse(text: &str) -> Result<Sheet, Error> {
         let folder = std::env::temp_dir().join(format!(

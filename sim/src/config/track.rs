@@ -18,11 +18,13 @@
 pub mod elements;
 pub mod survey;
 
-use crate::config::checked::{Finite, Positive, Version1};
-use crate::config::file::input_error;
-use crate::error::Error;
+use crate::config::checked::{Finite, NonNegative, Positive, Version1};
+use crate::config::file::{Sets, named, read_yaml_with, with_sets};
+use crate::error::{DataError, Error};
 use crate::rail::alignment::{AlignmentBuilder, Angle};
-use crate::rail::joints::JointsFile;
+use crate::rail::joints::{JointSpec, Joints};
+use crate::rail::profile::Profile;
+use crate::rail::{Rail, Section};
 use elements::{Horizontal, Vertical};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -99,7 +101,9 @@ impl TrackStart {
 impl TrackFile {
     /// Heading and grade along the chainage.
     pub(crate) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
-        let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
+        let bad = |key: &str, message: &str, help: &str| {
+            Err(DataError::new(key, message, help).in_file(file))
+        };
         let surveyed = match &self.survey {
             Some(s) if self.vertical.is_empty() => Some(survey::read(s, file)?),
             Some(_) => {
@@ -132,8 +136,9 @@ impl TrackFile {
         let heading = match surveyed_heading {
             Some(h) => h,
             None => {
-                let mut b = AlignmentBuilder::new(file, self.start.heading_deg.get().to_radians());
-                elements::horizontal(&self.horizontal, "horizontal", &mut b)?;
+                let mut b = AlignmentBuilder::new(self.start.heading_deg.get().to_radians());
+                elements::horizontal(&self.horizontal, "horizontal", &mut b)
+                    .map_err(|e| e.in_file(file))?;
                 b.finish()
             }
         };
@@ -145,11 +150,111 @@ impl TrackFile {
                     .first()
                     .and_then(|v| v.grade_deg)
                     .map_or(0.0, Finite::get);
-                let mut b = AlignmentBuilder::new(file, first.to_radians());
-                elements::vertical(&self.vertical, "vertical", &mut b)?;
+                let mut b = AlignmentBuilder::new(first.to_radians());
+                elements::vertical(&self.vertical, "vertical", &mut b)
+                    .map_err(|e| e.in_file(file))?;
                 b.finish()
             }
         };
         Ok((heading, grade))
+    }
+}
+
+impl Rail {
+    /// Read a track file, and the profile and survey it names.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the track file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        let rail = Self::read(&read_yaml_with(path, sets)?, path);
+        rail.map_err(|e| with_sets(e, sets))
+    }
+
+    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
+    pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
+        let section = match (&track.profile, track.road_width_m) {
+            (Some(profile), None) => {
+                Section::Rail(Profile::load(&named(path, "profile", profile)?)?)
+            }
+            (None, Some(width)) => Section::road(width.get()),
+            (Some(_), Some(_)) => {
+                let e = DataError::new(
+                    "road_width_m",
+                    "this track has a rail profile and the width of a road",
+                    "keep `profile` for a rail, or `road_width_m` for a road",
+                );
+                return Err(e.in_file(path));
+            }
+            (None, None) => {
+                let e = DataError::new(
+                    "profile",
+                    "this track is neither a rail nor a road",
+                    "`profile: ../rails/i140e.yaml` makes it a rail, `road_width_m: 3.75` a road",
+                );
+                return Err(e.in_file(path));
+            }
+        };
+        Self::with_section(track, section, path)
+    }
+
+    /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
+    pub fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
+        Self::with_section(track, Section::Rail(profile), file)
+    }
+
+    fn with_section(track: &TrackFile, section: Section, file: &Path) -> Result<Self, Error> {
+        let (horizontal, vertical) = track.angles(file)?;
+        let length = horizontal.length().max(vertical.length());
+        let joints = track
+            .joints
+            .map(|joints| Joints::new(&joints.into(), length))
+            .transpose()
+            .map_err(|e| e.under("joints").in_file(file))?;
+        Ok(Self::new(
+            &track.name,
+            track.start.position(),
+            horizontal,
+            vertical,
+            joints,
+            section,
+        ))
+    }
+}
+
+/// Rail joints in a track file.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JointsFile {
+    /// Length of a piece of rail, m.
+    pub every_m: Positive,
+    /// Deflection at a joint, degrees; signs alternate.
+    #[serde(default = "none")]
+    pub kink_deg: NonNegative,
+    /// Height step at a joint, m; signs alternate.
+    #[serde(default = "none")]
+    pub step_m: NonNegative,
+    /// Radius of the wheel that rolls over the step, m.
+    #[serde(default = "wheel")]
+    pub wheel_radius_m: Positive,
+}
+
+fn none() -> NonNegative {
+    NonNegative::new(0.0)
+}
+
+fn wheel() -> Positive {
+    Positive::new(0.0875)
+}
+
+impl From<JointsFile> for JointSpec {
+    fn from(j: JointsFile) -> Self {
+        Self {
+            every_m: j.every_m.get(),
+            kink_deg: j.kink_deg.get(),
+            step_m: j.step_m.get(),
+            wheel_radius_m: j.wheel_radius_m.get(),
+        }
     }
 }

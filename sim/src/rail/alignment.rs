@@ -3,11 +3,9 @@
 //! Angles accumulate from element to element, so the tangent has no jump whatever the elements are. The curvature may
 //! jump (an arc right beside a line), as it does on rails bent that way; clothoids, easements and transitions avoid it.
 
-use crate::config::file::input_error;
-use crate::error::Error;
-use std::path::Path;
+use crate::error::DataError;
 
-/// Longest track, m: longer is taken for a slip of the pen.
+/// Longest track, m; a longer one is taken for a typing error.
 pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
 /// Shortest element, m.
 const MIN_PIECE_M: f64 = 1e-3;
@@ -118,8 +116,7 @@ impl Angle {
 }
 
 /// Strings stretches together.
-pub(crate) struct AlignmentBuilder<'a> {
-    pub(crate) file: &'a Path,
+pub(crate) struct AlignmentBuilder {
     start: f64,
     s: f64,
     pub(crate) angle: f64,
@@ -127,10 +124,9 @@ pub(crate) struct AlignmentBuilder<'a> {
     pieces: Vec<Piece>,
 }
 
-impl<'a> AlignmentBuilder<'a> {
-    pub(crate) fn new(file: &'a Path, start: f64) -> Self {
+impl AlignmentBuilder {
+    pub(crate) fn new(start: f64) -> Self {
         Self {
-            file,
             start,
             s: 0.0,
             angle: start,
@@ -145,11 +141,10 @@ impl<'a> AlignmentBuilder<'a> {
         length: f64,
         [k0, k1]: [f64; 2],
         [bend_key, angle_key]: [&str; 2],
-    ) -> Result<(), Error> {
+    ) -> Result<(), DataError> {
         if k0.abs().max(k1.abs()) > MAX_CURVATURE_1PM {
             let radius = 1.0 / k0.abs().max(k1.abs());
-            return Err(input_error(
-                self.file,
+            return Err(DataError::new(
                 bend_key,
                 format!("the rail is bent to a radius of {radius:.3} m"),
                 "a radius of at least 0.5 m; a longer element bends less",
@@ -169,8 +164,7 @@ impl<'a> AlignmentBuilder<'a> {
         self.angle += 0.5 * (k0 + k1) * length;
         self.curvature = k1;
         if self.s > MAX_LENGTH_M || self.pieces.len() > MAX_PIECES {
-            return Err(input_error(
-                self.file,
+            return Err(DataError::new(
                 bend_key,
                 format!(
                     "the track is {:.0} m long by here, in {} pieces",
@@ -193,7 +187,7 @@ impl<'a> AlignmentBuilder<'a> {
         easement: f64,
         path: &str,
         angle_key: &str,
-    ) -> Result<(), Error> {
+    ) -> Result<(), DataError> {
         let (key, value) = self.one_of(radius, length, path)?;
         let radius = if length.is_some() {
             (value - easement) / turn.abs()
@@ -202,8 +196,7 @@ impl<'a> AlignmentBuilder<'a> {
         };
         let middle = radius * turn.abs() - easement;
         if radius <= 0.0 || middle < -1e-9 {
-            return Err(input_error(
-                self.file,
+            return Err(DataError::new(
                 format!("{path}.easement_m"),
                 format!("two easements of {easement} m are longer than the whole arc"),
                 format!(
@@ -233,7 +226,7 @@ impl<'a> AlignmentBuilder<'a> {
         length: Option<f64>,
         path: &str,
         angle_key: &str,
-    ) -> Result<(), Error> {
+    ) -> Result<(), DataError> {
         let (key, value) = self.one_of(radius, length, path)?;
         let length = if length.is_some() {
             value
@@ -247,11 +240,10 @@ impl<'a> AlignmentBuilder<'a> {
         self.bend(0.5 * length, [k, 0.0], keys)
     }
 
-    /// An element so short that it can only be a slip of the pen is an error.
-    pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), Error> {
+    /// Checks that an element is at least `MIN_PIECE_M` long; a shorter one is taken for a typing error.
+    pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), DataError> {
         if length < MIN_PIECE_M {
-            return Err(input_error(
-                self.file,
+            return Err(DataError::new(
                 key,
                 format!("the element is {length:e} m long"),
                 format!("at least {MIN_PIECE_M} m"),
@@ -265,12 +257,11 @@ impl<'a> AlignmentBuilder<'a> {
         radius: Option<f64>,
         length: Option<f64>,
         path: &str,
-    ) -> Result<(String, f64), Error> {
+    ) -> Result<(String, f64), DataError> {
         match (radius, length) {
             (Some(r), None) => Ok((format!("{path}.radius_m"), r)),
             (None, Some(l)) => Ok((format!("{path}.length_m"), l)),
-            _ => Err(input_error(
-                self.file,
+            _ => Err(DataError::new(
                 path,
                 "needs either radius_m or length_m",
                 "give one of them; the other follows from the angle",
@@ -291,8 +282,8 @@ impl<'a> AlignmentBuilder<'a> {
 mod tests {
     use super::*;
 
-    fn built(f: impl FnOnce(&mut AlignmentBuilder<'_>) -> Result<(), Error>) -> Angle {
-        let mut b = AlignmentBuilder::new(Path::new("t.yaml"), 0.2);
+    fn built(f: impl FnOnce(&mut AlignmentBuilder) -> Result<(), DataError>) -> Angle {
+        let mut b = AlignmentBuilder::new(0.2);
         f(&mut b).unwrap();
         b.finish()
     }
@@ -335,7 +326,7 @@ mod tests {
 
     #[test]
     fn an_easement_longer_than_the_arc_is_named() {
-        let mut b = AlignmentBuilder::new(Path::new("t.yaml"), 0.0);
+        let mut b = AlignmentBuilder::new(0.0);
         let e = b
             .arc(0.5, Some(4.0), None, 2.5, "vertical[3]", "")
             .unwrap_err()

@@ -1,17 +1,16 @@
-//! Can this train run on this rail? The element that says no is named.
+//! Checks whether a train can run on a rail: radii, grades, length. The track's element that is wrong is named.
 
 use super::Rail;
 use super::alignment::{Angle, Piece};
-use crate::config::file::input_error;
-use crate::error::Error;
+use crate::error::DataError;
 use crate::train::Limits;
 
 /// Rounding of radii and angles that are just at a limit.
-const JUST: f64 = 1.0 + 1e-9;
+const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl Rail {
-    /// Check radii, grades and length against what a train can run on. Kinks and steps of rail joints are not counted.
-    pub fn check(&self, limits: &Limits) -> Result<(), Error> {
+    /// Checks radii, grades and length against what a train can run on; keys in errors are those of the track file. Kinks and steps of rail joints are not counted.
+    pub fn check(&self, limits: &Limits) -> Result<(), DataError> {
         self.radii(
             &self.horizontal,
             limits.min_radius_horizontal_m,
@@ -21,8 +20,8 @@ impl Rail {
         let most = limits.max_grade_rad;
         for p in &self.vertical.pieces {
             let (_, grade) = p.extremes();
-            if grade > most * JUST {
-                return Err(self.at(
+            if grade > most * ROUNDING {
+                return Err(self.wrong_at(
                     &p.angle_key,
                     p,
                     format!("the grade reaches {:.3}°", grade.to_degrees()),
@@ -31,8 +30,7 @@ impl Rail {
             }
         }
         if self.length < limits.length_m {
-            return Err(input_error(
-                &self.file,
+            return Err(DataError::new(
                 "",
                 format!("the track is {:.3} m long", self.length),
                 format!(
@@ -44,11 +42,11 @@ impl Rail {
         Ok(())
     }
 
-    fn radii(&self, angle: &Angle, least: f64, which: &str) -> Result<(), Error> {
+    fn radii(&self, angle: &Angle, least: f64, which: &str) -> Result<(), DataError> {
         for p in &angle.pieces {
             let (bend, _) = p.extremes();
-            if bend * least > JUST {
-                return Err(self.at(
+            if bend * least > ROUNDING {
+                return Err(self.wrong_at(
                     &p.bend_key,
                     p,
                     format!("the {which} radius comes down to {:.3} m", 1.0 / bend),
@@ -59,8 +57,8 @@ impl Rail {
         Ok(())
     }
 
-    fn at(&self, key: &str, p: &Piece, message: String, help: String) -> Error {
+    fn wrong_at(&self, key: &str, p: &Piece, message: String, help: String) -> DataError {
         let message = format!("{message} between chainage {:.3} and {:.3} m", p.from, p.to);
-        input_error(&self.file, key, message, help)
+        DataError::new(key, message, help)
     }
 }

@@ -1,4 +1,4 @@
-//! Rail joints: real rails are hung in pieces of 2–3 m, whose joints deflect a little and are not quite flush.
+//! Rail joints: real rails are suspended in pieces of 2–3 m, whose joints deflect a little and are not quite flush.
 //!
 //! Both are small additions to the grade angle, so the curve stays continuous and s stays its arc length:
 //! - a kink turns the grade by ±`kink_deg`, the sign alternating from joint to joint, so that pieces zigzag about the
@@ -9,44 +9,27 @@
 //!
 //! Only points nearer to the rail's line than r/2 (the radius of curvature within a step) project uniquely there.
 
-use crate::config::checked::{NonNegative, Positive};
-use crate::config::file::input_error;
-use crate::error::Error;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::path::Path;
+use crate::error::DataError;
 
 /// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at walking pace.
 pub const ROUNDING_M: f64 = 0.02;
 const MAX_KINK_DEG: f64 = 2.0;
 const MAX_STEP_M: f64 = 0.005;
 
-/// Rail joints in a track file.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct JointsFile {
+/// Joints of a rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointSpec {
     /// Length of a piece of rail, m.
-    pub every_m: Positive,
+    pub every_m: f64,
     /// Deflection at a joint, degrees; signs alternate.
-    #[serde(default = "none")]
-    pub kink_deg: NonNegative,
+    pub kink_deg: f64,
     /// Height step at a joint, m; signs alternate.
-    #[serde(default = "none")]
-    pub step_m: NonNegative,
+    pub step_m: f64,
     /// Radius of the wheel that rolls over the step, m.
-    #[serde(default = "wheel")]
-    pub wheel_radius_m: Positive,
+    pub wheel_radius_m: f64,
 }
 
-fn none() -> NonNegative {
-    NonNegative::new(0.0)
-}
-
-fn wheel() -> Positive {
-    Positive::new(0.0875)
-}
-
-/// Rail joints, ready to be asked.
+/// Rail joints along a track: kink and step angles by chainage.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints {
     every: f64,
@@ -57,12 +40,11 @@ pub struct Joints {
 }
 
 impl Joints {
-    /// Check a track file's joints against a track of this length.
-    pub fn new(j: &JointsFile, length: f64, file: &Path) -> Result<Self, Error> {
-        let bad = |key: &str, message: String, help: String| {
-            Err(input_error(file, format!("joints.{key}"), message, help))
-        };
-        let (every, kink, step) = (j.every_m.get(), j.kink_deg.get(), j.step_m.get());
+    /// The joints of a rail of this length, m. Keys in errors are those of [`JointSpec`].
+    pub fn new(j: &JointSpec, length: f64) -> Result<Self, DataError> {
+        let bad =
+            |key: &str, message: String, help: String| Err(DataError::new(key, message, help));
+        let (every, kink, step) = (j.every_m, j.kink_deg, j.step_m);
         if kink > MAX_KINK_DEG {
             return bad(
                 "kink_deg",
@@ -77,14 +59,14 @@ impl Joints {
                 format!("at most {MAX_STEP_M} m"),
             );
         }
-        if step > 0.1 * j.wheel_radius_m.get() {
+        if step > 0.1 * j.wheel_radius_m {
             return bad(
                 "wheel_radius_m",
                 format!("a step of {step} m is no small step for this wheel"),
                 "at least ten times step_m".into(),
             );
         }
-        let ramp = (2.0 * j.wheel_radius_m.get() * step).sqrt();
+        let ramp = (2.0 * j.wheel_radius_m * step).sqrt();
         let width = ramp.max(ROUNDING_M);
         if every < 4.0 * width {
             return bad(
@@ -147,14 +129,17 @@ impl Joints {
 mod tests {
     use super::*;
 
-    fn joints(kink: f64, step: f64) -> Joints {
-        let file = JointsFile {
-            every_m: Positive::new(3.0),
-            kink_deg: NonNegative::new(kink),
-            step_m: NonNegative::new(step),
-            wheel_radius_m: wheel(),
-        };
-        Joints::new(&file, 30.0, Path::new("t.yaml")).unwrap()
+    fn spec(kink_deg: f64, step_m: f64) -> JointSpec {
+        JointSpec {
+            every_m: 3.0,
+            kink_deg,
+            step_m,
+            wheel_radius_m: 0.0875,
+        }
+    }
+
+    fn joints(kink_deg: f64, step_m: f64) -> Joints {
+        Joints::new(&spec(kink_deg, step_m), 30.0).unwrap()
     }
 
     /// Height gained between two chainages by the midpoint rule.
@@ -207,20 +192,26 @@ mod tests {
 
     #[test]
     fn a_joint_that_is_too_much_is_named() {
-        for (key, file) in [
-            ("every_m", "{every_m: 0.05, kink_deg: 0.1}"),
-            ("kink_deg", "{every_m: 3, kink_deg: 20}"),
-            ("step_m", "{every_m: 3, step_m: 0.1}"),
+        let (kinked, stepped) = (spec(0.1, 0.0), spec(0.0, 0.004));
+        for (key, spec) in [
+            (
+                "every_m",
+                JointSpec {
+                    every_m: 0.05,
+                    ..kinked
+                },
+            ),
+            ("kink_deg", spec(20.0, 0.0)),
+            ("step_m", spec(0.0, 0.1)),
             (
                 "wheel_radius_m",
-                "{every_m: 3, step_m: 0.004, wheel_radius_m: 0.005}",
+                JointSpec {
+                    wheel_radius_m: 0.005,
+                    ..stepped
+                },
             ),
         ] {
-            let file: JointsFile = serde_yaml::from_str(file).unwrap();
-            let e = Joints::new(&file, 30.0, Path::new("t.yaml"))
-                .unwrap_err()
-                .to_string();
-            assert!(e.contains(&format!("joints.{key}")), "{e}");
+            assert_eq!(Joints::new(&spec, 30.0).unwrap_err().key, key);
         }
     }
 }

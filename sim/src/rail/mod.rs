@@ -1,10 +1,10 @@
-//! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
+//! The rail: an analytic curve in space and its I-beam profile.
 //!
 //! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
 //! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
 //! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
 //! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
-//! as short polynomials (`nodes`) so that the physics loop can ask for frames in some tens of nanoseconds.
+//! as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
 
 pub(crate) mod alignment;
 mod check;
@@ -14,15 +14,11 @@ mod nodes;
 pub mod profile;
 pub(crate) mod spline;
 
-use crate::config::file::{Sets, named, read_yaml_with, with_sets};
-use crate::config::track::TrackFile;
-use crate::error::Error;
 use alignment::Angle;
 use joints::Joints;
 use nalgebra::Vector3;
 use nodes::Nodes;
 use profile::Profile;
-use std::path::{Path, PathBuf};
 
 /// The rail at one chainage: right-handed frame t forward, l left, u up, in the world (z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +48,7 @@ impl RailFrame {
     }
 }
 
-/// Where somebody was on the rail the last time: the warm start of [`Rail::track`] and [`Rail::project`].
+/// Place on the rail of the last call: the warm start of [`Rail::track`] and [`Rail::project`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cursor {
     /// Chainage, m.
@@ -68,13 +64,21 @@ impl Cursor {
     }
 }
 
-/// What runs along the line.
+/// Cross-section of what runs along the line.
 #[derive(Clone, Debug)]
-enum Section {
+pub(crate) enum Section {
     /// An I-beam; the line is the middle of its web.
     Rail(Profile),
     /// A lane: its outline in (l, u), m; the line is the middle of its surface.
     Road([[f64; 2]; 4]),
+}
+
+impl Section {
+    /// A lane of this width, m.
+    pub(crate) fn road(width_m: f64) -> Self {
+        let (half, below) = (0.5 * width_m, -ROAD_THICKNESS_M);
+        Section::Road([[-half, below], [half, below], [half, 0.0], [-half, 0.0]])
+    }
 }
 
 /// A rail, or a road, ready to be run on. Outside 0…length it goes on straight along its end tangents.
@@ -82,7 +86,6 @@ enum Section {
 pub struct Rail {
     /// Name from the track file.
     pub name: String,
-    file: PathBuf,
     horizontal: Angle,
     vertical: Angle,
     joints: Option<Joints>,
@@ -92,78 +95,26 @@ pub struct Rail {
 }
 
 impl Rail {
-    /// Read a track file, and the profile and survey it names.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::load_with(path, &Sets::default())
-    }
-
-    /// The same with changes made to the track file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
-        let rail = Self::read(&read_yaml_with(path, sets)?, path);
-        rail.map_err(|e| with_sets(e, sets))
-    }
-
-    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
-    pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
-        let section = match (&track.profile, track.road_width_m) {
-            (Some(profile), None) => {
-                Section::Rail(Profile::load(&named(path, "profile", profile)?)?)
-            }
-            (None, Some(width)) => {
-                let half = 0.5 * width.get();
-                let below = -ROAD_THICKNESS;
-                Section::Road([[-half, below], [half, below], [half, 0.0], [-half, 0.0]])
-            }
-            (Some(_), Some(_)) => {
-                return Err(crate::config::file::input_error(
-                    path,
-                    "road_width_m",
-                    "this track has a rail profile and the width of a road",
-                    "keep `profile` for a rail, or `road_width_m` for a road",
-                ));
-            }
-            (None, None) => {
-                return Err(crate::config::file::input_error(
-                    path,
-                    "profile",
-                    "this track is neither a rail nor a road",
-                    "`profile: ../rails/i140e.yaml` makes it a rail, `road_width_m: 3.75` a road",
-                ));
-            }
-        };
-        Self::with_section(track, section, path)
-    }
-
-    /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
-    pub fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
-        Self::with_section(track, Section::Rail(profile), file)
-    }
-
-    fn with_section(track: &TrackFile, section: Section, file: &Path) -> Result<Self, Error> {
-        let (horizontal, vertical) = track.angles(file)?;
+    /// A rail or road from its two angles along the chainage; `start` = where it begins in the world, m.
+    pub(crate) fn new(
+        name: &str,
+        start: Vector3<f64>,
+        horizontal: Angle,
+        vertical: Angle,
+        joints: Option<Joints>,
+        section: Section,
+    ) -> Self {
         let length = horizontal.length().max(vertical.length());
-        let joints = track
-            .joints
-            .as_ref()
-            .map(|j| Joints::new(j, length, file))
-            .transpose()?;
-        let nodes = Nodes::build(
-            track.start.position(),
-            &horizontal,
-            &vertical,
-            joints.as_ref(),
-            length,
-        );
-        Ok(Self {
-            name: track.name.clone(),
-            file: file.into(),
+        let nodes = Nodes::build(start, &horizontal, &vertical, joints.as_ref(), length);
+        Self {
+            name: name.to_owned(),
             horizontal,
             vertical,
             joints,
             section,
             nodes,
             length,
-        })
+        }
     }
 
     /// Its end as messages give it, m: whole millimetres, never beyond it.
@@ -242,7 +193,7 @@ impl Rail {
         self.nodes.track(p, cursor)
     }
 
-    /// Cursor at the point of the rail nearest to `p`, found by looking at the whole rail: a cold start.
+    /// Cursor at the point of the rail nearest to `p`, searched along the whole rail: a cold start.
     pub fn nearest(&self, p: &Vector3<f64>) -> Cursor {
         self.nodes.nearest(p)
     }
@@ -261,7 +212,7 @@ impl Rail {
 }
 
 /// How thick a road is drawn, m.
-const ROAD_THICKNESS: f64 = 0.1;
+const ROAD_THICKNESS_M: f64 = 0.1;
 
 /// How many pieces of at most `step` make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {

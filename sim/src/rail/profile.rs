@@ -1,35 +1,24 @@
-//! The I-beam: an asset file with a handful of lengths, and the outline they give.
+//! The I-beam: a handful of lengths, and the outline they give.
 //!
 //! Coordinates across the rail are (l, u), m. The rail's line, the origin, is the middle of the web at half the height.
 
-use crate::config::checked::{Positive, Version1};
-use crate::config::file::{input_error, read_yaml};
-use crate::error::Error;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::path::Path;
+use crate::error::DataError;
 
-/// A rail profile file: a symmetric I-beam whose flanges taper from the web to their tips.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ProfileFile {
-    /// Format version, 1.
-    pub version: Version1,
+/// Lengths of a symmetric I-beam whose flanges taper from the web to their tips.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileSpec {
     /// Name, such as `I140E`.
     pub name: String,
-    /// Where the figures come from.
-    #[serde(default)]
-    pub about: String,
     /// Height over all, m.
-    pub height_m: Positive,
+    pub height_m: f64,
     /// Width of the flanges, m.
-    pub flange_width_m: Positive,
+    pub flange_width_m: f64,
     /// Thickness of the web, m.
-    pub web_m: Positive,
+    pub web_m: f64,
     /// Thickness of a flange at its tips, m.
-    pub flange_tip_m: Positive,
+    pub flange_tip_m: f64,
     /// Thickness of a flange at the web, m; not less than at the tips.
-    pub flange_root_m: Positive,
+    pub flange_root_m: f64,
 }
 
 /// A rail profile.
@@ -55,16 +44,11 @@ pub struct Profile {
 pub const PARTS: [&[usize]; 3] = [&[0, 1, 2, 3, 10, 11], &[10, 3, 4, 9], &[4, 5, 6, 7, 8, 9]];
 
 impl Profile {
-    /// Read a profile file.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::build(&read_yaml(path)?, path)
-    }
-
-    /// Check a profile; `file` is named in errors.
-    pub fn build(p: &ProfileFile, file: &Path) -> Result<Self, Error> {
-        let bad = |key: &str, message: &str, help: &str| Err(input_error(file, key, message, help));
-        let (h, b, web) = (p.height_m.get(), p.flange_width_m.get(), p.web_m.get());
-        let (tip, root) = (p.flange_tip_m.get(), p.flange_root_m.get());
+    /// The profile of these lengths. Keys in errors are those of [`ProfileSpec`].
+    pub fn new(p: &ProfileSpec) -> Result<Self, DataError> {
+        let bad = |key: &str, message: &str, help: &str| Err(DataError::new(key, message, help));
+        let (h, b, web) = (p.height_m, p.flange_width_m, p.web_m);
+        let (tip, root) = (p.flange_tip_m, p.flange_root_m);
         if h > 2.0 || b > 2.0 {
             return bad(
                 "height_m",
@@ -96,8 +80,8 @@ impl Profile {
         let (b, w, h) = (0.5 * b, 0.5 * web, 0.5 * h);
         Ok(Self {
             name: p.name.clone(),
-            height_m: p.height_m.get(),
-            flange_width_m: p.flange_width_m.get(),
+            height_m: p.height_m,
+            flange_width_m: p.flange_width_m,
             web_m: web,
             flange_tip_m: tip,
             flange_root_m: root,

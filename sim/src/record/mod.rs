@@ -1,5 +1,13 @@
 //! What a run leaves behind: columns in chunks, handed to sinks (Parquet here, Rerun in `monorig-viz`).
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `channels` | the channel table: every column with its unit and its value |
+//! | `recorder` | the observer that fills rows and hands them on in chunks |
+//! | `parquet` `readback` | columns written to a file, and read from one |
+//! | `folder` `manifest` `inputs` | the folder of a run, and what the run was made from |
 
+mod channels;
 pub mod folder;
 pub mod inputs;
 pub mod manifest;
@@ -58,7 +66,7 @@ pub struct Chunk {
     pub events: Vec<(i64, String)>,
 }
 
-/// Somewhere columns go.
+/// Where columns go.
 pub trait Sink {
     /// Before the first chunk.
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error>;
@@ -67,6 +75,20 @@ pub trait Sink {
     /// The run is over: close the file so that it can be read.
     fn finish(&mut self) -> Result<(), Error>;
 }
+
+impl<S: Sink + ?Sized> Sink for &mut S {
+    fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
+        (**self).begin(layout)
+    }
+    fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
+        (**self).chunk(chunk)
+    }
+    fn finish(&mut self) -> Result<(), Error> {
+        (**self).finish()
+    }
+}
+
+pub use recorder::Recorder;
 
 #[cfg(test)]
 mod testing {

@@ -1,13 +1,14 @@
 //! Reading `channels.parquet` back: what is in it, whether all of it can be read, and its columns.
 
 use super::parquet::EVENTS;
+use crate::config::file::nearest;
 use crate::error::{Error, InputError};
 use arrow::array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a file of channels holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,7 +26,43 @@ pub struct Contents {
 }
 
 /// Columns by name, as long as the file; NaN = no value in this row.
-pub type Columns = BTreeMap<String, Vec<f64>>;
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    file: PathBuf,
+    by_name: BTreeMap<String, Vec<f64>>,
+}
+
+impl Columns {
+    /// The column of this name; one that is not there is an error that says which may have been meant.
+    pub fn get(&self, name: &str) -> Result<&[f64], Error> {
+        self.find(name).ok_or_else(|| {
+            let near = nearest(name, self.names());
+            let help = match near {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "the names of the columns are in the file's schema".to_owned(),
+            };
+            InputError {
+                file: self.file.clone(),
+                line: None,
+                column: None,
+                key: String::new(),
+                message: format!("there is no column `{name}`"),
+                help,
+            }
+            .into()
+        })
+    }
+
+    /// The column of this name, if there is one: for what only some runs have.
+    pub fn find(&self, name: &str) -> Option<&[f64]> {
+        self.by_name.get(name).map(Vec::as_slice)
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.by_name.keys().map(String::as_str)
+    }
+}
 
 /// Read every value of a file of channels. One that breaks off, or is not ours, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
@@ -43,7 +80,10 @@ pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, 
     let chosen = names.filter(|(i, name)| *i == 0 || wanted(name));
     let mask = ProjectionMask::roots(reader.parquet_schema(), chosen.map(|(i, _)| i));
     let batches = reader.with_projection(mask).build();
-    let mut columns = Columns::new();
+    let mut columns = Columns {
+        file: path.into(),
+        by_name: BTreeMap::new(),
+    };
     for batch in batches.map_err(|e| broken(path, e))? {
         let batch = batch.map_err(|e| broken(path, e))?;
         contents.rows += batch.num_rows();
@@ -54,7 +94,8 @@ pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, 
                 return Err(broken(path, format!("{name} does not hold numbers")));
             };
             let values = values.iter().map(|x| x.unwrap_or(f64::NAN));
-            columns.entry(name.clone()).or_default().extend(values);
+            let column = columns.by_name.entry(name.clone()).or_default();
+            column.extend(values);
         }
     }
     Ok((contents, columns))
@@ -132,16 +173,23 @@ mod tests {
 
         let (same, columns) = super::columns(&path, |name| name == "b").unwrap();
         assert_eq!(same, contents);
-        assert_eq!(columns.keys().collect::<Vec<_>>(), ["b", "time"]);
-        assert_eq!(columns["time"][39], 39.0 * 0.02);
+        assert_eq!(columns.names().collect::<Vec<_>>(), ["b", "time"]);
+        assert_eq!(columns.get("time").unwrap()[39], 39.0 * 0.02);
+        let told = columns.get("tme").unwrap_err().to_string();
+        assert!(told.contains("did you mean `time`"), "{told}");
         let sent = &chunk.values[1];
         assert!(
-            columns["b"]
+            columns
+                .get("b")
+                .unwrap()
                 .iter()
                 .zip(sent)
                 .all(|(a, b)| a == b || a.is_nan() && b.is_nan())
         );
-        assert!(columns["b"].iter().any(|x| x.is_nan()), "no gap was sent");
+        assert!(
+            columns.get("b").unwrap().iter().any(|x| x.is_nan()),
+            "no gap was sent"
+        );
 
         let whole = std::fs::read(&path).unwrap();
         for keep in [0, 4, whole.len() / 2, whole.len() - 1] {

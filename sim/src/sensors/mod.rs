@@ -3,8 +3,8 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `accelerometer` `gyro` `inclinometer` `motor_torque` `wheel_speed` `clamp_pressure` `steering_angle` | one instrument a file: ideal physics, channel, construction |
-//! | `drive_instruments` | an instrument repeated on every drive unit |
-//! | `spec` | what a data sheet says of an instrument, as plain numbers |
+//! | `mounted_instrument` `drive_instruments` | what is alike of instruments bolted to a link, and of those on every drive unit |
+//! | `spec` | specification of an instrument, as plain numbers |
 //! | `signal_path` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
@@ -27,6 +27,7 @@ pub mod low_pass;
 pub mod misalignment;
 pub mod motor_torque;
 mod mount;
+pub mod mounted_instrument;
 pub mod noise;
 pub mod sampling;
 pub mod signal_path;
@@ -92,6 +93,13 @@ pub trait Instrument {
     fn channels(&self) -> Vec<SensorChannel>;
 }
 
+/// Takes one reading out of the measurements; `None` without a new sample.
+pub type ReadingOf = Box<dyn Fn(&Measurements) -> Option<f64>>;
+
+/// Builds an instrument from its specification.
+pub type BuildInstrument =
+    fn(&InstrumentSpec, &Fitting<'_>) -> Result<Box<dyn Instrument>, DataError>;
+
 /// A recorded column of an instrument.
 pub struct SensorChannel {
     /// Path such as `sensors/drive_1/wheel_speed`.
@@ -99,7 +107,7 @@ pub struct SensorChannel {
     /// Unit such as `m/s`.
     pub unit: &'static str,
     /// Takes its value out of the measurements; `None` without a new sample.
-    pub value: Box<dyn Fn(&Measurements) -> Option<f64>>,
+    pub value: ReadingOf,
 }
 
 impl SensorChannel {
@@ -124,7 +132,7 @@ pub struct InstrumentKind {
     /// Why it cannot be fitted to a car (`true`) or to a train (`false`); `None` if it can.
     pub unsuited: fn(car: bool) -> Option<&'static str>,
     /// Builds one from its specification.
-    pub build: fn(&InstrumentSpec, &Fitting<'_>) -> Result<Box<dyn Instrument>, DataError>,
+    pub build: BuildInstrument,
 }
 
 /// What an instrument is fitted to, and the seed of its errors.

@@ -1,26 +1,17 @@
-//! The train: what URDF and YAML say, resolved into rigid bodies, connections and drives.
+//! Data model of the train: rigid bodies, connections, drives, mounts, limits.
 
-pub mod consist;
 pub mod inertia;
 pub mod mass_distribution;
 pub mod step_check;
 pub mod support_tree;
-mod suspended_units;
-pub mod unit;
 
-use crate::config::file::{Sets, input_error, with_sets};
-use crate::error::Error;
+use crate::error::DataError;
 use inertia::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
 
 /// A train ready to be put on a rail. Body frames: x forward, y left, z up.
 #[derive(Clone, Debug, Default)]
 pub struct Train {
-    /// The train file, for error messages.
-    pub file: PathBuf,
     /// Name of the consist.
     pub name: String,
     /// One rigid body each: unit by unit from front to rear (a suspended unit, then its trolleys), the load last.
@@ -59,7 +50,7 @@ pub struct Body {
     pub start_pose: Isometry3<f64>,
     /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail line.
     pub stations: Vec<Station>,
-    /// What it looks like, and what it touches.
+    /// Visible and collision shapes.
     pub shapes: Vec<Shape>,
 }
 
@@ -108,8 +99,7 @@ pub struct Connection {
 }
 
 /// What a connection can carry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConnectionKind {
     /// Push and pull along the line between the anchors.
     Drawbar,
@@ -138,16 +128,6 @@ impl Payload {
 }
 
 impl Train {
-    /// Read a train file and every unit it names. The load is the one in its URDF.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::load_with(path, &Sets::default())
-    }
-
-    /// The same with changes made to the train file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
-        consist::load(path, sets).map_err(|e| with_sets(e, sets))
-    }
-
     /// Mass of everything, kg.
     pub fn total_mass_kg(&self) -> f64 {
         self.bodies.iter().map(|b| b.mass_kg).sum()
@@ -182,12 +162,11 @@ impl Train {
     }
 
     /// The same train with another payload, kg; 0 = empty hook.
-    pub fn with_load_mass(mut self, mass_kg: f64) -> Result<Self, Error> {
+    pub fn with_load_mass(mut self, mass_kg: f64) -> Result<Self, DataError> {
         let max = self.limits.max_load_kg;
         if !(0.0..=max).contains(&mass_kg) {
             let message = format!("a load of {mass_kg} kg on a train rated for {max} kg");
-            return Err(input_error(
-                &self.file,
+            return Err(DataError::new(
                 "limits.max_load_kg",
                 message,
                 format!("a load mass from 0 to {max} kg"),
@@ -198,12 +177,7 @@ impl Train {
             return if mass_kg == 0.0 {
                 Ok(self)
             } else {
-                Err(input_error(
-                    &self.file,
-                    "load",
-                    "this train carries no load",
-                    help,
-                ))
+                Err(DataError::new("load", "this train carries no load", help))
             };
         };
         payload.mass_kg = mass_kg;

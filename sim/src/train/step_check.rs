@@ -1,4 +1,4 @@
-//! Is a step short enough for the train's springs and dampers?
+//! Checks that a physics step is short enough for the train's springs and dampers.
 //!
 //! With forces computed from the state before the step and velocities advanced first (semi-implicit Euler), a mode of
 //! stiffness k, damping c and mass m stays bounded while dt² k + 2 dt c < 4 m (Jury's test on
@@ -6,8 +6,7 @@
 //! M⁻¹ (dt² K + 2 dt C), found here by power iteration on the train as it stands on a straight rail.
 
 use super::{ConnectionKind, Train};
-use crate::config::file::input_error;
-use crate::error::Error;
+use crate::error::DataError;
 use nalgebra::{Matrix3, Vector3};
 
 /// Stability ends at λ = 4; a quarter is kept back for curves, hold-down contacts and the clamp's roll stiffness.
@@ -26,15 +25,14 @@ struct Spring {
 
 impl Train {
     /// Refuse a physics step, s, that is too long for this train's stiffnesses, dampings and masses.
-    pub fn check_step(&self, dt_s: f64) -> Result<(), Error> {
+    pub fn check_step(&self, dt_s: f64) -> Result<(), DataError> {
         let (lambda, body) = self.stiffness_number(dt_s);
         if lambda <= MAX_STIFFNESS_NUMBER {
             return Ok(());
         }
         let most = self.longest_step_s();
         let name = self.bodies.get(body).map_or("?", |b| b.name.as_str());
-        Err(input_error(
-            &self.file,
+        Err(DataError::new(
             "",
             format!(
                 "springs on `{name}` are too stiff for its mass at a step of {} ms",

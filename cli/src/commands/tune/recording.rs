@@ -2,29 +2,32 @@
 
 use crate::simulate::record;
 use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
-use monorig_sim::closed_loop::builder::Simulation;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::error::Error;
-use monorig_viz::RerunSink;
 use std::path::Path;
 
 /// Run it into `before_after.rrd`: under a temporary name first, so that no half of it is ever there.
 pub fn write(
-    mut rig: Simulation,
+    mut simulation: Simulation,
     folder: &Path,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), CliError> {
     let path = folder.join("before_after.rrd");
     let partial = folder.join(format!("before_after.rrd.partial-{}", std::process::id()));
-    let mut sink = RerunSink::file(&partial);
+    let Some(sink) = viewer::sink(partial.clone(), false) else {
+        note(&viewer::not_written("before_after.rrd"));
+        return Ok(());
+    };
     let recorded = record(
-        &mut rig,
-        vec![&mut sink],
+        &mut simulation,
+        vec![sink],
         false,
         &mut ErrorSeries::default(),
         go_on,
     );
-    drop(sink);
     let kept = recorded.map_err(CliError::from).and_then(|outcome| {
         if outcome.interrupted {
             return Err(CliError::TuningInterrupted);

@@ -5,6 +5,7 @@ use monorig_lab::tuning::result::TuningResult;
 use monorig_lab::tuning::study::TuningStudy;
 use monorig_lab::tuning::validate::{PairedComparison, Validation};
 use monorig_lab::verdicts::interval::Interval;
+use monorig_sim::config::scenario::ParameterValue;
 
 /// The winner's parameters, then what validation says of them.
 pub fn text(study: &TuningStudy, result: &TuningResult) -> String {
@@ -40,12 +41,12 @@ fn parameters(study: &TuningStudy, result: &TuningResult) -> String {
     let defaults = study.defaults();
     let winner = result.best();
     for (name, x) in winner.iter().flat_map(|t| &t.parameters) {
-        let published = study.file.published.get(name).map(|x| x.get());
+        let text = |x: Option<&ParameterValue>| x.map_or("-".into(), |x| x.setting().to_string());
         table.add_row([
             name.clone(),
-            defaults.get(name).map_or("-".into(), f64::to_string),
-            published.map_or("-".into(), |x| x.to_string()),
-            x.to_string(),
+            text(defaults.get(name)),
+            text(study.file.published.get(name)),
+            text(Some(x)),
         ]);
     }
     right(&mut table, 1..=3);

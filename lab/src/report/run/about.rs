@@ -1,6 +1,7 @@
 //! What the run was made from, and where its files are.
 
 use crate::report::page::{Block, Section};
+use crate::report::parameters;
 use crate::report::run::recorded::Recorded;
 use crate::report::run::verdicts;
 use crate::report::table::Table;
@@ -47,6 +48,9 @@ pub fn section(run: &Recorded, link: &str) -> Section {
     let resolved = serde_json::to_string_pretty(&manifest.resolved).unwrap_or_default();
     if !summary.estimators.is_empty() {
         section = section.table(verdicts::all_metrics(summary));
+    }
+    if let Some(table) = parameters::table(&run.estimator_settings()) {
+        section = section.table(table);
     }
     section = section.table(about).table(inputs);
     let folded = "The scenario with all defaults filled in".to_owned();

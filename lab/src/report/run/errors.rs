@@ -9,33 +9,34 @@ use crate::plot::line::{Line, LineChart};
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
+use monorig_sim::error::Error;
 
 /// Errors of one quantity of all estimators that have valid samples of it, each with its times.
 type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
-pub fn section(run: &Recorded) -> Section {
-    let slope = slope(run);
-    let mass = mass(run);
+pub fn section(run: &Recorded) -> Result<Section, Error> {
+    let slope = slope(run)?;
+    let mass = mass(run)?;
     let after_s = run.summary.after_s;
-    Section::new("Errors")
+    Ok(Section::new("Errors")
         .text(format!(
-            "Estimate minus truth where the estimator vouches for its value; distributions from {after_s} s on. The slope's \
+            "Estimate minus truth where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
              truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
         ))
         .figure(over_time("Slope error", "slope error, °", &slope))
         .figure(over_time("Mass error", "mass error, %", &mass))
         .figures(distributions("slope error, °", &slope, after_s))
-        .figures(distributions("mass error, %", &mass, after_s))
+        .figures(distributions("mass error, %", &mass, after_s)))
 }
 
-fn slope(run: &Recorded) -> ErrorGroups {
-    let truth = run.column("truth/grade_at_imu");
+fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
+    let truth = run.column("truth/grade_at_imu")?;
     errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
 }
 
-fn mass(run: &Recorded) -> ErrorGroups {
-    let truth = run.column("truth/total_mass");
+fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
+    let truth = run.column("truth/total_mass")?;
     let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
     errors(run, "total_mass", error, truth.len())
 }
@@ -46,22 +47,22 @@ fn errors(
     what: &str,
     error: impl Fn(usize, f64) -> f64,
     rows: usize,
-) -> ErrorGroups {
-    let groups = run.estimators().map(|(name, ink)| {
+) -> Result<ErrorGroups, Error> {
+    let mut groups = Vec::new();
+    for (name, ink) in run.estimators() {
         let channel = format!("estimates/{name}/{what}");
-        let estimate = run.column(&channel);
-        let valid = run.column(&format!("{channel}_valid"));
-        let times = run.times().iter().take(rows);
+        let estimate = run.column(&channel)?;
+        let valid = run.column(&format!("{channel}_valid"))?;
+        let times = run.times()?.iter().take(rows);
         let values = times.zip(estimate).zip(valid).enumerate();
         let values = values.map(|(i, ((t, x), v))| match v {
             1.0 => (*t, error(i, *x)),
             _ => (*t, f64::NAN),
         });
-        ValueGroup::new(name, ink, values.collect())
-    });
-    groups
-        .filter(|g| g.values.iter().any(|v| v.1.is_finite()))
-        .collect()
+        groups.push(ValueGroup::new(name, ink, values.collect()));
+    }
+    groups.retain(|g: &ValueGroup<(f64, f64)>| g.values.iter().any(|v| v.1.is_finite()));
+    Ok(groups)
 }
 
 fn over_time(title: &str, axis: &str, errors: &ErrorGroups) -> Figure {
@@ -120,45 +121,46 @@ fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> 
 const MEAN_OF: usize = 50;
 
 /// Plots of the consistency.
-pub fn consistency(run: &Recorded) -> Section {
-    let nees = |title: &str, what: &str, truth: &str| {
-        let truth = run.column(truth);
-        let square = |name: &str| {
-            let sd = run.column(&format!("estimates/{name}/{what}_sd"));
-            move |i: usize, x: f64| {
+pub fn consistency(run: &Recorded) -> Result<Section, Error> {
+    let nees = |title: &str, what: &str, truth: &str| -> Result<Figure, Error> {
+        let truth = run.column(truth)?;
+        let mut groups = Vec::new();
+        for (name, _) in run.estimators() {
+            let sd = run.column(&format!("estimates/{name}/{what}_sd"))?;
+            let square = |i: usize, x: f64| {
                 ((x - truth[i]) / sd.get(i).copied().unwrap_or(f64::NAN)).powi(2)
-            }
-        };
-        let all = run.estimators().flat_map(|(name, _)| {
-            let of = errors(run, what, square(name), truth.len());
-            of.into_iter().filter(move |g| g.name == name)
-        });
-        Consistency {
+            };
+            let of = errors(run, what, square, truth.len())?;
+            groups.extend(of.into_iter().filter(|g| g.name == name));
+        }
+        let chart = Consistency {
             title: title.into(),
             y: "(error / σ)²".into(),
-            groups: all.collect(),
+            groups,
             mean_of: 1,
-        }
-        .figure()
+        };
+        Ok(chart.figure())
     };
-    let nis = run.estimators().map(|(name, ink)| {
-        let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0);
-        let valid = run.column(&format!("estimates/{name}/grade_valid"));
+    let mut nis = Vec::new();
+    for (name, ink) in run.estimators() {
+        let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0)?;
+        let valid = run.column(&format!("estimates/{name}/grade_valid"))?;
         let rows = rows.into_iter().zip(valid).filter(|(_, v)| **v == 1.0);
-        ValueGroup::new(name, ink, rows.map(|(r, _)| r).collect())
-    });
+        let values = rows.map(|(r, _)| r).collect();
+        nis.push(ValueGroup::new(name, ink, values));
+    }
     let nis = Consistency {
         title: "Innovations (NIS)".into(),
         y: format!("NIS, mean of {MEAN_OF} rows"),
-        groups: nis.collect(),
+        groups: nis,
         mean_of: MEAN_OF,
     };
-    Section::new("Consistency")
+    Ok(Section::new("Consistency")
         .text(
             "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
              filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
         )
-        .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu"))
-        .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass"))
-        .figure(nis.figure())
+        .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu")?)
+        .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass")?)
+        .figure(nis.figure()))
 }

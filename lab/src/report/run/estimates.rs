@@ -5,6 +5,7 @@ use crate::plot::line::{Band, Line, LineChart, stretches_without};
 use crate::plot::theme::Ink;
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
+use monorig_sim::error::Error;
 
 /// A quantity that estimators estimate.
 struct Quantity {
@@ -32,17 +33,17 @@ const QUANTITIES: [Quantity; 2] = [
     },
 ];
 /// The effective slope is drawn too where it differs from that at the IMU by more, rad.
-const DIFFERS: f64 = 0.1 / DEGREES;
+const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
 
 /// Plots of the estimates.
-pub fn section(run: &Recorded) -> Section {
+pub fn section(run: &Recorded) -> Result<Section, Error> {
     let mut section = Section::new("Estimates against the truth");
     for quantity in &QUANTITIES {
         let (mut figures, mut never_valid) = (Vec::new(), Vec::new());
         for (name, ink) in run.estimators() {
             let valid = format!("estimates/{name}/{}_valid", quantity.estimate);
-            if run.column(&valid).contains(&1.0) {
-                figures.push(chart(run, quantity, name, ink).figure());
+            if run.column(&valid)?.contains(&1.0) {
+                figures.push(chart(run, quantity, name, ink)?.figure());
             } else {
                 never_valid.push(name);
             }
@@ -51,19 +52,19 @@ pub fn section(run: &Recorded) -> Section {
         if !never_valid.is_empty() {
             let what = quantity.title.to_lowercase();
             section = section.text(format!(
-                "Never vouched for a {what}: {}.",
+                "Never marked a {what} valid: {}.",
                 never_valid.join(", ")
             ));
         }
     }
-    section
+    Ok(section)
 }
 
-fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> LineChart {
+fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> Result<LineChart, Error> {
     let channel = format!("estimates/{name}/{}", quantity.estimate);
-    let values = run.over_time(&channel, quantity.factor);
-    let sd = run.column(&format!("{channel}_sd"));
-    let valid = run.column(&format!("{channel}_valid"));
+    let values = run.over_time(&channel, quantity.factor)?;
+    let sd = run.column(&format!("{channel}_sd"))?;
+    let valid = run.column(&format!("{channel}_valid"))?;
     let band = values.iter().zip(sd).map(|((t, x), sd)| {
         let half = 2.0 * sd * quantity.factor;
         (*t, x - half, x + half)
@@ -84,27 +85,29 @@ fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> LineChart
         ink,
         rows: band,
     });
-    chart.shades = Some(("not vouched for".into(), shades));
-    let truth = run.over_time(quantity.truth, quantity.factor);
+    chart.shades = Some(("not valid".into(), shades));
+    let truth = run.over_time(quantity.truth, quantity.factor)?;
     chart.y.range = range(&valid_values, &truth);
     chart.lines.push(Line::new("", ink, values).as_faint());
     chart.lines.push(Line::new("estimate", ink, valid_values));
-    if quantity.estimate == "grade" && effective_differs(run) {
-        let effective = run.over_time("truth/grade_effective", quantity.factor);
+    if quantity.estimate == "grade" && effective_differs(run)? {
+        let effective = run.over_time("truth/grade_effective", quantity.factor)?;
         chart
             .lines
             .push(Line::new("truth, whole vehicle", Ink::Muted, effective));
     }
     chart.lines.push(Line::new("truth", Ink::Text, truth));
-    chart
+    Ok(chart)
 }
 
-fn effective_differs(run: &Recorded) -> bool {
+fn effective_differs(run: &Recorded) -> Result<bool, Error> {
     let pairs = run
-        .column("truth/grade_at_imu")
+        .column("truth/grade_at_imu")?
         .iter()
-        .zip(run.column("truth/grade_effective"));
-    pairs.into_iter().any(|(a, b)| (a - b).abs() > DIFFERS)
+        .zip(run.column("truth/grade_effective")?);
+    Ok(pairs
+        .into_iter()
+        .any(|(a, b)| (a - b).abs() > MIN_DIFFERENCE_RAD))
 }
 
 /// Range of the valid values and the truth, with room around: values that are not valid may be far off.

@@ -22,11 +22,11 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     page.subtitle = run.why().to_owned();
     page.banner = Some(verdicts::banner(summary));
     page.sections.push(verdicts::section(summary));
-    page.sections.push(estimates::section(&run));
-    page.sections.push(errors::section(&run));
-    page.sections.push(errors::consistency(&run));
-    page.sections.push(track::section(&run));
-    page.sections.push(control::section(&run));
+    page.sections.push(estimates::section(&run)?);
+    page.sections.push(errors::section(&run)?);
+    page.sections.push(errors::consistency(&run)?);
+    page.sections.push(track::section(&run)?);
+    page.sections.push(control::section(&run)?);
     page.sections.push(about::section(&run, link));
     Ok(page)
 }

@@ -3,10 +3,12 @@
 use crate::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
 use monorig_sim::config::file::{input_error, read_text};
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::readback;
 use monorig_sim::record::readback::Columns;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A run.
@@ -79,31 +81,42 @@ impl Recorded {
         self.manifest.resolved["why"].as_str().unwrap_or_default()
     }
 
+    /// Types and parameters of the estimators; empty if the manifest has none that can be read.
+    pub fn estimator_settings(&self) -> BTreeMap<String, Settings> {
+        let estimators = self.manifest.resolved["estimators"].clone();
+        serde_json::from_value(estimators).unwrap_or_default()
+    }
+
     /// Estimators in the order of their colours.
     pub fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
         let names = self.summary.estimators.keys().enumerate();
         names.map(|(i, name)| (name.as_str(), Ink::series(i)))
     }
 
-    /// A column; empty if there is none of this name.
-    pub fn column(&self, name: &str) -> &[f64] {
-        self.columns.get(name).map_or(&[], Vec::as_slice)
+    /// A column; one that is not there is an error.
+    pub fn column(&self, name: &str) -> Result<&[f64], Error> {
+        self.columns.get(name)
+    }
+
+    /// A column that only some runs have.
+    pub fn find(&self, name: &str) -> Option<&[f64]> {
+        self.columns.find(name)
     }
 
     /// Times of the rows, s.
-    pub fn times(&self) -> &[f64] {
+    pub fn times(&self) -> Result<&[f64], Error> {
         self.column("time")
     }
 
     /// A column over time, times a factor.
-    pub fn over_time(&self, name: &str, factor: f64) -> Vec<(f64, f64)> {
-        let rows = self.times().iter().zip(self.column(name));
-        rows.map(|(t, x)| (*t, x * factor)).collect()
+    pub fn over_time(&self, name: &str, factor: f64) -> Result<Vec<(f64, f64)>, Error> {
+        let rows = self.times()?.iter().zip(self.column(name)?);
+        Ok(rows.map(|(t, x)| (*t, x * factor)).collect())
     }
 
     /// Whether a column has a value beyond ± `limit`.
-    pub fn exceeds(&self, name: &str, limit: f64) -> bool {
-        self.column(name).iter().any(|x| x.abs() > limit)
+    pub fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
+        Ok(self.column(name)?.iter().any(|x| x.abs() > limit))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What was expected, whether it held, and the figures that say most.
 
 use crate::html::number;
-use crate::metrics::{METRICS, RUN_METRICS};
+use crate::metrics::{estimator_metrics, run_metrics};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
 use crate::verdicts::summary::{MAIN, Summary};
@@ -39,10 +39,8 @@ pub fn section(summary: &Summary) -> Section {
             "{name} refused {times} steps, the first because {reason}."
         ));
     }
-    for name in &summary.silent {
-        section = section.text(format!(
-            "{name} did not vouch for anything in the whole run."
-        ));
+    for name in &summary.never_valid {
+        section = section.text(format!("{name} had no valid estimate in the whole run."));
     }
     if !summary.estimators.is_empty() {
         section = section.table(key_figures(summary));
@@ -68,10 +66,10 @@ fn verdicts(summary: &Summary) -> Table {
 fn key_figures(summary: &Summary) -> Table {
     let mut table = Table::new(&["estimator"], &[]);
     table.caption = format!(
-        "Estimators, from {} s on, where they vouch for their values",
+        "Estimators, from {} s on, where they mark their values valid",
         summary.after_s
     );
-    let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
+    let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
     for metric in shown.clone() {
         table.columns.push((metric.name.to_owned(), true));
     }
@@ -87,7 +85,7 @@ fn key_figures(summary: &Summary) -> Table {
 
 fn of_the_run(summary: &Summary) -> Table {
     let mut table = Table::new(&["vehicle and controller", ""], &["value"]);
-    for metric in RUN_METRICS {
+    for metric in run_metrics() {
         let value = summary.run.get(metric.name).copied().flatten();
         table.row([
             metric.name.into(),
@@ -105,7 +103,7 @@ pub fn all_metrics(summary: &Summary) -> Table {
     for name in summary.estimators.keys() {
         table.columns.push((name.clone(), true));
     }
-    for metric in METRICS {
+    for metric in estimator_metrics() {
         let values = summary.estimators.values().map(|values| {
             let value = values.get(metric.name).copied().flatten();
             Cell::number(value.unwrap_or(f64::NAN))

@@ -2,12 +2,12 @@
 
 use crate::html::{number, with_unit};
 use crate::metrics;
-use crate::metrics::METRICS;
 use crate::plot::axis::Axis;
 use crate::plot::boxes::Boxes;
 use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::{Page, Section};
+use crate::report::parameters;
 use crate::report::study::paired::difference;
 use crate::report::study::runs;
 use crate::report::table::{Cell, Table};
@@ -95,7 +95,11 @@ fn overview(all: &Comparison) -> Section {
         .iter()
         .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
         .collect();
-    let section = Section::new("Overview").table(table).text(
+    let mut section = Section::new("Overview").table(table);
+    if let Some(table) = parameters::table(&all.estimators) {
+        section = section.table(table);
+    }
+    let section = section.text(
         "Below, each metric by itself. Intervals are of the mean, by the percentile bootstrap over the runs. A difference is taken \
          run by run and coloured where zero is not in its interval.",
     );
@@ -140,7 +144,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
         ]);
         table.row(row);
     }
-    let doc = METRICS.iter().find(|m| m.name == metric);
+    let doc = metrics::find(metric);
     Section::new(with_unit(metric, unit(metric)))
         .text(doc.map_or(String::new(), |m| format!("{}.", capital(m.doc))))
         .table(table)

@@ -2,7 +2,7 @@
 
 use crate::batch::RunResult;
 use crate::html::with_unit;
-use crate::metrics::METRICS;
+use crate::metrics::estimator_metrics;
 use crate::plot::axis::Axis;
 use crate::plot::scatter::Scatter;
 use crate::plot::theme::Ink;
@@ -22,7 +22,7 @@ pub fn section(runs: &[RunResult]) -> Option<Section> {
     let mut section = Section::new("Against what varied")
         .text("Each dot is a run: a metric of an estimator over the value that was drawn.");
     for name in names {
-        for metric in METRICS.iter().filter(|m| MAIN.contains(&m.name)) {
+        for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
             let figure = plot(runs, name, metric.name, metric.unit);
             if figure.svg.is_some() {
                 section = section.figure(figure);

@@ -1,7 +1,7 @@
 //! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
 
 use crate::batch::RunResult;
-use crate::metrics::{METRICS, less_is_better};
+use crate::metrics::{estimator_metrics, find};
 use crate::report::study::values::{MetricValues, estimators, value};
 use crate::report::table::{Cell, Table};
 use crate::verdicts::summary::MAIN;
@@ -26,7 +26,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
         "Differences to {reference} over the runs in which both were measured; coloured where zero is not in the interval"
     );
     for name in others {
-        for metric in METRICS.iter().filter(|m| MAIN.contains(&m.name)) {
+        for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
             let of = |run, name| value(run, Some(name), metric.name);
             let both = runs.iter();
             let both = both.filter_map(|run| Some(of(run, name)? - of(run, reference)?));
@@ -59,7 +59,7 @@ pub fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Cell {
         (_, true) => Some(true),
         _ => None,
     };
-    match less.zip(less_is_better(metric)) {
+    match less.zip(find(metric).and_then(|m| m.best.less_is_better())) {
         Some((less, less_is_better)) => cell.judged(less == less_is_better),
         None => cell,
     }

@@ -2,7 +2,7 @@
 
 use crate::batch::RunResult;
 use crate::html::with_unit;
-use crate::metrics::{METRICS, RUN_METRICS};
+use crate::metrics::{estimator_metrics, run_metrics};
 use crate::plot::axis::Axis;
 use crate::plot::boxes::Boxes;
 use crate::plot::theme::Ink;
@@ -24,7 +24,7 @@ pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
     if runs.len() < 2 {
         return numbers(section, runs);
     }
-    let shown = METRICS.iter().filter(|m| MAIN.contains(&m.name));
+    let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
     let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
     let section = match paired::differences(runs) {
         Some(table) => section.table(table),
@@ -67,11 +67,11 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
 /// Every metric of every estimator and of the run over the seeds, a table each.
 pub fn numbers(mut section: Section, runs: &[RunResult]) -> Section {
     for name in estimators(runs) {
-        let metrics = METRICS.iter().map(|m| (m.name, m.unit));
+        let metrics = estimator_metrics().map(|m| (m.name, m.unit));
         let table = over_runs(runs, Some(&name), metrics);
         section = section.folded(format!("Every metric of {name}"), table);
     }
-    let metrics = RUN_METRICS.iter().map(|m| (m.name, m.unit));
+    let metrics = run_metrics().map(|m| (m.name, m.unit));
     section.folded(
         "Every metric of vehicle and controller",
         over_runs(runs, None, metrics),

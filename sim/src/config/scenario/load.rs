@@ -1,6 +1,7 @@
 //! From a file name to a scenario ready to run.
 
-use super::{ParameterFile, ScenarioFile, check};
+use super::{ParameterFile, ScenarioFile, Stop, check};
+use crate::config::checked::Version1;
 use crate::config::file::{Document, Sets, input_error};
 use crate::error::Error;
 use serde::Serialize;
@@ -40,17 +41,19 @@ pub struct Scenario {
 /// The keys under which a scenario names files that `--set` reaches into.
 const FILES: &[&str] = &["track", "train", "car", "sensors"];
 
+fn checked(file: &ScenarioFile, document: &Document) -> Result<(), Error> {
+    check::check(file).map_err(|w| document.error(w.key, w.message, w.help))
+}
+
 impl Scenario {
     /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
-    /// into the file that the scenario names under `track`. The files it names must be there; what is in them is checked by those who read them.
+    /// into the file that the scenario names under `track`. The files it names must be there; their contents are checked when they are read.
     pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         let mut document = Document::read(path)?;
         let sets = Sets::new(overrides);
         document.apply(&sets.own(FILES))?;
         let mut file: ScenarioFile = document.parse()?;
-        if let Err(wrong) = check::check(&file) {
-            return Err(document.error(wrong.key, wrong.message, wrong.help));
-        }
+        checked(&file, &document)?;
         file.physics.plant = Some(file.plant());
         let folder = path.parent().unwrap_or(Path::new(""));
         let find = |key: &str, name: &str| -> Result<PathBuf, Error> {
@@ -110,6 +113,55 @@ impl Scenario {
             sets,
             document,
         })
+    }
+
+    /// A scenario that is in no file, for a track and a train or a car of these names: without sensors, drive cycle and end of the run.
+    pub(crate) fn in_code(track: &str, train: Option<&str>, car: Option<&str>) -> Self {
+        let name = "simulation".to_owned();
+        let file = ScenarioFile {
+            version: Version1,
+            why: "Built in code.".into(),
+            track: track.into(),
+            train: train.map(str::to_owned),
+            car: car.map(str::to_owned),
+            load: Default::default(),
+            start: Default::default(),
+            stop: Stop {
+                after_s: None,
+                at_m: None,
+            },
+            physics: Default::default(),
+            drive: Default::default(),
+            sensors: String::new(),
+            vehicle: Default::default(),
+            estimators: BTreeMap::new(),
+            in_loop: None,
+            events: Vec::new(),
+            obstacles: Vec::new(),
+            roadway: None,
+            seeds: Default::default(),
+            record: Default::default(),
+            expect: Vec::new(),
+            published: Vec::new(),
+        };
+        Self {
+            name,
+            file,
+            track: PathBuf::new(),
+            vehicle: PathBuf::new(),
+            sensors: PathBuf::new(),
+            included: BTreeMap::new(),
+            changed: Vec::new(),
+            sets: Sets::default(),
+            document: Document::default(),
+        }
+    }
+
+    /// Check again what can be checked without track, vehicle and sensors, after changes in code.
+    pub(crate) fn check(&mut self) -> Result<(), Error> {
+        checked(&self.file, &self.document)?;
+        self.file.physics.plant = Some(self.file.plant());
+        Ok(())
     }
 
     /// The changes to the file that the scenario names under `key`.

@@ -1,12 +1,10 @@
 //! The elements of a track file, and how they become stretches of an angle: which keys each kind takes, and what they mean.
 
 use crate::config::checked::{Finite, NonNegative, Positive};
-use crate::config::file::input_error;
-use crate::error::Error;
+use crate::error::DataError;
 use crate::rail::alignment::AlignmentBuilder;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Steepest grade that can be described, degrees: beyond it a rail's "left" means little.
 pub const MAX_GRADE_DEG: f64 = 60.0;
@@ -83,12 +81,11 @@ pub struct Vertical {
     pub elements: Option<Vec<Vertical>>,
 }
 
-/// An arc of more turns than a hundred is a slip of the pen.
+/// Largest turn of an arc, degrees: more than a hundred turns is taken for a typing error.
 const MAX_TURN_DEG: f64 = 36_000.0;
 
 /// The keys of one element: which are there, which its kind takes, and errors that name them.
 struct ElementKeys<'a> {
-    file: &'a Path,
     path: &'a str,
     kind: &'static str,
 }
@@ -99,16 +96,15 @@ impl ElementKeys<'_> {
         key: &str,
         message: impl Into<String>,
         help: impl Into<String>,
-    ) -> Result<T, Error> {
-        Err(input_error(
-            self.file,
+    ) -> Result<T, DataError> {
+        Err(DataError::new(
             format!("{}.{key}", self.path),
             message,
             help,
         ))
     }
 
-    fn only(&self, takes: &[&str], given: &[(&str, bool)]) -> Result<(), Error> {
+    fn only(&self, takes: &[&str], given: &[(&str, bool)]) -> Result<(), DataError> {
         match given
             .iter()
             .find(|(key, there)| *there && !takes.contains(key))
@@ -122,7 +118,7 @@ impl ElementKeys<'_> {
         }
     }
 
-    fn need<T>(&self, key: &str, value: Option<T>) -> Result<T, Error> {
+    fn need<T>(&self, key: &str, value: Option<T>) -> Result<T, DataError> {
         value.map_or_else(
             || {
                 self.bad(
@@ -140,8 +136,8 @@ impl ElementKeys<'_> {
         &self,
         times: Option<u32>,
         elements: &Option<Vec<E>>,
-        mut f: impl FnMut(&[E], &str) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+        mut f: impl FnMut(&[E], &str) -> Result<(), DataError>,
+    ) -> Result<(), DataError> {
         let times = self.need("times", times)?;
         let elements = self.need("elements", elements.as_ref())?;
         if !(1..=100_000).contains(&times) {
@@ -162,8 +158,8 @@ impl ElementKeys<'_> {
 pub(super) fn horizontal(
     elements: &[Horizontal],
     list: &str,
-    b: &mut AlignmentBuilder<'_>,
-) -> Result<(), Error> {
+    b: &mut AlignmentBuilder,
+) -> Result<(), DataError> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
         let given = [
@@ -175,11 +171,7 @@ pub(super) fn horizontal(
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| ElementKeys {
-            file: b.file,
-            path: &path,
-            kind,
-        };
+        let keys = |kind| ElementKeys { path: &path, kind };
         let length_key = format!("{path}.length_m");
         match e.kind {
             HorizontalKind::Line => {
@@ -251,8 +243,8 @@ pub(super) fn horizontal(
 pub(super) fn vertical(
     elements: &[Vertical],
     list: &str,
-    b: &mut AlignmentBuilder<'_>,
-) -> Result<(), Error> {
+    b: &mut AlignmentBuilder,
+) -> Result<(), DataError> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
         let given = [
@@ -264,11 +256,7 @@ pub(super) fn vertical(
             ("times", e.times.is_some()),
             ("elements", e.elements.is_some()),
         ];
-        let keys = |kind| ElementKeys {
-            file: b.file,
-            path: &path,
-            kind,
-        };
+        let keys = |kind| ElementKeys { path: &path, kind };
         let (radius, length) = (e.radius_m.map(Positive::get), e.length_m.map(Positive::get));
         match e.kind {
             VerticalKind::Grade => {
@@ -338,7 +326,7 @@ pub(super) fn vertical(
     Ok(())
 }
 
-fn steep(keys: &ElementKeys<'_>, key: &str, grade_deg: f64) -> Result<(), Error> {
+fn steep(keys: &ElementKeys<'_>, key: &str, grade_deg: f64) -> Result<(), DataError> {
     if grade_deg.abs() > MAX_GRADE_DEG {
         return keys.bad(
             key,

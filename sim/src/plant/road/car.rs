@@ -1,54 +1,39 @@
-//! A car as its file says, and what others are told about it.
+//! A car: its specification, the constants of the equations of motion that follow from it, its nominal vehicle.
 
 use super::body::Model;
 use super::driver::Driver;
 use super::loads::{ChassisGeometry, Suspension};
+use super::spec::{CarSpec, MotorSpec};
 use super::tyre::Tyre;
 use super::wheel::WheelSpec;
-use crate::config::car_file::{CarFile, MotorFile};
-use crate::config::file::{Sets, input_error, read_yaml_with, with_sets};
-use crate::config::scenario::NominalVehicle;
-use crate::error::Error;
+use crate::error::DataError;
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
 use monorig_estimators::api::vehicle::{RoadVehicle, VehicleData};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
 
 /// Standard gravity, in which lean is given, m/s².
 const STANDARD_GRAVITY: f64 = 9.81;
-/// Shares of the mass between which an estimator looks; their middle is not the mass, so that nobody starts at the truth.
+/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the truth.
 const MASS_RANGE: [f64; 2] = [0.6, 1.6];
-/// A body that tips over before it slides is none this plant knows: height of the centre of gravity over half the track width.
-const HIGHEST: f64 = 1.0;
+/// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which is not modelled.
+const MAX_HEIGHT_RATIO: f64 = 1.0;
 
-/// A car, read and checked.
+/// A car of a checked specification.
 #[derive(Clone, Debug)]
 pub struct Car {
-    /// Its file, for error messages.
-    pub file: PathBuf,
-    /// What it says.
-    pub data: CarFile,
+    /// Its specification.
+    pub data: CarSpec,
 }
 
 impl Car {
-    /// Read and check a car file.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::load_with(path, &Sets::default())
-    }
-
-    /// The same with changes made to the file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
-        Self::new(path.into(), read_yaml_with(path, sets)?).map_err(|e| with_sets(e, sets))
-    }
-
-    /// Check a car already parsed; `file` is named in errors.
-    pub fn new(file: PathBuf, data: CarFile) -> Result<Self, Error> {
+    /// A car of this specification. Keys in errors are those of [`CarSpec`].
+    pub fn new(data: CarSpec) -> Result<Self, DataError> {
         let (b, w) = (&data.body, &data.wheels);
         let wrong =
-            |key: &str, message: String, help: &str| Err(input_error(&file, key, message, help));
-        let [length, width, height] = b.size_m.map(|x| x.get());
-        let wheelbase = w.front_axle_m.get() + w.rear_axle_m.get();
+            |key: &str, message: String, help: &str| Err(DataError::new(key, message, help));
+        let [length, width, height] = b.size_m;
+        let wheelbase = w.front_axle_m + w.rear_axle_m;
         if wheelbase >= length {
             return wrong(
                 "body.size_m[0]",
@@ -56,40 +41,40 @@ impl Car {
                 "a length above wheels.front_axle_m + wheels.rear_axle_m",
             );
         }
-        if w.track_width_m.get() > width {
+        if w.track_width_m > width {
             return wrong(
                 "wheels.track_width_m",
                 format!("the wheels stand out of a body {width} m wide"),
                 "at most the width in body.size_m",
             );
         }
-        if b.gravity_height_m.get() > HIGHEST * 0.5 * w.track_width_m.get()
-            || b.gravity_height_m.get() >= height
+        if b.gravity_height_m > MAX_HEIGHT_RATIO * 0.5 * w.track_width_m
+            || b.gravity_height_m >= height
         {
             return wrong(
                 "body.gravity_height_m",
                 format!(
                     "a car with its centre of gravity at {} m tips over before it slides",
-                    b.gravity_height_m.get()
+                    b.gravity_height_m
                 ),
                 "at most half of wheels.track_width_m",
             );
         }
-        if data.motors.efficiency.get() == 0.0 {
+        if data.motors.efficiency == 0.0 {
             return wrong(
                 "motors.efficiency",
                 "a gear that passes no power".into(),
                 "a share above 0, such as 0.97",
             );
         }
-        if w.steering_max_deg.get() > 60.0 {
+        if w.steering_max_deg > 60.0 {
             return wrong(
                 "wheels.steering_max_deg",
-                format!("front wheels do not turn by {}°", w.steering_max_deg.get()),
+                format!("front wheels do not turn by {}°", w.steering_max_deg),
                 "at most 60",
             );
         }
-        Ok(Self { file, data })
+        Ok(Self { data })
     }
 
     /// Constants of the equations of motion under `gravity` (m/s²).
@@ -97,19 +82,19 @@ impl Car {
         let (d, geometry) = (&self.data, self.geometry());
         let [front, rear] = self.axle_loads(gravity);
         let tyre = |cornering: f64, load: f64| Tyre {
-            slip_stiffness: d.tyres.slip_stiffness.get(),
+            slip_stiffness: d.tyres.slip_stiffness,
             cornering_stiffness: cornering,
-            load_loss: d.tyres.load_loss.get(),
+            load_loss: d.tyres.load_loss,
             nominal_load_n: 0.5 * load,
-            adhesion_along: d.tyres.adhesion_along.get(),
-            adhesion_across: d.tyres.adhesion_across.get(),
-            relaxation_m: d.tyres.relaxation_m.get(),
+            adhesion_along: d.tyres.adhesion_along,
+            adhesion_across: d.tyres.adhesion_across,
+            relaxation_m: d.tyres.relaxation_m,
         };
         let wheel = |drive: &Drive| WheelSpec {
             radius_m: drive.wheel_radius_m,
             inertia: drive.wheel_inertia
                 + 0.5 * drive.gear_ratio * drive.gear_ratio * drive.motor_inertia,
-            rolling: d.wheels.rolling_resistance.get(),
+            rolling: d.wheels.rolling_resistance,
         };
         let drives = self.drives();
         let s = &d.suspension;
@@ -117,25 +102,25 @@ impl Car {
         Model {
             geometry,
             suspension: Suspension {
-                omega: 2.0 * PI * s.frequency_hz.get(),
-                zeta: s.damping.get(),
-                pitch_gradient: lean(s.pitch_deg_per_g.get()),
-                roll_gradient: lean(s.roll_deg_per_g.get()),
-                front_roll_share: s.front_roll_share.get(),
+                omega: 2.0 * PI * s.frequency_hz,
+                zeta: s.damping,
+                pitch_gradient: lean(s.pitch_deg_per_g),
+                roll_gradient: lean(s.roll_deg_per_g),
+                front_roll_share: s.front_roll_share,
             },
             tyres: [
-                tyre(d.tyres.cornering_stiffness_front.get(), front),
-                tyre(d.tyres.cornering_stiffness_rear.get(), rear),
+                tyre(d.tyres.cornering_stiffness_front, front),
+                tyre(d.tyres.cornering_stiffness_rear, rear),
             ],
             wheels: drives.map(|drive| wheel(&drive)),
             drives,
             brake_n: {
-                let (all, front) = (d.brakes.force_max_n.get(), d.brakes.front_share.get());
+                let (all, front) = (d.brakes.force_max_n, d.brakes.front_share);
                 [0.5 * all * front, 0.5 * all * (1.0 - front)]
             },
-            brake_lag_s: d.brakes.lag_s.get(),
-            drag: 0.5 * d.air.density_kgpm3.get() * self.drag_area_m2(),
-            yaw_inertia: d.body.yaw_inertia_kgm2.get(),
+            brake_lag_s: d.brakes.lag_s,
+            drag: 0.5 * d.air.density_kgpm3 * self.drag_area_m2(),
+            yaw_inertia: d.body.yaw_inertia_kgm2,
             driver: self.driver(gravity),
             gravity,
         }
@@ -145,16 +130,15 @@ impl Car {
     /// of gravity.
     pub fn consist(&self) -> Train {
         let d = &self.data;
-        let (w, size) = (&d.wheels, d.body.size_m.map(|x| x.get()));
-        let height = d.body.gravity_height_m.get();
+        let (w, size) = (&d.wheels, d.body.size_m);
+        let height = d.body.gravity_height_m;
         Train {
-            file: self.file.clone(),
             name: d.name.clone(),
             bodies: vec![Body {
                 name: "car".into(),
-                mass_kg: d.body.mass_kg.get(),
+                mass_kg: d.body.mass_kg,
                 com: Vector3::new(0.0, 0.0, height),
-                inertia: Matrix3::identity() * d.body.yaw_inertia_kgm2.get(),
+                inertia: Matrix3::identity() * d.body.yaw_inertia_kgm2,
                 start_s: -self.nose_m(),
                 start_pose: Isometry3::identity(),
                 stations: Vec::new(),
@@ -167,46 +151,44 @@ impl Car {
                 pose: Isometry3::translation(0.0, 0.0, height),
             }],
             limits: Limits {
-                min_radius_horizontal_m: d.limits.min_radius_horizontal_m.get(),
-                min_radius_vertical_m: d.limits.min_radius_vertical_m.get(),
-                max_grade_rad: d.limits.max_grade_deg.get().to_radians(),
-                max_speed_mps: d.limits.max_speed_mps.get(),
+                min_radius_horizontal_m: d.limits.min_radius_horizontal_m,
+                min_radius_vertical_m: d.limits.min_radius_vertical_m,
+                max_grade_rad: d.limits.max_grade_deg.to_radians(),
+                max_speed_mps: d.limits.max_speed_mps,
                 length_m: size[0],
                 max_load_kg: 0.0,
             },
             resistance: Resistance {
-                running_wheel: w.rolling_resistance.get(),
-                air_nspm2: 0.5 * d.air.density_kgpm3.get() * self.drag_area_m2(),
+                running_wheel: w.rolling_resistance,
+                air_nspm2: 0.5 * d.air.density_kgpm3 * self.drag_area_m2(),
                 ..Resistance::default()
             },
             ..Train::default()
         }
     }
 
-    /// What the estimators are told: the car's data sheet, and what the scenario puts in its place.
-    pub fn nominal_vehicle(&self, nominal: &NominalVehicle, gravity: f64) -> VehicleData {
+    /// Nominal vehicle for the estimators: the car's data sheet, with `tare_kg` in place of its mass if given.
+    pub fn nominal_vehicle(&self, tare_kg: Option<f64>, gravity: f64) -> VehicleData {
         let (d, w) = (&self.data, &self.data.wheels);
-        let mass = nominal.tare_kg.map_or(d.body.mass_kg.get(), f64::from);
+        let mass = tare_kg.unwrap_or(d.body.mass_kg);
         let [front, rear] = self.cornering(gravity);
         VehicleData {
             tare_kg: mass,
             drives: 2,
-            wheel_radius_m: nominal.wheel_radius_m.map_or(w.radius_m.get(), f64::from),
-            gear_ratio: d.motors.ratio.get(),
-            efficiency: d.motors.efficiency.get(),
+            wheel_radius_m: w.radius_m,
+            gear_ratio: d.motors.ratio,
+            efficiency: d.motors.efficiency,
             rotating_mass_kg: self.rotating_mass_kg(),
-            running_resistance: nominal
-                .running_resistance
-                .map_or(w.rolling_resistance.get(), f64::from),
+            running_resistance: w.rolling_resistance,
             mass_range_kg: MASS_RANGE.map(|share| share * mass),
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             road: Some(RoadVehicle {
                 drag_area_m2: self.drag_area_m2(),
-                air_density_kgpm3: d.air.density_kgpm3.get(),
-                front_axle_m: w.front_axle_m.get(),
-                rear_axle_m: w.rear_axle_m.get(),
+                air_density_kgpm3: d.air.density_kgpm3,
+                front_axle_m: w.front_axle_m,
+                rear_axle_m: w.rear_axle_m,
                 front_cornering_npr: front,
                 rear_cornering_npr: rear,
             }),
@@ -215,17 +197,17 @@ impl Car {
 
     /// From the centre of gravity to the foremost point, m: the overhangs are alike.
     pub fn nose_m(&self) -> f64 {
-        let (d, length) = (&self.data, self.data.body.size_m[0].get());
+        let (d, length) = (&self.data, self.data.body.size_m[0]);
         let g = self.geometry();
-        0.5 * (length - g.wheelbase_m()) + d.wheels.front_axle_m.get()
+        0.5 * (length - g.wheelbase_m()) + d.wheels.front_axle_m
     }
 
     /// Wheels and rotors reflected to the rim, kg.
     pub fn rotating_mass_kg(&self) -> f64 {
         let (w, m) = (&self.data.wheels, &self.data.motors);
-        let ratio = m.ratio.get();
-        let rotors = ratio * ratio * (m.front.inertia_kgm2.get() + m.rear.inertia_kgm2.get());
-        (4.0 * w.inertia_kgm2.get() + rotors) / (w.radius_m.get() * w.radius_m.get())
+        let ratio = m.ratio;
+        let rotors = ratio * ratio * (m.front.inertia_kgm2 + m.rear.inertia_kgm2);
+        (4.0 * w.inertia_kgm2 + rotors) / (w.radius_m * w.radius_m)
     }
 
     /// Cornering stiffness of the axles at rest on the level, N/rad.
@@ -233,28 +215,28 @@ impl Car {
         let [front, rear] = self.axle_loads(gravity);
         let t = &self.data.tyres;
         [
-            t.cornering_stiffness_front.get() * front,
-            t.cornering_stiffness_rear.get() * rear,
+            t.cornering_stiffness_front * front,
+            t.cornering_stiffness_rear * rear,
         ]
     }
 
     fn axle_loads(&self, gravity: f64) -> [f64; 2] {
-        let (g, weight) = (self.geometry(), self.data.body.mass_kg.get() * gravity);
+        let (g, weight) = (self.geometry(), self.data.body.mass_kg * gravity);
         [g.rear_m, g.front_m].map(|arm| weight * arm / g.wheelbase_m())
     }
 
     fn drag_area_m2(&self) -> f64 {
-        self.data.air.drag_coefficient.get() * self.data.air.frontal_area_m2.get()
+        self.data.air.drag_coefficient * self.data.air.frontal_area_m2
     }
 
     fn geometry(&self) -> ChassisGeometry {
         let (b, w) = (&self.data.body, &self.data.wheels);
         ChassisGeometry {
-            mass_kg: b.mass_kg.get(),
-            front_m: w.front_axle_m.get(),
-            rear_m: w.rear_axle_m.get(),
-            track_width_m: w.track_width_m.get(),
-            height_m: b.gravity_height_m.get(),
+            mass_kg: b.mass_kg,
+            front_m: w.front_axle_m,
+            rear_m: w.rear_axle_m,
+            track_width_m: w.track_width_m,
+            height_m: b.gravity_height_m,
         }
     }
 
@@ -263,10 +245,10 @@ impl Car {
         let [front, rear] = self.cornering(gravity);
         let per_wheelbase = g.mass_kg / g.wheelbase_m();
         Driver {
-            lookahead_m: d.lookahead_m.get(),
-            gain_radpm: d.gain_radpm.get(),
-            lag_s: d.lag_s.get(),
-            most_rad: self.data.wheels.steering_max_deg.get().to_radians(),
+            lookahead_m: d.lookahead_m,
+            gain_radpm: d.gain_radpm,
+            lag_s: d.lag_s,
+            max_angle_rad: self.data.wheels.steering_max_deg.to_radians(),
             wheelbase_m: g.wheelbase_m(),
             understeer: per_wheelbase * (g.rear_m / front - g.front_m / rear),
             sideslip: [g.rear_m, per_wheelbase * g.front_m / rear],
@@ -276,24 +258,24 @@ impl Car {
     /// Front and rear axle as drive units; what a car has not (clamps) is zero.
     fn drives(&self) -> [Drive; 2] {
         let (d, w) = (&self.data, &self.data.wheels);
-        let drive = |m: &MotorFile, x: f64| Drive {
+        let drive = |m: &MotorSpec, x: f64| Drive {
             body: 0,
             contact: Vector3::new(x, 0.0, 0.0),
-            wheel_radius_m: w.radius_m.get(),
-            wheel_inertia: w.inertia_kgm2.get(),
-            motor_inertia: m.inertia_kgm2.get(),
-            gear_ratio: d.motors.ratio.get(),
-            efficiency_drive: d.motors.efficiency.get(),
-            efficiency_brake: d.motors.efficiency.get(),
-            torque_max_nm: m.torque_max_nm.get(),
-            power_w: m.power_kw.get() * 1e3,
-            speed_max_radps: m.speed_max_rpm.get() * PI / 30.0,
-            lag_s: m.lag_s.get(),
-            rate_nmps: m.torque_rate_nmps.get(),
+            wheel_radius_m: w.radius_m,
+            wheel_inertia: w.inertia_kgm2,
+            motor_inertia: m.inertia_kgm2,
+            gear_ratio: d.motors.ratio,
+            efficiency_drive: d.motors.efficiency,
+            efficiency_brake: d.motors.efficiency,
+            torque_max_nm: m.torque_max_nm,
+            power_w: m.power_kw * 1e3,
+            speed_max_radps: m.speed_max_rpm * PI / 30.0,
+            lag_s: m.lag_s,
+            rate_nmps: m.torque_rate_nmps,
             piston_area_m2: 0.0,
             clamp_mpa: 0.0,
             clamp_lag_s: 0.0,
-            adhesion: d.tyres.adhesion_along.get(),
+            adhesion: d.tyres.adhesion_along,
             sigma0: 1.0,
             sigma1: 0.0,
             kappa: 0.0,
@@ -301,8 +283,8 @@ impl Car {
             brake_lag_s: 0.0,
         };
         [
-            drive(&d.motors.front, w.front_axle_m.get()),
-            drive(&d.motors.rear, -w.rear_axle_m.get()),
+            drive(&d.motors.front, w.front_axle_m),
+            drive(&d.motors.rear, -w.rear_axle_m),
         ]
     }
 }

@@ -11,8 +11,9 @@
 //! | `wheel` | spin of a wheel under motor, brake, rolling resistance and tyre |
 //! | `driver` | steers along the middle of the lane |
 //! | `body` | the equations of motion, put together |
-//! | `plant` | what others see of it: commands in, truth out |
-//! | `car` | the car as its file describes it, and what sensors, recording and estimators are told |
+//! | `plant` | the [`Plant`](crate::plant::Plant): commands in, truth out |
+//! | `spec` | specification of a car |
+//! | `car` | constants of the equations of motion and nominal vehicle that follow from it |
 //! | `shapes` | its visible shapes |
 
 pub mod body;
@@ -21,9 +22,10 @@ pub mod driver;
 pub mod loads;
 pub mod plant;
 mod shapes;
+pub mod spec;
 pub mod surface;
 pub mod tyre;
 pub mod wheel;
 
 pub use car::Car;
-pub use plant::{RoadOptions, RoadPlant};
+pub use plant::RoadPlant;

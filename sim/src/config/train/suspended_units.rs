@@ -1,12 +1,12 @@
 //! Suspended units: cabs and beams below their trolleys, the load on its chains.
 
 use super::consist::{ConsistBuilder, PlacedUnit, couplings};
+use super::train_file::LoadEntry;
 use super::unit::Unit;
-use super::{Connection, ConnectionKind, Payload};
+use super::unit_file::LoadFile;
 use crate::config::file::{input_error, named};
-use crate::config::train_file::LoadEntry;
-use crate::config::unit_file::LoadFile;
 use crate::error::Error;
+use crate::train::{Connection, ConnectionKind, Payload};
 use nalgebra::{Isometry3, Vector3};
 
 impl ConsistBuilder<'_> {

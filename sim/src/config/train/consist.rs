@@ -1,18 +1,29 @@
 //! A train file becomes a [`Train`]: units from front to rear, joined by drawbars, with a load below one of them.
 
+use super::train_file::{Drawbar, TrainFile};
 use super::unit::{Unit, check_wheel_limits};
-use super::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use crate::config::checked::{NonNegative, Positive};
-use crate::config::file::{Sets, input_error, named, read_yaml_with};
-use crate::config::train_file::{Drawbar, TrainFile};
+use crate::config::file::{Sets, input_error, named, read_yaml_with, with_sets};
 use crate::config::urdf_geometry::half_turn;
 use crate::error::Error;
+use crate::train::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use monorig_estimators::api::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use std::path::Path;
 
-/// Read a train file, with changes made to it, and every unit it names.
-pub fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
+impl Train {
+    /// Read a train file and every unit it names. The load is the one in its URDF.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the train file.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        load(path, sets).map_err(|e| with_sets(e, sets))
+    }
+}
+
+fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
     let file: TrainFile = read_yaml_with(path, sets)?;
     let mut builder = ConsistBuilder {
         path,
@@ -195,7 +206,7 @@ impl ConsistBuilder<'_> {
             let (k, cc) = (c.stiffness_npm.get(), c.damping_nspm.get());
             let length_m = (self.at(a, &anchor_a) - self.at(b, &anchor_b)).norm();
             self.train.connections.push(Connection {
-                kind: c.kind,
+                kind: c.kind.into(),
                 a,
                 b,
                 anchor_a,
@@ -311,7 +322,6 @@ impl ConsistBuilder<'_> {
             (lo.min(x), hi.max(x))
         });
         let r = file.resistance;
-        train.file = path.into();
         train.name = file.name.clone();
         train.limits = Limits {
             min_radius_horizontal_m: file.limits.min_radius_horizontal_m.get(),
@@ -330,7 +340,7 @@ impl ConsistBuilder<'_> {
             air_nspm2: r.air_nspm2.get(),
         };
         let load = train.load_mass_kg();
-        train.with_load_mass(load)
+        train.with_load_mass(load).map_err(|e| e.in_file(path))
     }
 }
 

@@ -1,6 +1,7 @@
-//! The format of a unit file: what URDF cannot say.
+//! The format of a unit file: what URDF has no words for.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use crate::config::motor_file::MotorFile;
 use crate::train::ConnectionKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,7 +55,7 @@ pub struct RunningGear {
 #[serde(deny_unknown_fields)]
 pub struct DriveFile {
     /// The motor.
-    pub motor: Motor,
+    pub motor: MotorFile,
     /// The gear between the motor and both wheels.
     pub gear: Gear,
     /// The cylinder that presses the wheels on the web.
@@ -63,24 +64,6 @@ pub struct DriveFile {
     pub friction: Friction,
     /// The brake that grips the web.
     pub brake: Brake,
-}
-
-/// Motor map: constant torque, constant power, cut-off.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Motor {
-    /// N·m.
-    pub torque_max_nm: Positive,
-    /// kW.
-    pub power_kw: Positive,
-    /// Revolutions per minute.
-    pub speed_max_rpm: Positive,
-    /// Rotor, at the motor shaft, kg·m².
-    pub inertia_kgm2: NonNegative,
-    /// First-order lag of the torque, s.
-    pub lag_s: NonNegative,
-    /// Fastest change of the torque, N·m/s.
-    pub torque_rate_nmps: Positive,
 }
 
 /// Gear.
@@ -150,7 +133,7 @@ pub struct CarriedBy {
 #[serde(deny_unknown_fields)]
 pub struct ConnectionFile {
     /// What it can carry.
-    pub kind: ConnectionKind,
+    pub kind: KindOfConnection,
     /// One link.
     pub from: String,
     /// The other link.
@@ -159,6 +142,29 @@ pub struct ConnectionFile {
     pub stiffness_npm: Positive,
     /// N·s/m.
     pub damping_nspm: NonNegative,
+}
+
+/// What a connection can carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "ConnectionKind")] // the name in the JSON schema
+pub enum KindOfConnection {
+    /// Push and pull along the line between the anchors.
+    Drawbar,
+    /// Holds the anchors together in all directions (a ball joint).
+    Hanger,
+    /// Pull only.
+    Chain,
+}
+
+impl From<KindOfConnection> for ConnectionKind {
+    fn from(kind: KindOfConnection) -> Self {
+        match kind {
+            KindOfConnection::Drawbar => Self::Drawbar,
+            KindOfConnection::Hanger => Self::Hanger,
+            KindOfConnection::Chain => Self::Chain,
+        }
+    }
 }
 
 /// A load: lifting gear that is always there, and a payload that comes and goes.

@@ -1,19 +1,20 @@
-use super::super::{Geometry, Shape};
 use super::*;
 use crate::config::urdf::tests::Folder;
+use crate::testing::{asset, train};
+use crate::train::{Drive, Geometry, Shape};
 use nalgebra::Matrix3;
 use std::path::PathBuf;
 
 fn assets() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets")
+    asset("")
 }
 
 fn dx80() -> Train {
-    Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap()
+    train("dx80_176y")
 }
 
 fn single() -> Train {
-    Train::load(&assets().join("trains/single_drive_unit.yaml")).unwrap()
+    train("single_drive_unit")
 }
 
 /// Corners of a shape in the train's frame on a straight level rail (of its box, for round shapes).
@@ -57,7 +58,7 @@ fn the_dx80_is_what_its_data_sheet_says() {
         train.tare_kg()
     );
     assert!((train.total_mass_kg() - 29_000.0).abs() < 1e-6);
-    let sum = |f: fn(&super::super::Drive) -> f64| train.drives.iter().map(f).sum::<f64>();
+    let sum = |f: fn(&Drive) -> f64| train.drives.iter().map(f).sum::<f64>();
     let traction = sum(|d| d.torque_max_nm * d.gear_ratio * d.efficiency_drive / d.wheel_radius_m);
     assert!((traction / 80e3 - 1.0).abs() < 1e-3, "{traction}");
     assert!((sum(|d| d.power_w) - 60e3).abs() < 1e-6);

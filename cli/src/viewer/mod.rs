@@ -1,0 +1,17 @@
+//! The Rerun viewer, behind the feature `viewer`: a program built without it runs, tests, tunes and reports all the same, but makes no
+//! recordings for the viewer and reads none.
+
+#[cfg(feature = "viewer")]
+mod rerun;
+#[cfg(feature = "viewer")]
+pub use rerun::{chunk_s, read, sink};
+
+#[cfg(not(feature = "viewer"))]
+mod none;
+#[cfg(not(feature = "viewer"))]
+pub use none::{chunk_s, read, sink};
+
+/// What is said once where a recording would have been made.
+pub fn not_written(file: &str) -> String {
+    format!("{file} is not written: this program was built without the viewer (feature `viewer`)")
+}

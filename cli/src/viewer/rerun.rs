@@ -1,0 +1,52 @@
+//! With the viewer.
+
+use crate::ui::note::note;
+use monorig_sim::config::file::input_error;
+use monorig_sim::error::Error;
+use monorig_sim::record::Sink;
+use monorig_viz::RerunSink;
+use monorig_viz::sink::{CHUNK_S, LIVE_CHUNK_S};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+/// Where a Rerun viewer listens unless told otherwise.
+const VIEWER: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
+
+/// Length of the recording's chunks, s; `live`: someone is watching.
+pub fn chunk_s(live: bool) -> f64 {
+    if live { LIVE_CHUNK_S } else { CHUNK_S }
+}
+
+/// A recording in a file and, if `live`, in the viewer that is open on this machine.
+pub fn sink(path: PathBuf, live: bool) -> Option<Box<dyn Sink>> {
+    if !live {
+        return Some(Box::new(RerunSink::file(path)));
+    }
+    let sink = RerunSink::live(path, VIEWER);
+    if sink.live_state().is_none() {
+        note(&format!(
+            "no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"
+        ));
+    }
+    Some(Box::new(sink))
+}
+
+/// Read a recording back, and say what is in it.
+pub fn read(path: &Path) -> Result<String, Error> {
+    let broken =
+        |message: String| input_error(path, "", message, crate::files::results::MAKE_AGAIN);
+    let found = monorig_viz::readback::read(path).map_err(|e| match e {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
+            broken(format!("this recording cannot be read: {source}"))
+        }
+        other => other,
+    })?;
+    let size = format!("{} entities, {} rows", found.entities.len(), found.rows());
+    if found.application != "monorig" {
+        return Err(broken("this recording is not one of monorig".into()));
+    }
+    if !found.complete {
+        return Err(broken(format!("this recording breaks off after {size}")));
+    }
+    Ok(format!("{}, {size}, complete", found.id))
+}

@@ -1,0 +1,161 @@
+//! Assembles a simulation from what a builder holds: checks, sensors, estimators, plant, controller.
+
+use super::builder::{Moving, SimulationBuilder};
+use super::end::EndCondition;
+use super::events::EventSchedule;
+use super::simulation::Simulation;
+use super::{checks, instruments, nominal_vehicle, obstacles, parts};
+use crate::config::scenario::{PlantKind, Scenario};
+use crate::control::{ControllerSetup, Cycle, PerceptionModel};
+use crate::error::Error;
+use crate::plant::point_mass::PointMass;
+use crate::plant::rapier::World;
+use crate::plant::road::RoadPlant;
+use crate::plant::{Plant, PlantOptions};
+use crate::rail::Rail;
+use crate::train::Train;
+use monorig_estimators::api::signals::Vehicle;
+use std::sync::Arc;
+
+pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> {
+    let SimulationBuilder {
+        scenario,
+        rail,
+        moving,
+        sensors,
+        instruments: others,
+        registry,
+        mut estimators,
+        controller,
+        plant,
+        ..
+    } = builder;
+    let s = &scenario.file;
+    let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
+    let car = matches!(moving, Moving::Car(_));
+    checks::track(&scenario, &rail, car)?;
+    let mut train = match &moving {
+        Moving::Car(car) => car.consist(),
+        Moving::Train(train) => train.as_ref().clone(),
+    };
+    rail.check(&train.limits)
+        .map_err(|e| e.in_file(&scenario.track))?;
+    if let Some(kg) = s.load.mass_kg {
+        train = loaded(&scenario, train, kg.get())?;
+    }
+    let dt_s = s.physics.dt_ms.get() * 1e-3;
+    if s.plant() == PlantKind::Rapier && plant.is_none() {
+        checks::step(&scenario, &train, dt_s)?;
+    }
+    checks::loads(&scenario, &train)?;
+    let front_m = checks::front(&scenario, &rail, &train)?;
+
+    let Some((specs, sheet_file)) = sensors else {
+        return Err(scenario.error(
+            "sensors",
+            "the vehicle has no instruments",
+            "`.sensors(Sheet::load(…)?)`, or specifications by name",
+        ));
+    };
+    let sensors = instruments::fit(&scenario, &specs, others, &train, seed)
+        .map_err(|e| e.in_file(&scenario, &sheet_file))?;
+    let imu = sensors
+        .imu_mount()
+        .or_else(|| train.mount("imu_link"))
+        .unwrap_or(0);
+    let mut mounts = sensors.mounts();
+    if !mounts.contains(&imu) {
+        mounts.push(imu);
+    }
+    let options = PlantOptions {
+        front_m,
+        speed_mps: speed,
+        gravity_mps2: gravity,
+        imu,
+        mounts,
+        zones: checks::zones(&scenario, &rail)?,
+        obstacles: obstacles::place(&scenario, &rail)?,
+    };
+
+    let vehicle = match &moving {
+        Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
+        Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
+    };
+    let vehicle = Vehicle::new(vehicle).map_err(|e| {
+        let help = "values that the data sheet of a vehicle can have";
+        scenario.error("vehicle", e.to_string(), help)
+    })?;
+    let nominal_mass_kg = s
+        .vehicle
+        .total_mass_guess_kg
+        .map_or(nominal_vehicle::nominal_mass_kg(&train), f64::from);
+    let estimators = parts::estimators(&scenario, &registry, &vehicle, &mut estimators)?;
+    let in_loop = s.in_loop.as_ref();
+    let in_loop = in_loop.and_then(|name| estimators.iter().position(|e| e.name == *name));
+    let drive = train.drives.first();
+    let setup = ControllerSetup {
+        motor_torque_max_nm: drive.map_or(0.0, |d| d.torque_max_nm),
+        gravity_mps2: gravity,
+        start_speed_mps: speed,
+    };
+    let controller = match controller {
+        Some(controller) => controller,
+        None => parts::controller(&scenario, &registry, &vehicle, &setup)?,
+    };
+    let plant = match plant {
+        Some(plant) => plant,
+        None => built_plant(&scenario, &moving, &train, &rail, &options)?,
+    };
+    Ok(Simulation {
+        imu_offset_m: plant.truth().chainage_m - front_m,
+        cycle: Cycle::new(&s.drive, speed),
+        events: EventSchedule::new(&s.events, drive.map_or(0.0, |d| d.clamp_mpa)),
+        perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg, &vehicle),
+        end: EndCondition {
+            after_s: s.stop.time_limit_s(),
+            at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
+            start_m: front_m,
+            track_length_m: rail.length(),
+        },
+        obstacles: options.obstacles,
+        controller,
+        dt_s,
+        seed,
+        rail,
+        train,
+        plant,
+        sensors,
+        vehicle,
+        estimators,
+        in_loop,
+        scenario,
+    })
+}
+
+/// The train with this load (kg) on the hook.
+fn loaded(scenario: &Scenario, train: Train, mass_kg: f64) -> Result<Train, Error> {
+    let limit = train.limits.max_load_kg;
+    train.with_load_mass(mass_kg).map_err(|_| {
+        scenario.error(
+            "load.mass_kg",
+            format!("the train cannot carry a load of {mass_kg} kg"),
+            format!("a load from 0 to {limit} kg"),
+        )
+    })
+}
+
+/// The plant that the scenario asks for.
+fn built_plant(
+    scenario: &Scenario,
+    moving: &Moving,
+    train: &Train,
+    rail: &Arc<Rail>,
+    options: &PlantOptions,
+) -> Result<Box<dyn Plant>, Error> {
+    let (train, rail) = (train.clone(), rail.clone());
+    Ok(match (moving, scenario.file.plant()) {
+        (Moving::Car(car), _) => Box::new(RoadPlant::new(car, rail, options)),
+        (Moving::Train(_), PlantKind::PointMass) => Box::new(PointMass::new(train, rail, options)),
+        (Moving::Train(_), _) => Box::new(World::new(train, rail, options)?),
+    })
+}

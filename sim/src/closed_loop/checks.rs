@@ -1,0 +1,128 @@
+//! Checks a scenario against its vehicle and its track.
+
+use crate::config::scenario::{Event, Scenario};
+use crate::error::Error;
+use crate::plant::train::adhesion::Zone;
+use crate::rail::Rail;
+use crate::train::Train;
+
+/// Room left behind the last wheel at the start when the scenario does not say where to start, m.
+const REAR_ROOM_M: f64 = 1.0;
+
+/// A car runs on a road, a train on a rail.
+pub fn track(scenario: &Scenario, rail: &Rail, car: bool) -> Result<(), Error> {
+    match (car, rail.profile()) {
+        (true, Some(_)) => Err(scenario.error(
+            "track",
+            "this track is a rail, and a car needs a road",
+            "a track with `road_width_m` in place of `profile`",
+        )),
+        (false, None) => Err(scenario.error(
+            "track",
+            "this track is a road, and a train needs a rail",
+            "a track with `profile` in place of `road_width_m`",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The physics step suits the train's springs. The error is the scenario's: it chooses the step.
+pub fn step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> {
+    train.check_step(dt_s).map_err(|e| {
+        scenario.error(
+            "physics.dt_ms",
+            format!("{} (train {})", e.message, scenario.vehicle.display()),
+            e.help,
+        )
+    })
+}
+
+/// No event asks for more load than the train may carry.
+pub fn loads(scenario: &Scenario, train: &Train) -> Result<(), Error> {
+    let max_kg = if train.load.is_some() {
+        train.limits.max_load_kg
+    } else {
+        0.0
+    };
+    for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::LoadMass { load_mass_kg, .. } = e
+            && load_mass_kg.get() > max_kg
+        {
+            return Err(scenario.error(
+                format!("events[{i}].load_mass_kg"),
+                format!("the train cannot carry a load of {} kg", load_mass_kg.get()),
+                format!("a load from 0 to {max_kg} kg"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Chainage of the front at the start.
+pub fn front(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Error> {
+    let length = train.limits.length_m;
+    let behind = length + REAR_ROOM_M;
+    let front = scenario.file.start.chainage_m.map_or(behind, f64::from);
+    if front < length || front > rail.length() {
+        return Err(scenario.error(
+            "start.chainage_m",
+            format!("with its front at {front} m the train does not stand on the track"),
+            format!(
+                "a chainage from {} m (the train is that long) to {} m (the track ends there)",
+                libm::ceil(length * 1e3 - 1e-6) / 1e3,
+                rail.end_m()
+            ),
+        ));
+    }
+    if let Some(end) = scenario
+        .file
+        .stop
+        .at_m
+        .filter(|end| end.get() > rail.length())
+    {
+        return Err(scenario.error(
+            "stop.at_m",
+            format!("{} m is beyond the end of the track", end.get()),
+            format!("a chainage of at most {} m", rail.end_m()),
+        ));
+    }
+    Ok(front)
+}
+
+/// The zones of another adhesion, each on the track.
+pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
+    let mut zones = Vec::new();
+    for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::Adhesion {
+            from_m,
+            to_m,
+            adhesion,
+        } = e
+        {
+            let z = Zone {
+                from_m: from_m.get(),
+                to_m: to_m.get(),
+                adhesion: adhesion.get(),
+            };
+            if z.from_m >= rail.length() {
+                return Err(scenario.error(
+                    format!("events[{i}].from_m"),
+                    format!(
+                        "the zone starts at {} m, beyond the end of the track",
+                        z.from_m
+                    ),
+                    format!("a chainage below {} m", rail.end_m()),
+                ));
+            }
+            if z.to_m > rail.length() {
+                return Err(scenario.error(
+                    format!("events[{i}].to_m"),
+                    format!("the zone ends at {} m, beyond the end of the track", z.to_m),
+                    format!("a chainage of at most {} m", rail.end_m()),
+                ));
+            }
+            zones.push(z);
+        }
+    }
+    Ok(zones)
+}

@@ -1,0 +1,104 @@
+//! End of a run: by time, at a chainage, stopped from outside, or at the end of the track.
+
+use super::estimators::RunningEstimator;
+use crate::error::Error;
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct EndCondition {
+    /// After this time, s.
+    pub after_s: f64,
+    /// When the front is at this chainage, m; infinite if it does not matter.
+    pub at_m: f64,
+    /// Chainage of the front at the start, m.
+    pub start_m: f64,
+    /// End of the track, m: a train that runs off it is an error.
+    pub track_length_m: f64,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// The scenario's end was reached: its chainage if it names one, else its time.
+    Finished,
+    /// The time was over before the chainage was reached.
+    TimeOver,
+    /// It was stopped from outside.
+    Interrupted,
+}
+
+/// What came of a run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Outcome {
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// Steps of the plant.
+    pub steps: u64,
+    /// Whether the scenario's end was reached: its chainage if it names one, else its time.
+    pub finished: bool,
+    /// Whether it was stopped from outside.
+    pub interrupted: bool,
+    /// Steps each estimator refused, by name, with the first reason.
+    pub refusals: Vec<(String, u64, String)>,
+}
+
+/// `go_on` is asked once in so many steps.
+const STEPS_PER_QUESTION: u64 = 512;
+
+impl EndCondition {
+    /// How the run has ended, with the front at `front_m` (m) at `t_s` (s) before the step of `dt_s` (s) number `step`; none while it
+    /// goes on. `go_on` is given the share done, 0…1, now and then, and says whether to go on.
+    pub fn reached(
+        &self,
+        (t_s, dt_s): (f64, f64),
+        front_m: f64,
+        step: u64,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Option<Ended>, Error> {
+        let arrived = front_m >= self.at_m;
+        if arrived || t_s >= self.after_s - 0.5 * dt_s {
+            return Ok(Some(match arrived || self.at_m == f64::INFINITY {
+                true => Ended::Finished,
+                false => Ended::TimeOver,
+            }));
+        }
+        if step.is_multiple_of(STEPS_PER_QUESTION) {
+            let by_time = t_s / self.after_s;
+            let by_way = (front_m - self.start_m) / (self.at_m - self.start_m);
+            if !go_on(by_time.max(by_way).clamp(0.0, 1.0)) {
+                return Ok(Some(Ended::Interrupted));
+            }
+        }
+        if front_m > self.track_length_m {
+            let end_m = self.track_length_m;
+            return Err(Error::Broken {
+                t_s,
+                what: format!("the train ran off the end of the track at {end_m:.1} m"),
+            });
+        }
+        Ok(None)
+    }
+}
+
+impl Outcome {
+    /// The outcome of a run that ended at `simulated_s` (s) after so many steps.
+    pub(super) fn new(
+        ended: Ended,
+        simulated_s: f64,
+        steps: u64,
+        estimators: &[RunningEstimator],
+    ) -> Self {
+        Self {
+            simulated_s,
+            steps,
+            finished: ended == Ended::Finished,
+            interrupted: ended == Ended::Interrupted,
+            refusals: estimators
+                .iter()
+                .filter_map(RunningEstimator::refusals)
+                .collect(),
+        }
+    }
+}

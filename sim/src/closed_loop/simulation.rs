@@ -1,0 +1,92 @@
+//! A simulation ready to run.
+
+use super::builder::SimulationBuilder;
+use super::end::{EndCondition, Outcome};
+use super::estimators::RunningEstimator;
+use super::events::EventSchedule;
+use super::observer::Observer;
+use super::registry::{BoxedController, Registry};
+use crate::config::scenario::Scenario;
+use crate::control::{Cycle, PerceptionModel};
+use crate::error::Error;
+use crate::plant::Plant;
+use crate::plant::obstacles::ObstacleBox;
+use crate::rail::{Rail, RailFrame};
+use crate::sensors::Suite;
+use crate::train::Train;
+use monorig_estimators::api::signals::Vehicle;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A simulation ready to run: everything a run needs, checked against each other.
+#[non_exhaustive]
+pub struct Simulation {
+    /// The scenario it was built from.
+    pub scenario: Scenario,
+    /// Seed of this run.
+    pub seed: u64,
+    /// The rail.
+    pub rail: Arc<Rail>,
+    /// The train as it starts; a car as [`Car::consist`](crate::plant::road::Car::consist) describes it.
+    pub train: Train,
+    /// What moves.
+    pub plant: Box<dyn Plant>,
+    /// The instruments.
+    pub sensors: Suite,
+    /// Nominal vehicle given to estimators and controller.
+    pub vehicle: Vehicle,
+    /// The estimators.
+    pub estimators: Vec<RunningEstimator>,
+    /// Index of the estimator whose output the controller uses.
+    pub in_loop: Option<usize>,
+    /// The drive cycle.
+    pub cycle: Cycle,
+    /// What the controller sees.
+    pub perception: PerceptionModel,
+    /// The controller.
+    pub controller: BoxedController,
+    /// Events still to come.
+    pub events: EventSchedule,
+    /// When the run ends.
+    pub end: EndCondition,
+    /// Step, s.
+    pub dt_s: f64,
+    /// Chainage of the IMU minus that of the front, m.
+    pub imu_offset_m: f64,
+    /// Obstacles and roadway walls.
+    pub obstacles: Vec<ObstacleBox>,
+}
+
+impl Simulation {
+    /// A builder for a train on a rail, without a scenario file.
+    pub fn builder(rail: Rail, train: Train) -> SimulationBuilder {
+        SimulationBuilder::of_train(rail, train)
+    }
+
+    /// A builder with everything that a scenario file says.
+    pub fn from_file(path: impl AsRef<Path>) -> Result<SimulationBuilder, Error> {
+        SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
+    }
+
+    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from the registry.
+    pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
+        SimulationBuilder::from_scenario(scenario)?
+            .registry(registry)
+            .build(seed)
+    }
+
+    /// Run to the end. See [`run`](super::run::run), which can also be stopped.
+    pub fn run(&mut self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, Error> {
+        super::run::run(self, observers, &mut |_| true)
+    }
+
+    /// Chainage of the train's front, m: a positioning system on the track is assumed for the drive cycle.
+    pub fn front_m(&self) -> f64 {
+        self.plant.truth().chainage_m - self.imu_offset_m
+    }
+
+    /// The rail sampled for drawing.
+    pub fn rail_samples(&self) -> Vec<RailFrame> {
+        self.rail.samples(0.5)
+    }
+}

@@ -1,0 +1,257 @@
+//! Channel table: the columns of a recording, each with its name, its unit, and where its value comes from. A line adds a channel.
+
+use super::Channel;
+use crate::closed_loop::estimators::RunningEstimator;
+use crate::control::{Perception, Reference};
+use crate::plant::{DriveState, RoadState, Truth};
+use crate::sensors::SensorChannel;
+use monorig_estimators::api::aid::AidStatus;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use std::fmt::Arguments;
+
+/// A column of a group of channels.
+struct Column<T> {
+    name: &'static str,
+    unit: &'static str,
+    value: fn(&T) -> f64,
+}
+
+const fn column<T>(name: &'static str, unit: &'static str, value: fn(&T) -> f64) -> Column<T> {
+    Column { name, unit, value }
+}
+
+/// `truth/…`
+const TRUTH: &[Column<Truth>] = &[
+    column("chainage", "m", |t| t.chainage_m),
+    column("speed", "m/s", |t| t.speed_mps),
+    column("acceleration", "m/s²", |t| t.accel_mps2),
+    column("grade_at_imu", "rad", |t| t.grade_at_imu_rad),
+    column("pitch_at_imu", "rad", |t| t.pitch_at_imu_rad),
+    column("grade_effective", "rad", |t| t.grade_effective_rad),
+    column("curvature_vertical", "1/m", |t| t.curvature_vertical_1pm),
+    column("curvature_horizontal", "1/m", |t| {
+        t.curvature_horizontal_1pm
+    }),
+    column("total_mass", "kg", |t| t.total_mass_kg),
+    column("load_mass", "kg", |t| t.load_mass_kg),
+    column("traction", "N", |t| t.traction_n),
+    column("resistance", "N", |t| t.resistance_n),
+    column("brake", "N", |t| t.brake_n),
+    column("running_resistance", "1", |t| t.running_resistance),
+    column("sway_longitudinal", "rad", |t| t.sway_rad[0]),
+    column("sway_lateral", "rad", |t| t.sway_rad[1]),
+    column("off_rail", "m", |t| t.off_rail_m),
+    column("clearance", "m", |t| finite(t.clearance_m)),
+    column("clamp_pressure", "MPa", least_clamp_pressure),
+    column("largest_slip", "m/s", largest_slip),
+];
+
+/// `truth/drive_1/…`, one group for each drive unit.
+const TRUTH_DRIVE: &[Column<DriveState>] = &[
+    column("motor_torque", "N·m", |d| d.motor_torque_nm),
+    column("traction", "N", |d| d.traction_n),
+    column("slip", "m/s", |d| d.slip_mps),
+    column("adhesion", "1", |d| d.adhesion),
+];
+
+/// `truth/road/…`, only of a car.
+const TRUTH_ROAD: &[Column<RoadState>] = &[
+    column("steering_angle", "rad", |r| r.steering_rad),
+    column("offset", "m", |r| r.offset_m),
+    column("heading", "rad", |r| r.heading_rad),
+    column("sideslip", "rad", |r| r.sideslip_rad),
+    column("yaw_rate", "rad/s", |r| r.yaw_rate_radps),
+    column("lateral_acceleration", "m/s²", |r| r.lateral_mps2),
+    column("load_front_left", "N", |r| r.wheel_load_n[0]),
+    column("load_front_right", "N", |r| r.wheel_load_n[1]),
+    column("load_rear_left", "N", |r| r.wheel_load_n[2]),
+    column("load_rear_right", "N", |r| r.wheel_load_n[3]),
+];
+
+/// `control/…`
+const CONTROL: &[Column<ControlState>] = &[
+    column("reference_speed", "m/s", |c| c.reference.speed_mps),
+    column("reference_acceleration", "m/s²", |c| {
+        c.reference.accel_mps2
+    }),
+    column("measured_speed", "m/s", |c| c.perception.speed_mps),
+    column("feedforward_grade", "rad", |c| c.perception.grade_rad),
+    column("feedforward_mass", "kg", |c| c.perception.total_mass_kg),
+    column("motor_torque", "N·m", |c| {
+        c.command.motor_torque_nm.iter().sum::<f64>() / c.drives.max(1) as f64
+    }),
+    column("brake", "1", |c| c.command.brake),
+];
+
+/// `estimates/NAME/…`, one group for each estimator.
+const ESTIMATE: &[Column<Estimate>] = &[
+    column("total_mass", "kg", |e| e.total_mass_kg.value),
+    column("total_mass_sd", "kg", |e| e.total_mass_kg.sd),
+    column("total_mass_valid", "1", |e| flag(e.total_mass_kg.valid)),
+    column("grade", "rad", |e| e.grade_rad.value),
+    column("grade_sd", "rad", |e| e.grade_rad.sd),
+    column("grade_valid", "1", |e| flag(e.grade_rad.valid)),
+    column("effective_grade", "rad", |e| e.effective_grade_rad.value),
+    column("effective_grade_sd", "rad", |e| e.effective_grade_rad.sd),
+    column("speed", "m/s", |e| e.speed_mps.value),
+    column("speed_sd", "m/s", |e| e.speed_mps.sd),
+    column("innovation", "m/s", |e| e.innovation),
+    column("nis", "1", |e| e.nis),
+    column("moving", "1", |e| flag(e.flags.moving)),
+    column("excited", "1", |e| flag(e.flags.excited)),
+    column("saturated", "1", |e| flag(e.flags.saturated)),
+];
+
+/// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
+const AID: &[Column<AidStatus>] = &[
+    column("innovation", "", |a| a.innovation),
+    column("innovation_sd", "", |a| libm::sqrt(a.innovation_variance)),
+    column("test_ratio", "1", |a| a.test_ratio),
+    column("outcome", "1", |a| f64::from(a.outcome.code())),
+];
+
+/// What was asked of the controller, what it saw, and what it commanded.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ControlState {
+    pub reference: Reference,
+    pub perception: Perception,
+    pub command: Command,
+    pub drives: usize,
+}
+
+/// What a row is made of.
+pub(super) struct RowSource<'a> {
+    pub truth: &'a Truth,
+    /// The columns of the instruments: they say themselves what is recorded of them.
+    pub sensors: &'a [SensorChannel],
+    /// Samples since the last row.
+    pub samples: &'a Measurements,
+    pub control: ControlState,
+    pub estimators: &'a [RunningEstimator],
+}
+
+/// What is done with each group of channels.
+trait Visitor {
+    fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], of: &T);
+    fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements);
+    fn internals(&mut self, estimator: &RunningEstimator);
+}
+
+/// All channels of a run, group by group, in the order of the columns.
+fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
+    let truth = row.truth;
+    visitor.group(format_args!("truth"), TRUTH, truth);
+    for (drive, d) in truth.drives.iter().zip(1..) {
+        visitor.group(format_args!("truth/drive_{d}"), TRUTH_DRIVE, drive);
+    }
+    if let Some(road) = &truth.road {
+        visitor.group(format_args!("truth/road"), TRUTH_ROAD, road);
+    }
+    visitor.sensors(row.sensors, row.samples);
+    visitor.group(format_args!("control"), CONTROL, &row.control);
+    for estimator in row.estimators {
+        let name = &estimator.name;
+        let estimate = &estimator.estimate;
+        visitor.group(format_args!("estimates/{name}"), ESTIMATE, estimate);
+        visitor.internals(estimator);
+        for (source, status) in estimator.aid_sources().iter().zip(estimator.aid_status()) {
+            visitor.group(format_args!("aid/{name}/{source}"), AID, &status);
+        }
+    }
+}
+
+/// The channels of a run.
+pub(super) fn channels(row: &RowSource<'_>) -> Vec<Channel> {
+    struct Names(Vec<Channel>);
+    impl Visitor for Names {
+        fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], _: &T) {
+            self.0.extend(columns.iter().map(|c| Channel {
+                path: format!("{path}/{}", c.name),
+                unit: c.unit,
+            }));
+        }
+        fn sensors(&mut self, channels: &[SensorChannel], _: &Measurements) {
+            self.0.extend(channels.iter().map(|c| Channel {
+                path: c.path.clone(),
+                unit: c.unit,
+            }));
+        }
+        fn internals(&mut self, estimator: &RunningEstimator) {
+            let internals = estimator.list_internals().iter();
+            self.0.extend(internals.map(|i| Channel {
+                path: format!("internals/{}/{}", estimator.name, i.name),
+                unit: if i.unit == "-" { "1" } else { i.unit },
+            }));
+        }
+    }
+    let mut names = Names(Vec::new());
+    visit(&mut names, row);
+    names.0
+}
+
+/// The values of a row, in the order of the channels, in place of what `values` held.
+pub(super) fn values(row: &RowSource<'_>, values: &mut Vec<f64>) {
+    struct Values<'a>(&'a mut Vec<f64>);
+    impl Visitor for Values<'_> {
+        fn group<T>(&mut self, _: Arguments<'_>, columns: &[Column<T>], of: &T) {
+            self.0.extend(columns.iter().map(|c| (c.value)(of)));
+        }
+        fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements) {
+            let values = channels.iter().map(|c| (c.value)(samples));
+            self.0.extend(values.map(|x| x.unwrap_or(f64::NAN)));
+        }
+        fn internals(&mut self, estimator: &RunningEstimator) {
+            estimator.internals(self.0);
+        }
+    }
+    values.clear();
+    visit(&mut Values(values), row);
+}
+
+fn finite(x: f64) -> f64 {
+    if x.is_finite() { x } else { f64::NAN }
+}
+
+fn flag(b: bool) -> f64 {
+    if b { 1.0 } else { 0.0 }
+}
+
+fn least_clamp_pressure(t: &Truth) -> f64 {
+    let pressures = t.drives.iter().map(|d| d.clamp_mpa);
+    finite(pressures.fold(f64::INFINITY, f64::min))
+}
+
+fn largest_slip(t: &Truth) -> f64 {
+    let slips = t.drives.iter().map(|d| d.slip_mps);
+    slips.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_channel_has_a_name_of_its_own_a_unit_and_a_value() {
+        let truth = Truth {
+            drives: vec![DriveState::default(); 3],
+            road: Some(RoadState::default()),
+            ..Truth::default()
+        };
+        let row = RowSource {
+            truth: &truth,
+            sensors: &[],
+            samples: &Measurements::default(),
+            control: ControlState::default(),
+            estimators: &[],
+        };
+        let all = channels(&row);
+        let mut paths: Vec<&str> = all.iter().map(|c| c.path.as_str()).collect();
+        paths.sort_unstable();
+        paths.dedup();
+        assert_eq!(paths.len(), all.len());
+        assert!(all.iter().all(|c| !c.unit.is_empty()));
+        let mut row_values = vec![1.0; 3];
+        values(&row, &mut row_values);
+        assert_eq!(row_values.len(), all.len());
+    }
+}
