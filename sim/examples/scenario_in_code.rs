@@ -25,11 +25,11 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         )
         .in_loop("dffrls_aekf_robust")
         .event(Event::Brake {
-            at_s: NonNegative::new(30.0),
+            at_s: NonNegative::new(55.0),
             every_s: None,
             brake: monorig_sim::config::checked::Fraction::new(1.0),
         })
-        .stop_after_s(35.0)
+        .stop_after_s(60.0)
         .build(1)?;
 
     // An observer is a type of one's own, or a closure.

@@ -17,7 +17,7 @@
 //! let (mut fastest, folder) = (0.0_f64, std::env::temp_dir().join("monorig-first-page"));
 //! let mut watch = |frame: &StepFrame<'_>| fastest = fastest.max(frame.truth.speed_mps);
 //! sim.run(&mut [&mut Recorder::parquet(folder)?, &mut watch])?;
-//! assert!((fastest - 1.0).abs() < 0.1, "{fastest} m/s");
+//! assert!(sim.plant.truth().t_s > 9.99 && (0.9..1.2).contains(&fastest));
 //! # Ok::<(), monorig_sim::Error>(())
 //! ```
 //!
