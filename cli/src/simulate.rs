@@ -1,6 +1,5 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
-use crate::commands::run::RunArgs;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
@@ -15,7 +14,7 @@ use monorig_sim::record::inputs::inputs;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{Recorder, Sink};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What is left of a run.
@@ -30,30 +29,40 @@ pub struct SimulatedRun {
     pub wall_s: f64,
 }
 
+/// Where a run is recorded, and how.
+pub struct RecordOptions<'a> {
+    /// Folder the results go to.
+    pub out: &'a Path,
+    /// Also stream to a viewer.
+    pub live: bool,
+    /// Do not write `run.rrd`.
+    pub no_rerun: bool,
+}
+
 /// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
 /// recorded whole up to there.
 pub fn simulate(
     mut simulation: Simulation,
-    task: &RunArgs,
+    options: &RecordOptions<'_>,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
-    let folder = RunFolder::create(&task.out, &scenario.name, seed)?;
+    let folder = RunFolder::create(options.out, &scenario.name, seed)?;
     let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
     let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
     folder.write("manifest.json", manifest.to_json().as_bytes())?;
 
     let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
-    if !task.no_rerun {
-        match viewer::sink(folder.path().join("run.rrd"), task.live) {
+    if !options.no_rerun {
+        match viewer::sink(folder.path().join("run.rrd"), options.live) {
             Some(rerun) => sinks.push(rerun),
             None => note(&viewer::not_written("run.rrd")),
         }
     }
     let mut series = ErrorSeries::default();
     let started = Instant::now();
-    let outcome = record(&mut simulation, sinks, task.live, &mut series, go_on)?;
+    let outcome = record(&mut simulation, sinks, options.live, &mut series, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = Summary::new(&scenario, seed, &outcome, &series);

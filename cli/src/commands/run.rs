@@ -3,7 +3,7 @@
 use crate::CommandOutcome;
 use crate::commands::shared::assignment;
 use crate::files::prepare;
-use crate::simulate::simulate;
+use crate::simulate::{RecordOptions, simulate};
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
@@ -87,7 +87,12 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         "{} seed {}",
         simulation.scenario.name, simulation.seed
     ));
-    let run = simulate(simulation, task, &mut |share| {
+    let options = RecordOptions {
+        out: &task.out,
+        live: task.live,
+        no_rerun: task.no_rerun,
+    };
+    let run = simulate(simulation, &options, &mut |share| {
         progress.at(share);
         interrupt::go_on()
     })?;

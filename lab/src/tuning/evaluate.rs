@@ -5,7 +5,7 @@ use crate::metrics;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::progress::Progress;
-use crate::tuning::space::Values;
+use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;

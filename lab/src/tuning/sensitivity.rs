@@ -4,8 +4,9 @@ use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
 use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
-use crate::tuning::space::{Space, Values};
+use crate::tuning::space::Space;
 use crate::tuning::study::TuningStudy;
+use crate::tuning::study::Values;
 use monorig_sim::config::scenario::ParameterValue;
 use serde::Serialize;
 

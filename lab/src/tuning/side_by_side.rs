@@ -1,6 +1,6 @@
 //! Defaults, published constants and winner side by side in one run, to be looked at.
 
-use crate::tuning::space::Values;
+use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;

@@ -1,12 +1,9 @@
 //! The parameters that vary, as a unit cube: what optimisers see.
 
-use crate::tuning::study::{Range, Scale};
+use crate::tuning::study::{Range, Scale, Values};
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
-
-/// Parameter values by name.
-pub type Values = BTreeMap<String, ParameterValue>;
 
 /// The parameters that vary, in the order of their names.
 #[derive(Clone, Debug)]

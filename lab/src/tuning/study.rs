@@ -1,6 +1,5 @@
 //! The study file, and the study read from it.
 
-use crate::tuning::space::Values;
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
@@ -13,6 +12,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Parameter values by name.
+pub type Values = BTreeMap<String, ParameterValue>;
 
 /// A tuning study.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
 use crate::tuning::loss::{Judge, metric_windows, own_loss};
-use crate::tuning::space::Values;
+use crate::tuning::study::Values;
 use crate::tuning::study::{RunGroup, TuningStudy};
 use crate::verdicts::interval::Interval;
 use serde::Serialize;

@@ -3,6 +3,7 @@
 use super::builder::{Moving, SimulationBuilder};
 use super::end::EndCondition;
 use super::events::EventSchedule;
+use super::registry::Registry;
 use super::simulation::Simulation;
 use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
@@ -15,9 +16,40 @@ use crate::plant::{Plant, PlantOptions};
 use crate::rail::Rail;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
+use std::path::Path;
 use std::sync::Arc;
 
-pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> {
+impl SimulationBuilder {
+    /// Check everything against each other, and build. The same seed gives the same run, bit for bit.
+    pub fn build(mut self, seed: u64) -> Result<Simulation, Error> {
+        if let Some(wrong) = self.wrong.take() {
+            return Err(wrong);
+        }
+        self.scenario.check()?;
+        assemble(self, seed)
+    }
+}
+
+impl Simulation {
+    /// A builder for a train on a rail, without a scenario file.
+    pub fn builder(rail: Rail, train: Train) -> SimulationBuilder {
+        SimulationBuilder::of_train(rail, train)
+    }
+
+    /// A builder with everything that a scenario file says.
+    pub fn from_file(path: impl AsRef<Path>) -> Result<SimulationBuilder, Error> {
+        SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
+    }
+
+    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from the registry.
+    pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
+        SimulationBuilder::from_scenario(scenario)?
+            .registry(registry)
+            .build(seed)
+    }
+}
+
+fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> {
     let SimulationBuilder {
         scenario,
         rail,

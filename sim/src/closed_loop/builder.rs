@@ -1,7 +1,6 @@
 //! Builder of a simulation: from a scenario file, or from a rail and a train in code, with parts of one's own.
 
 use super::registry::{BoxedController, BoxedEstimator, Registry};
-use super::simulation::Simulation;
 use crate::config::scenario::{
     ControllerSettings, DriveCycle, Event, FeedForward, PlantKind, Scenario, ScenarioFile, Settings,
 };
@@ -25,7 +24,7 @@ pub(super) enum Moving {
     Car(Box<Car>),
 }
 
-/// Builds a [`Simulation`]. Its methods change what the scenario says, or put in parts of one's own; what they are given is checked by
+/// Builds a [`Simulation`](super::Simulation). Its methods change what the scenario says, or put in parts of one's own; what they are given is checked by
 /// [`SimulationBuilder::build`].
 pub struct SimulationBuilder {
     pub(super) scenario: Scenario,
@@ -39,7 +38,7 @@ pub struct SimulationBuilder {
     pub(super) controller: Option<BoxedController>,
     pub(super) plant: Option<Box<dyn Plant>>,
     /// The first thing found wrong.
-    wrong: Option<Error>,
+    pub(super) wrong: Option<Error>,
 }
 
 impl SimulationBuilder {
@@ -91,15 +90,6 @@ impl SimulationBuilder {
             plant: None,
             wrong: None,
         }
-    }
-
-    /// Check everything against each other, and build. The same seed gives the same run, bit for bit.
-    pub fn build(mut self, seed: u64) -> Result<Simulation, Error> {
-        if let Some(wrong) = self.wrong.take() {
-            return Err(wrong);
-        }
-        self.scenario.check()?;
-        super::assemble::assemble(self, seed)
     }
 
     /// Where estimators and controller come from; [`Registry::default`] unless given.

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `run` | the loop |
-//! | `simulation` | a simulation ready to run |
+//! | `simulation` | what a simulation ready to run consists of |
 //! | `builder` | what it is built from: a scenario, or code |
 //! | `registry` | the estimators and controllers that a scenario can name |
 //! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |

@@ -26,6 +26,13 @@ pub fn run(
     result
 }
 
+impl Simulation {
+    /// Run to the end. See [`run`], which can also be stopped.
+    pub fn run(&mut self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, Error> {
+        run(self, observers, &mut |_| true)
+    }
+}
+
 fn closed_loop(
     s: &mut Simulation,
     observers: &mut [&mut dyn Observer],

@@ -1,21 +1,17 @@
-//! A simulation ready to run.
+//! A simulation ready to run. It is made by the [builder](super::builder) and run by [`run`](super::run::run).
 
-use super::builder::SimulationBuilder;
-use super::end::{EndCondition, Outcome};
+use super::end::EndCondition;
 use super::estimators::RunningEstimator;
 use super::events::EventSchedule;
-use super::observer::Observer;
-use super::registry::{BoxedController, Registry};
+use super::registry::BoxedController;
 use crate::config::scenario::Scenario;
 use crate::control::{Cycle, PerceptionModel};
-use crate::error::Error;
 use crate::plant::Plant;
 use crate::plant::obstacles::ObstacleBox;
 use crate::rail::{Rail, RailFrame};
 use crate::sensors::Suite;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
-use std::path::Path;
 use std::sync::Arc;
 
 /// A simulation ready to run: everything a run needs, checked against each other.
@@ -58,28 +54,6 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A builder for a train on a rail, without a scenario file.
-    pub fn builder(rail: Rail, train: Train) -> SimulationBuilder {
-        SimulationBuilder::of_train(rail, train)
-    }
-
-    /// A builder with everything that a scenario file says.
-    pub fn from_file(path: impl AsRef<Path>) -> Result<SimulationBuilder, Error> {
-        SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
-    }
-
-    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from the registry.
-    pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
-        SimulationBuilder::from_scenario(scenario)?
-            .registry(registry)
-            .build(seed)
-    }
-
-    /// Run to the end. See [`run`](super::run::run), which can also be stopped.
-    pub fn run(&mut self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, Error> {
-        super::run::run(self, observers, &mut |_| true)
-    }
-
     /// Chainage of the train's front, m: a positioning system on the track is assumed for the drive cycle.
     pub fn front_m(&self) -> f64 {
         self.plant.truth().chainage_m - self.imu_offset_m
