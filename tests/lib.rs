@@ -1,67 +1,14 @@
-//! What the tests of the whole rig share: trains and tracks from the assets, worlds on them.
+//! What the tests of the whole simulator share: worlds of the trains and tracks of `monorig_sim::testing`, and a cruise control.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
-use monorig_sim::config::scenario::Scenario;
-use monorig_sim::config::track::TrackFile;
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::rapier::{World, WorldOptions};
+use monorig_sim::plant::PlantOptions;
+use monorig_sim::plant::rapier::World;
 use monorig_sim::rail::Rail;
-use monorig_sim::rail::profile::Profile;
 use monorig_sim::train::Train;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub const G: f64 = 9.81;
-
-pub fn asset(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../assets")
-        .join(name)
-}
-
-pub fn train(name: &str) -> Train {
-    Train::load(&asset(&format!("trains/{name}.yaml"))).expect("train")
-}
-
-/// A track from the YAML lines that follow its name.
-pub fn track(yaml: &str) -> Arc<Rail> {
-    let file: TrackFile =
-        serde_yaml::from_str(&format!("version: 1\nname: test\nprofile: none\n{yaml}"))
-            .expect("track");
-    let profile = Profile::load(&asset("rails/i140e.yaml")).expect("profile");
-    Arc::new(Rail::build(&file, profile, Path::new("test.yaml")).expect("rail"))
-}
-
-/// A road from the YAML lines that follow its name.
-pub fn road(yaml: &str) -> Arc<Rail> {
-    let file: TrackFile =
-        serde_yaml::from_str(&format!("version: 1\nname: test\nroad_width_m: 4\n{yaml}"))
-            .expect("track");
-    Arc::new(Rail::read(&file, Path::new("test.yaml")).expect("road"))
-}
-
-/// A scenario of the repository, with values set as by `--set`.
-pub fn scenario(name: &str, set: &[(&str, &str)]) -> Scenario {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenarios")
-        .join(format!("{name}.yaml"));
-    let set: Vec<(String, String)> = set
-        .iter()
-        .map(|(a, b)| (a.to_string(), b.to_string()))
-        .collect();
-    Scenario::load(&path, &set).expect("scenario")
-}
-
-/// A straight track of constant grade, degrees.
-pub fn slope(deg: f64) -> Arc<Rail> {
-    track(&format!(
-        "vertical: [{{kind: grade, grade_deg: {deg}, length_m: 400}}]\n"
-    ))
-}
-
-pub fn asset_track(name: &str) -> Arc<Rail> {
-    Arc::new(Rail::load(&asset(&format!("tracks/{name}.yaml"))).expect("track"))
-}
+pub use monorig_sim::testing::{G, asset, asset_track, car, road, scenario, slope, track, train};
 
 pub fn imu(train: &Train) -> usize {
     train
@@ -71,16 +18,15 @@ pub fn imu(train: &Train) -> usize {
         .expect("imu mount")
 }
 
-pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> WorldOptions {
+pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> PlantOptions {
     let imu = imu(train);
-    WorldOptions {
+    PlantOptions {
         front_m,
         speed_mps,
         gravity_mps2: G,
         imu,
         mounts: vec![imu],
-        zones: vec![],
-        obstacles: vec![],
+        ..PlantOptions::default()
     }
 }
 

@@ -3,7 +3,7 @@
 
 use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::rapier::{World, WorldOptions};
+use monorig_sim::plant::rapier::World;
 use monorig_sim::plant::train::adhesion::Zone;
 use monorig_tests::*;
 use nalgebra::Vector3;
@@ -514,14 +514,7 @@ fn a_point_mass_and_the_train_agree_where_they_should() {
     let train = train("dx80_176y");
     let rail = slope(4.0);
     let mut w = world(&train, &rail, 60.0, 0.0);
-    let o = monorig_sim::plant::point_mass::PointMassOptions {
-        front_m: 60.0,
-        speed_mps: 0.0,
-        gravity_mps2: G,
-        imu: imu(&train),
-        mounts: vec![imu(&train)],
-        zones: vec![],
-    };
+    let o = options(&train, 60.0, 0.0);
     let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);
     let d = train.drives[0];
     let c = torque(&train, 0.6 * d.torque_max_nm);
@@ -539,14 +532,7 @@ fn a_world_is_the_same_whoever_builds_it_and_however_often() {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
     let go = || {
-        let mut w = World::new(
-            train.clone(),
-            rail.clone(),
-            &WorldOptions {
-                ..options(&train, 20.0, 0.0)
-            },
-        )
-        .unwrap();
+        let mut w = World::new(train.clone(), rail.clone(), &options(&train, 20.0, 0.0)).unwrap();
         let mut cruise = Cruise::new(&train, 1.0);
         for _ in 0..3000 {
             let c = cruise.command(&train, &w, 2e-3);

@@ -3,18 +3,16 @@
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
-use monorig_sim::plant::road::{Car, RoadOptions, RoadPlant};
+use monorig_sim::plant::PlantOptions;
+use monorig_sim::plant::road::{Car, RoadPlant};
 use monorig_sim::plant::train::adhesion::Zone;
 use monorig_sim::rail::Rail;
 use monorig_sim::sensors::accelerometer::specific_force;
+use monorig_sim::sensors::mounted_instrument::MotionStep;
 use monorig_tests::*;
 use std::sync::Arc;
 
 const DT: f64 = 2e-3;
-
-fn car() -> Car {
-    Car::load(&asset("road/hongqi_ehs3.yaml")).expect("car")
-}
 
 /// The same car on springs that do not give way.
 fn rigid() -> Car {
@@ -24,12 +22,12 @@ fn rigid() -> Car {
     car
 }
 
-fn options(front_m: f64, speed_mps: f64) -> RoadOptions {
-    RoadOptions {
+fn options(front_m: f64, speed_mps: f64) -> PlantOptions {
+    PlantOptions {
         front_m,
         speed_mps,
         gravity_mps2: G,
-        zones: Vec::new(),
+        ..PlantOptions::default()
     }
 }
 
@@ -319,7 +317,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
         let mut p = RoadPlant::new(
             &car(),
             circle(60.0),
-            &RoadOptions {
+            &PlantOptions {
                 zones: zones.clone(),
                 ..options(10.0, 0.0)
             },
@@ -351,7 +349,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
     let mut p = RoadPlant::new(
         &car(),
         level(),
-        &RoadOptions {
+        &PlantOptions {
             zones: vec![ice],
             ..options(10.0, 0.0)
         },
@@ -369,7 +367,7 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
 
 /// What an accelerometer on a rigid car feels is what tyres, air and road do to its mass: two separate ways through the code.
 #[test]
-fn the_accelerometer_feels_the_forces_on_the_mass() {
+fn the_accelerometer_reads_the_forces_on_the_mass() {
     let rail = winding(1.0);
     let mut p = RoadPlant::new(&rigid(), rail, &options(10.0, 0.0));
     let mass = p.car.model.geometry.mass_kg;
@@ -378,12 +376,17 @@ fn the_accelerometer_feels_the_forces_on_the_mass() {
         let c = cruise(&p, 7.0);
         let before = p.truth().mounts[0];
         p.step(&c, DT).unwrap();
-        let (_, felt) = specific_force(&before, &p.truth().mounts[0], DT, G);
+        let [_, read] = specific_force(&MotionStep {
+            before: &before,
+            now: &p.truth().mounts[0],
+            dt_s: DT,
+            gravity_mps2: G,
+        });
         if k as f64 * DT > 1.0 {
             let f = &p.car.forces;
             let acting = [f.tyre_n[0] - f.drag_n, f.tyre_n[1], f.normal_n];
-            for ((sum, felt), acting) in sum.iter_mut().zip(felt.iter()).zip(acting) {
-                *sum += (felt - acting / mass).powi(2);
+            for ((sum, read), acting) in sum.iter_mut().zip(read.iter()).zip(acting) {
+                *sum += (read - acting / mass).powi(2);
             }
             n += 1.0;
         }
@@ -410,8 +413,13 @@ fn a_standing_car_reads_grade_and_squat() {
         t.pitch_at_imu_rad
     );
     let m = t.mounts[0];
-    let (felt, _) = specific_force(&m, &m, DT, G);
-    assert!((felt.x - G * (road + squat).sin()).abs() < 1e-3, "{felt}");
+    let [force, _] = specific_force(&MotionStep {
+        before: &m,
+        now: &m,
+        dt_s: DT,
+        gravity_mps2: G,
+    });
+    assert!((force.x - G * (road + squat).sin()).abs() < 1e-3, "{force}");
 }
 
 /// First order in the step: half the step, half the error; and the step in use is far below what the sensors can tell.

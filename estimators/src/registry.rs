@@ -28,7 +28,9 @@ use crate::pipelines::huainan_robust::{
     rls_mff_aukf_robust,
 };
 #[cfg(feature = "liu2023")]
-use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, joint_ekf, rls_ekf};
+use crate::pipelines::joint_ekf::joint_ekf;
+#[cfg(feature = "liu2023")]
+use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
 #[cfg(feature = "resistance")]
 use crate::pipelines::liu_2023_resistance::resistance_dffrls;
 #[cfg(feature = "liu2023")]
@@ -51,9 +53,9 @@ use crate::{Error, Real};
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
     (
-        { $($(#[$about:meta])* $name:literal in $family:literal => $module:ident::$pipeline:ident,)* }
+        { $($(#[doc = $about:literal])* $name:literal in $family:literal => $module:ident::$pipeline:ident,)* }
         as printed:
-        { $($(#[$print_about:meta])* $print_name:literal => $print_module:ident::$print:ident,)* }
+        { $($(#[doc = $print_about:literal])* $print_name:literal => $print_module:ident::$print:ident,)* }
     ) => {
         /// Names [`build`] knows.
         pub const NAMES: &[&str] = &[$(#[cfg(feature = $family)] $name),*];
@@ -66,6 +68,15 @@ macro_rules! registry {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(<$module::Params as Parameters>::GROUPS),)*
                 $(#[cfg(feature = "printed")] $print_name => Some(<$print_module::Params as Parameters>::GROUPS),)*
+                _ => None,
+            }
+        }
+
+        /// What a named estimator is, in a sentence; `None` if there is no such estimator.
+        pub fn about(name: &str) -> Option<&'static str> {
+            match name {
+                $(#[cfg(feature = $family)] $name => Some(concat!($($about),*).trim()),)*
+                $(#[cfg(feature = "printed")] $print_name => Some(concat!($($print_about),*).trim()),)*
                 _ => None,
             }
         }
@@ -95,8 +106,8 @@ macro_rules! registry {
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
-            $(#[cfg(feature = $family)] $(#[$about])* $pipeline(Runner<$module::$pipeline, $module::Params>),)*
-            $(#[cfg(feature = "printed")] $(#[$print_about])* $print(Runner<$print_module::$print, $print_module::Params>),)*
+            $(#[cfg(feature = $family)] $(#[doc = $about])* $pipeline(Runner<$module::$pipeline, $module::Params>),)*
+            $(#[cfg(feature = "printed")] $(#[doc = $print_about])* $print(Runner<$print_module::$print, $print_module::Params>),)*
         }
 
         impl AnyEstimator {

@@ -163,14 +163,7 @@ fn main() {
 fn point_mass_alone(dt: f64) -> f64 {
     let train = train("dx80_176y");
     let rail = asset_track("winding");
-    let o = monorig_sim::plant::point_mass::PointMassOptions {
-        front_m: 20.0,
-        speed_mps: 0.5,
-        gravity_mps2: G,
-        imu: imu(&train),
-        mounts: vec![imu(&train)],
-        zones: vec![],
-    };
+    let o = options(&train, 20.0, 0.5);
     let c = torque(&train, 10.0);
     let us = micros(20, || {
         let mut p = monorig_sim::plant::point_mass::PointMass::new(train.clone(), rail.clone(), &o);

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn one_slipping_wheel_and_three_silent_drives_do_no_harm() {
+fn one_slipping_wheel_and_three_drives_without_samples_do_no_harm() {
     let rows = tampered("dffrls_aekf_robust", |z, _| {
         if z.t.s() > 20.0 {
             for i in 0..3 {
@@ -20,24 +20,25 @@ fn one_slipping_wheel_and_three_silent_drives_do_no_harm() {
 
 #[test]
 fn a_dead_accelerometer_stops_the_mass_from_learning_and_a_dead_tachometer_the_slope() {
-    let blind = tampered("dffrls_aekf_robust", |z, _| z.specific_force_mps2 = None);
-    for row in &blind {
+    let no_accelerometer = tampered("dffrls_aekf_robust", |z, _| z.specific_force_mps2 = None);
+    for row in &no_accelerometer {
         assert_eq!(row.estimate.total_mass_kg.value, 12_000.0);
         assert!(!row.estimate.total_mass_kg.valid && !row.estimate.grade_rad.valid);
     }
-    let deaf = tampered("dffrls_aekf_robust", |z, _| {
+    let no_tachometer = tampered("dffrls_aekf_robust", |z, _| {
         if z.t.s() > 20.0 {
             z.wheel_speed_mps = Default::default();
         }
     });
-    let held: Vec<Real> = deaf
+    let held: Vec<Real> = no_tachometer
         .iter()
         .filter(|row| row.t > 20.5)
         .map(|row| row.estimate.grade_rad.value)
         .collect();
     assert!(held.windows(2).all(|pair| pair[0] == pair[1]));
     assert!(
-        deaf.iter()
+        no_tachometer
+            .iter()
             .filter(|row| row.t > 20.5)
             .all(|row| !row.estimate.grade_rad.valid && !row.estimate.speed_mps.valid)
     );

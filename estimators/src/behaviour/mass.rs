@@ -1,4 +1,4 @@
-//! Mass: what it needs, what it does not, and what the estimators say of their own certainty.
+//! Mass: what it needs, what it does not, and what their standard deviations are worth.
 
 use super::*;
 use crate::api::signals::VehicleData;
@@ -37,7 +37,7 @@ fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
         100.0 * rms
     );
     assert!(bias.abs() < 0.002 && rms < 0.005, "{bias} {rms}");
-    // Its own standard deviation is legitimate_repeats, within the scatter of forty draws and the disturbance not being white.
+    // Its own standard deviation is right, within the scatter of forty draws and the disturbance not being white.
     assert!((0.5..1.6).contains(&normalised), "{normalised}");
 }
 
@@ -282,8 +282,8 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
     assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
 }
 
-/// The range of the mass limits what is told. What is learnt does not know of it: wherever the range does not act, the mass is that of an
-/// estimator told a range of everything.
+/// The range of the mass limits what is published, not what is learnt: wherever the range does not act, the mass is that of an
+/// estimator with a range of everything.
 #[test]
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];

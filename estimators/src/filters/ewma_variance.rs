@@ -1,10 +1,10 @@
-//! How much a signal has moved lately.
+//! Exponentially weighted moving average (EWMA) of a signal and of its square deviation.
 
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 
-/// Exponentially weighted mean and variance.
+/// EWMA variance: exponentially weighted mean and variance of a signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EwmaVariance {
     mean: Option<Real>,

@@ -1,8 +1,8 @@
-//! A short queue without a heap: samples that wait for what is not known yet.
+//! Ring buffer without a heap.
 
 use crate::api::snapshot::{Blank, State, state};
 
-/// First in, first out; at most `N` wait.
+/// Ring buffer of at most `N` items, first in, first out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingBuffer<T, const N: usize> {
     places: [Option<T>; N],
@@ -11,7 +11,7 @@ pub struct RingBuffer<T, const N: usize> {
 }
 
 impl<T: Copy, const N: usize> RingBuffer<T, N> {
-    /// Nobody waits.
+    /// An empty one.
     pub fn new() -> Self {
         Self {
             places: [None; N],
@@ -20,7 +20,7 @@ impl<T: Copy, const N: usize> RingBuffer<T, N> {
         }
     }
 
-    /// The one that has waited longest.
+    /// The oldest item.
     pub fn first(&self) -> Option<T> {
         if self.count == 0 {
             return None;
@@ -28,17 +28,17 @@ impl<T: Copy, const N: usize> RingBuffer<T, N> {
         self.places.get(self.first).copied().flatten()
     }
 
-    /// Takes that one out.
-    pub fn take(&mut self) -> Option<T> {
+    /// Takes the oldest item out.
+    pub fn pop(&mut self) -> Option<T> {
         let first = self.first()?;
         self.first = (self.first + 1) % N;
         self.count -= 1;
         Some(first)
     }
 
-    /// Another one joins; if there is no room, the one that has waited longest is returned.
-    pub fn join(&mut self, item: T) -> Option<T> {
-        let out = if self.count == N { self.take() } else { None };
+    /// Adds an item; if there is no room, the oldest is taken out and returned.
+    pub fn push(&mut self, item: T) -> Option<T> {
+        let out = if self.count == N { self.pop() } else { None };
         let place = (self.first + self.count) % N.max(1);
         if let Some(place) = self.places.get_mut(place) {
             *place = Some(item);
@@ -62,15 +62,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn first_come_first_served_and_nobody_is_lost() {
+    fn first_in_first_out_and_nothing_is_lost() {
         let mut queue = RingBuffer::<u32, 3>::new();
-        assert_eq!(queue.take(), None);
-        let out: std::vec::Vec<u32> = (0..10).filter_map(|k| queue.join(k)).collect();
+        assert_eq!(queue.pop(), None);
+        let out: std::vec::Vec<u32> = (0..10).filter_map(|k| queue.push(k)).collect();
         assert_eq!(out, [0, 1, 2, 3, 4, 5, 6]);
-        assert_eq!((queue.first(), queue.take()), (Some(7), Some(7)));
-        assert_eq!(queue.join(10), None);
+        assert_eq!((queue.first(), queue.pop()), (Some(7), Some(7)));
+        assert_eq!(queue.push(10), None);
         assert_eq!(
-            [queue.take(), queue.take(), queue.take(), queue.take()],
+            [queue.pop(), queue.pop(), queue.pop(), queue.pop()],
             [Some(8), Some(9), Some(10), None]
         );
     }

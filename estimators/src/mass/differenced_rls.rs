@@ -7,8 +7,8 @@
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
 //! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
 //! second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two gates: the change of force
-//! must be considerable, and the accelerometer must say that the slope (of a long train the effective one) has not changed. At steady speed the mass is held.
-//! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly it knows little, and says so.
+//! must be considerable, and by the accelerometer the slope (of a long train the effective one) must not have changed. At steady speed the mass is held.
+//! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly its standard deviation stays large.
 
 use nalgebra::vector;
 
@@ -47,7 +47,7 @@ params! {
     }
 }
 
-/// The regression.
+/// Recursive least squares for the mass on differences of force and acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferencedMass {
     params: DifferencedParams,
@@ -101,15 +101,19 @@ impl DifferencedMass {
         let mass_kg = self.found_kg();
         self.bends.step(reading, balance, mass_kg, dt);
         let sample = self.signals.step(reading, balance, running, dt);
-        let mut ready = self.train.step(&self.signals, sample, reading, dt);
-        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+        let next = self.train.step(&self.signals, sample, reading, running, dt);
+        if let Some(next) = next {
             let now = (next, self.bends.filtered());
             if let Some(before) = self.last.replace(now) {
                 self.difference(&before, &now, balance);
             }
         }
         if !self.signals.settled() {
-            (self.last, self.excited) = (None, false);
+            self.excited = false;
+            // Samples of the last run that still wait have differences to each other.
+            if !self.train.is_waiting() {
+                self.last = None;
+            }
         }
     }
 
@@ -151,7 +155,7 @@ impl DifferencedMass {
         self.saturated = !(low..=high).contains(&self.rls.belief.x.x);
     }
 
-    /// Mass within its range, kg. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// Mass within its range, kg. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found_kg(&self) -> Real {
         let [low, high] = self.range_kg;
         within(self.rls.belief.x.x * self.mass0_kg, low, high)

@@ -81,7 +81,7 @@ const OTHER_LOAD: Real = 0.05;
 /// A swing of the load dies out in this time, s.
 const SWAY_MEMORY_S: Real = 3.0;
 
-/// The mass regression: conditioning, gates, recursion.
+/// Recursive least squares for the mass on the force balance, with its excitation gate and load-change detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceBalanceRls {
     params: MassParams,
@@ -96,7 +96,7 @@ pub struct ForceBalanceRls {
     before: Rls<4>,
     saturated: bool,
     outcome: Outcome,
-    /// Running deviation of the acceleration: what makes the load swing.
+    /// Variance of the acceleration: what makes the load swing.
     jolts: EwmaVariance,
 }
 
@@ -145,7 +145,7 @@ impl ForceBalanceRls {
         Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
     }
 
-    /// M/M₀ within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// M/M₀ within the range of the mass. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(self.rls.belief.x.x, low, high)
@@ -156,7 +156,7 @@ impl ForceBalanceRls {
         self.params.acceleration
     }
 
-    /// Covariance, widened if the residuals are larger than expected or hang together.
+    /// Covariance, widened if the residuals are larger than expected or correlated.
     fn covariance(&self) -> Matrix4<Real> {
         self.rls.widened()
     }
@@ -232,7 +232,7 @@ impl MassEstimator for ForceBalanceRls {
         {
             // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
             // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
-            // may be false, and on a steady grade nothing else tells the mass.
+            // may be false, and on a steady grade nothing else determines the mass.
             self.rls = self.before;
             self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
             self.rls
@@ -262,7 +262,7 @@ impl MassEstimator for ForceBalanceRls {
         }
     }
 
-    /// As far as it is told from the accelerometer's bias; with what the curve under the train adds.
+    /// As far as it is separated from the accelerometer's bias; with what the curve under the train adds.
     fn running_resistance(&self, train: &DistributedTrain) -> Real {
         let x = self.rls.belief.x;
         (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)

@@ -61,7 +61,7 @@ params! {
 /// Least and most weight of a model while turning.
 const WEIGHTS: (Real, Real) = (0.02, 0.98);
 
-/// The two regressions.
+/// Mass by a straight and a turning model, each a recursive least squares, weighed by likelihood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiModelMass {
     params: MultiModelParams,
@@ -119,7 +119,7 @@ impl MultiModelMass {
         self.straight_weight * s + (1.0 - self.straight_weight) * t
     }
 
-    /// M/M₀ of a model within the range of the mass. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// M/M₀ of a model within the range of the mass. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self, rls: &Rls<1>) -> Real {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(rls.belief.x.x, low, high)
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use crate::testing::vehicles::{Turn, car};
 
-    /// The car of 2 170 kg in a steady turn up a tenth, told to weigh 2 500 kg.
+    /// The car of 2 170 kg in a steady turn up a tenth, with 2 500 kg assumed.
     fn turning(vehicle: &Vehicle) -> MultiModelMass {
         let params = MultiModelParams {
             mass0_kg: Some(2_500.0),
@@ -316,7 +316,7 @@ mod tests {
         for _ in 0..6000 {
             let sample = signals.step(&reading, &balance, true, 0.01);
             stage.step(&reading, &balance, &signals, 0.0, 0.01);
-            if let Some(ready) = train.step(&signals, sample, &reading, 0.01) {
+            if let Some(ready) = train.step(&signals, sample, &reading, true, 0.01) {
                 stage.sample(&ready, &balance, &train);
             }
         }

@@ -1,5 +1,5 @@
-//! A long train for a pipeline: samples that wait until the rail under the train has been read, and by how much the grade at the
-//! instrument is ahead of that which the train as a whole feels ([`MappedTrain`]). A point is ahead by nothing and never waits.
+//! Distributed train for a pipeline: aligns samples with the grade map, and gives the offset between the grade at the IMU and the
+//! effective grade, the mean over the train's masses ([`MappedTrain`]). For a point the offset is 0 and no sample waits.
 
 use crate::Real;
 use crate::api::real::{GRAVITY, PI, asin, sin};
@@ -11,32 +11,32 @@ use crate::models::map_gaps::MapGaps;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 
-/// The train with its waiting samples.
+/// A distributed train on its grade map, with the samples that wait for rail not yet read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistributedTrain {
     train: MappedTrain,
-    /// A point is ahead by nothing, and that is certain; it needs no memory of the rail.
+    /// A point has no offset, and needs no map.
     point: bool,
-    /// What the instrument reads.
+    /// What the accelerometer reads now.
     here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
     waiting: RingBuffer<(ResampledSample, Real), 32>,
     standstill_mps: Real,
     now: Option<LastKnown>,
-    silence: MapGaps,
-    /// What the instrument reads more than g sin θ, m/s², and for how long it has been learnt, s.
+    gaps: MapGaps,
+    /// Bias of the accelerometer, m/s², and for how long it has been learnt, s.
     bias_mps2: Real,
     learnt_s: Real,
 }
 
-/// How far beyond the rail seen a train may reach and still stand on seen rail: that far the rail goes on as it ends, m.
+/// How far a train may reach beyond the mapped rail and still count as on it, m: that far the end of the map is extrapolated.
 const SEEN_M: Real = 4.0;
-/// Memory of the instrument's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
+/// Memory of the accelerometer's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
 const BIAS_MEMORY_S: Real = 20.0;
 const BIAS_KNOWN_S: Real = 5.0;
 const BIAS_SD_MPS2: Real = 0.03;
 
-/// What was felt when the train last moved.
+/// Effective grade and grades at the IMU when the train last moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct LastKnown {
     felt: LoadedGrade,
@@ -45,7 +45,7 @@ struct LastKnown {
     unit: Real,
 }
 
-/// A sample with what the train felt at its place; `felt` is `None` without an accelerometer.
+/// A sample aligned with the grade map: with the means of the grade where the train was; `felt` is `None` without an accelerometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AlignedSample {
     /// The sample.
@@ -54,7 +54,7 @@ pub struct AlignedSample {
     pub felt: Option<LoadedGrade>,
 }
 
-/// By how much sin θ is above that of the effective grade.
+/// Offset of sin θ from that of the effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GradeOffset {
     /// At the IMU.
@@ -87,36 +87,40 @@ impl DistributedTrain {
             waiting: RingBuffer::new(),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             now: None,
-            silence: MapGaps::new(vehicle),
+            gaps: MapGaps::new(vehicle),
             bias_mps2: 0.0,
             learnt_s: 0.0,
         }
     }
 
-    /// One step, with the sample that is new. If too many wait, the oldest is returned; [`DistributedTrain::take`] has the others.
+    /// One step, with the sample that is new; returns at most one sample whose rail has been read, so that no step has to serve many. While
+    /// the train is not `running` nothing will be read: samples then come as they are, one a step. If too many wait, the oldest comes.
     pub fn step(
         &mut self,
         signals: &Resampler,
         sample: Option<ResampledSample>,
         reading: &Reading,
+        running: bool,
         dt: Real,
     ) -> Option<AlignedSample> {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
-        let now = (sample?, self.train.place_m());
-        if self.point {
-            return Some(self.ready(now));
-        }
-        let oldest = self.waiting.join(now)?;
-        Some(self.ready(oldest))
+        let place_m = self.train.place_m();
+        let next = match sample {
+            Some(sample) if self.point => Some((sample, place_m)),
+            Some(sample) => self.waiting.push((sample, place_m)),
+            None => None,
+        };
+        let next = next.or_else(|| self.take(running))?;
+        Some(self.ready(next))
     }
 
     /// The train moves on by one step; see [`MappedTrain::step`].
     pub fn roll(&mut self, place: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
         self.here = place;
         let moving = speed_mps.abs() > self.standstill_mps;
-        self.silence.step(place.is_some(), speed_mps.abs() * dt);
+        self.gaps.step(place.is_some(), speed_mps.abs() * dt);
         if self.point {
             self.now = place.filter(|_| moving).map(LastKnown::point).or(self.now);
             return;
@@ -130,14 +134,18 @@ impl DistributedTrain {
         }
     }
 
+    /// Whether samples wait.
+    pub fn is_waiting(&self) -> bool {
+        self.waiting.first().is_some()
+    }
+
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    pub fn take(&mut self, running: bool) -> Option<AlignedSample> {
+    fn take(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
         let (_, place_m) = self.waiting.first()?;
         if running && !self.train.seen(place_m) {
             return None;
         }
-        let next = self.waiting.take()?;
-        Some(self.ready(next))
+        self.waiting.pop()
     }
 
     fn ready(&self, (sample, place_m): (ResampledSample, Real)) -> AlignedSample {
@@ -153,20 +161,20 @@ impl DistributedTrain {
     fn felt(&self, place_m: Real) -> Option<LoadedGrade> {
         let mut felt = self.train.felt(place_m)?;
         for mean in [&mut felt.tare, &mut felt.load] {
-            mean.doubt_mps2 += GRAVITY * self.silence.under_rad();
+            mean.doubt_mps2 += GRAVITY * self.gaps.under_rad();
         }
         Some(felt)
     }
 
     /// How far grades are ahead of the effective one of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> GradeOffset {
-        let blind = match self.point {
+        let gaps_sd = match self.point {
             true => 0.0,
-            false => self.silence.here_rad() + self.silence.under_rad(),
+            false => self.gaps.here_rad() + self.gaps.under_rad(),
         };
         let Some(LastKnown { felt, imu, unit }) = self.now else {
             return GradeOffset {
-                sd: blind,
+                sd: gaps_sd,
                 ..GradeOffset::default()
             };
         };
@@ -174,14 +182,14 @@ impl DistributedTrain {
         GradeOffset {
             imu: (imu - mean) / GRAVITY,
             unit: (unit - mean) / GRAVITY,
-            sd: doubt / GRAVITY + blind,
+            sd: doubt / GRAVITY + gaps_sd,
         }
     }
 
-    /// An effective grade that is vouched for. Against what was felt, while the rail under the train has been seen, it tells the bias of
-    /// the instrument.
+    /// Learns the bias of the accelerometer from a valid effective grade `theta`, rad: the mean read under the train less g sin θ, while
+    /// all rail under the train is on the map.
     pub fn learn_bias(&mut self, mass_kg: Real, theta: Real, dt: Real) {
-        let seen = !self.point && self.silence.here_rad() + self.silence.under_rad() == 0.0;
+        let seen = !self.point && self.gaps.here_rad() + self.gaps.under_rad() == 0.0;
         let Some(now) = self.now.filter(|_| seen) else {
             return;
         };
@@ -201,7 +209,7 @@ impl DistributedTrain {
         match self.now {
             Some(now)
                 if self.learnt_s >= BIAS_KNOWN_S
-                    && self.silence.here_rad() == 0.0
+                    && self.gaps.here_rad() == 0.0
                     && now.felt.tare.unseen_m > SEEN_M =>
             {
                 let reads = (now.imu - self.bias_mps2) / GRAVITY;
@@ -251,4 +259,4 @@ impl Blank for AlignedSample {
 
 state!(LastKnown { felt, imu, unit; });
 state!(AlignedSample { sample, felt; });
-state!(DistributedTrain { train, here, waiting, now, silence, bias_mps2, learnt_s; point, standstill_mps });
+state!(DistributedTrain { train, here, waiting, now, gaps, bias_mps2, learnt_s; point, standstill_mps });

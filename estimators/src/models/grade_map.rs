@@ -1,4 +1,4 @@
-//! A train is long: the grade at the accelerometer is not the grade that its weight feels.
+//! Grade map: the grade by place on the rail, so that a long train knows the mean under its masses and not only that at its accelerometer.
 //!
 //! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass still stands
 //! on the level. The force balance then holds with the mean over the mass in place of the grade at the instrument:
@@ -8,9 +8,9 @@
 //! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s) + b is kept by
 //! place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
 //! the same at every place. Rail that the instrument has not seen (ahead of it; behind it at the start of a run) is taken to go on
-//! as what it has seen ends, and the doubt that this brings is told. What needs no answer at once can wait until it has been seen.
+//! as what it has seen ends, and its standard deviation grows with the distance. Samples of the regression need no answer at once: they wait until it has been seen.
 //!
-//! The instrument pitches with the unit that carries it, and that unit hangs at two stations: it reads the grade under the unit's
+//! The instrument pitches with the unit that carries it, and that unit is suspended at two stations: it reads the grade under the unit's
 //! middle, not under itself.
 //!
 //! Source: ours. Liu et al. 2023 treat the train as a point; with both spans 0 so does this.
@@ -311,7 +311,7 @@ impl MappedTrain {
     pub fn step(&mut self, now: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
         self.place_m += delayed_mps * dt;
         self.now_m += speed_mps * dt;
-        // What was lost while a signal was silent must not stay between the two.
+        // What was lost while a signal was missing must not stay between the two.
         let apart = within(self.now_m - self.place_m, -MAX_DELAY_M, MAX_DELAY_M);
         self.now_m = self.place_m + apart;
         self.here = now;

@@ -12,7 +12,7 @@
 //! | R-H | F − J v̇ | [a, 1] | [M, M (s μ g − b)] | from the force balance, μ free |
 //!
 //! F traction at the rims, N; J rotating masses reflected to the rim, kg (no g in them); s sign of the speed; c = cos θ; δ steering angle;
-//! a_y lateral acceleration. What a is, [`AccelSource`] says:
+//! a_y lateral acceleration. Which acceleration a is, is a choice ([`AccelSource`]):
 //!
 //! - *specific force*: what the accelerometer reads, f = v̇ + g sin θ + b. Then (F − J v̇) = M (f + s μ g c) holds on any slope.
 //! - *kinematic*: v̇ from the wheels. R-A, R-C and R-H then have the slope in their free term, or differenced away: it must not change.
@@ -65,7 +65,7 @@ pub enum Finds {
     Curvature,
 }
 
-/// What a regression is told beside the signals.
+/// What a regression takes as known beside the signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// The mass rows are divided by; for R-B the mass itself, kg.
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_accelerometer_stops_the_rows_that_need_it() {
+    fn without_an_accelerometer_the_rows_that_need_it_stop() {
         let known = Known {
             mass0_kg: 1e4,
             mu: 0.02,

@@ -113,7 +113,7 @@ impl Bends {
     }
 }
 
-/// The bend that is read; `None` if an instrument is silent, or slow or backwards.
+/// The bend that is read; `None` if an instrument is stale, or slow or backwards.
 fn bend(
     road: &RoadVehicle,
     reading: &Reading,

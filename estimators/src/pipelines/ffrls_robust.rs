@@ -4,7 +4,7 @@
 //!
 //! It takes the slope for a constant. On level or evenly graded track a start or a stop gives a usable mass; while the slope
 //! changes at steady speed, the force varies with v̇ = 0 and the regression concludes that the mass is infinite: it then runs into
-//! the end of its mass range and says `saturated`. Only forgetting brings it back. A yardstick, not a choice.
+//! the end of its mass range and is marked `saturated`. Only forgetting brings it back. A baseline for comparisons.
 
 use nalgebra::{Vector2, vector};
 
@@ -124,7 +124,7 @@ impl Ffrls {
         control::regressed(Some(&outcome), true)
     }
 
-    /// χ within the range of the mass and what there is of slopes. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// χ within the range of the mass and what there is of slopes. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Vector2<Real> {
         let ([low, high], x) = (self.range_kg, self.rls.belief.x);
         vector![
@@ -146,7 +146,7 @@ impl Pipeline for Ffrls {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
-        self.train.step(&self.signals, None, reading, dt);
+        self.train.step(&self.signals, None, reading, running, dt);
         let [wheel_speed, force_balance] = &mut self.aids;
         *wheel_speed = control::wheel_speed_input(reading);
         if let Control::Out(outcome) = control::force_balance(reading, running, false) {

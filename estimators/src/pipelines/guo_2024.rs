@@ -206,7 +206,7 @@ impl Model<3, 2> for RampModel {
 /// Lateral and longitudinal acceleration, m/s², from which on eq. 1 is used.
 const CORNERING_MPS2: [Real; 2] = [0.5, 0.3];
 /// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s, m/s² and i.
-const MAX_FADING: Real = 1e12;
+const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 3] = [100.0, 100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;
@@ -227,6 +227,7 @@ pub struct Guo2024<const K: usize> {
     before: Option<ResampledSample>,
     models: [RampModel; K],
     imm: Imm<3, K>,
+    start: Gaussian<3>,
     tracking: [StrongTracking<2>; K],
     tracks: bool,
     fading: SVector<Real, K>,
@@ -295,9 +296,11 @@ impl<const K: usize> Guo2024<K> {
                 .belief
                 .limit_variance(&SVector::from(USABLE_SD.map(|sd| sd * sd)));
             if let Some(correction) = filter.update(z, &self.R) {
-                // eq. 30, 31
-                *log = correction.log_likelihood; // eq. 32
+                *log = correction.log_likelihood; // eq. 30–32
                 self.last = Some(correction);
+            } else {
+                filter.belief = self.start; // fading has left no covariance: start again
+                filter.belief.x.x = z.y;
             }
             filter.belief.x.z = within(filter.belief.x.z, -MAX_I, MAX_I);
             *belief = filter.belief;
@@ -376,7 +379,7 @@ impl<const K: usize> Method for Guo2024<K> {
 }
 
 state!(@[const K: usize] Guo2024<K> { rls, before, imm, tracking, fading, since_s, started, learnt, outcome, last;
-    mass0_kg, range_kg, rotating_mass_kg, resistance, r, gates_mps2, R, lateral, models, tracks });
+    mass0_kg, range_kg, rotating_mass_kg, resistance, r, gates_mps2, R, lateral, models, start, tracks });
 
 fn build<const K: usize>(
     vehicle: &Vehicle,
@@ -388,6 +391,7 @@ fn build<const K: usize>(
     let rad = PI / 180.0;
     let x = vector![0.0, 0.0, sin(p.grade0_deg * rad)];
     let sd = vector![p.wheel_speed_sd_mps, 0.5, p.grade0_sd_deg * rad];
+    let start = Gaussian::independent(x, sd);
     let Tracking { memory, weakening } = tracking.unwrap_or_default();
     let model = |acceleration| RampModel {
         acceleration,
@@ -413,11 +417,8 @@ fn build<const K: usize>(
         ),
         before: None,
         models: choice.models.map(model),
-        imm: Imm::new(
-            Gaussian::independent(x, sd),
-            choice.stay,
-            choice.time_varying,
-        ),
+        imm: Imm::new(start, choice.stay, choice.time_varying),
+        start,
         tracking: [StrongTracking::new(memory, weakening, MAX_FADING); K],
         tracks: tracking.is_some(),
         fading: SVector::repeat(1.0),

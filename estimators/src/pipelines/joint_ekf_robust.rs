@@ -3,12 +3,12 @@
 //! State [v, θ, w], w = 10⁴/M (about 1, and the traction enters linearly). Force balance as in [`ForceBalance`]; w is constant;
 //! wheel speed is the only measurement.
 //!
-//! The filter is sure of more than it knows: at steady speed the noise of its inputs passes for information, and after hours it is
-//! certain of a mass that noise has made. What it *says* is kept legitimate_repeats: the variance of w is let shrink only while the speed
-//! changes (`JointEkf::known`), which alone tells mass from slope; mass and slope are not valid before.
+//! The filter is overconfident: at steady speed the noise of its inputs passes for information, and after hours it is
+//! certain of a mass that noise has made. The published variance of w therefore shrinks only while the speed
+//! changes (`JointEkf::known`), which alone separates mass from slope; mass and slope are not valid before.
 //!
-//! A poor estimator by construction, kept as a yardstick: from traction and speed alone a heavier train and a steeper slope look
-//! alike, and only a force that varies faster than the slope can tell them apart. Expect mass errors of tens of percent.
+//! A poor estimator by construction, kept as a baseline: from traction and speed alone a heavier train and a steeper slope look
+//! alike, and only a force that varies faster than the slope can separate them. Expect mass errors of tens of percent.
 
 use nalgebra::{Matrix1, Matrix3, vector};
 
@@ -23,7 +23,7 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::liu_2023::{JointModel, Push, SCALE};
+use crate::pipelines::joint_ekf::{JointModel, Push, SCALE};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
@@ -38,7 +38,7 @@ use crate::supervise::validity::{
 use crate::{Real, Time};
 
 params! {
-    /// What `joint_ekf_robust` is told. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
+    /// Parameters of `joint_ekf_robust`. Its grade must be free to move as fast as rails bend: a filter that holds it for steadier takes what the
     /// slope does for a matter of mass, and is sure of it.
     Own {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
@@ -60,7 +60,7 @@ param_groups! {
 
 /// Corner of the low-pass before the grades along the rail, Hz.
 const CUTOFF_HZ: Real = 1.0;
-/// Running deviation of the speed above which it counts as changing, m/s, and the memory of that deviation, s.
+/// Standard deviation of the speed above which it counts as changing, m/s, and the memory of that deviation, s.
 const EXCITATION_MPS: Real = 0.05;
 const EXCITATION_MEMORY_S: Real = 5.0;
 
@@ -141,7 +141,7 @@ impl JointEkf {
             .zip(reading.speed_mps)
             .filter(|_| running);
         let Some((torque, speed)) = drive else {
-            // Without a force balance speed says nothing about slope and mass: cut its tie to them.
+            // Without a force balance speed carries no information on slope and mass: cut its tie to them.
             let P = &mut self.ekf.belief.P;
             let v = P.m11 + dt;
             let mut cut = Matrix3::identity();
@@ -173,7 +173,7 @@ impl JointEkf {
         let x = self.ekf.belief.x;
         let theta = within(x.y, -MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = theta != x.y || self.w() != x.z;
-        // The range of the mass limits what is told and not the filter: w cut back without the slope it hangs together with would contradict all
+        // The range of the mass limits what is published and not the filter: w cut back without the slope it is correlated with would contradict all
         // measurements before. Only where the force balance loses its sense does it stop.
         self.ekf.belief.x.y = theta;
         self.ekf.belief.x.z = within(x.z, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
@@ -188,7 +188,7 @@ impl JointEkf {
         within(self.ekf.belief.x.z, SCALE / high, SCALE / low)
     }
 
-    /// Variance of w that can be stood for: what the filter has, or what it has earned, whichever is larger.
+    /// Variance of w that is published: what the filter has, or what it has earned, whichever is larger.
     fn known(&self) -> Real {
         self.ekf.belief.P.m33.max(self.earned)
     }
@@ -204,7 +204,7 @@ impl Pipeline for JointEkf {
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.signals.step(reading, &self.balance, running, dt);
-        self.train.step(&self.signals, None, reading, dt);
+        self.train.step(&self.signals, None, reading, running, dt);
         if let Some(speed) = reading.speed_mps {
             self.gate.observe(speed, dt);
         }

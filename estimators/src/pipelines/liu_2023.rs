@@ -4,7 +4,7 @@
 //!
 //! The published method with its errata corrected and nothing else:
 //!
-//! - eq. 6: the rotating masses J have no g (also in 7, 17, 23, 24); they, gear and efficiency (eq. 2) are the [`ForceBalance`]'s
+//! - eq. 6: the rotating masses J have no g (also in 7, 17, 23, 24); they, gear and efficiency (eq. 2) are the [`ForceBalance`](crate::models::force_balance::ForceBalance)'s
 //! - eq. 16: what an accelerometer reads is f = v̇ + g sin θ. Of the two readings the one with the paper's sensor: f on the left, and χ₂ is
 //!   then sin θ_μ cos θ. `ffrls`, whose slope is χ₂ of eq. 18, needs the other: v̇ of the wheels on the left
 //! - eq. 19–22: λ of this step, from the residual before the update (in print that of the estimate it serves to find)
@@ -13,7 +13,7 @@
 //!
 //! P₀, σ, Q and R are not given. All signals of the regression go through one low-pass, which the paper does not mention.
 
-use nalgebra::{Matrix1, Matrix2, Matrix3, SMatrix, Vector1, Vector2, Vector3, matrix, vector};
+use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::estimator::Internal;
@@ -28,7 +28,6 @@ use crate::filters::model::Model;
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::grade::force_balance_ekf::Drive;
-use crate::models::force_balance::ForceBalance;
 use crate::pipelines::method::{Answer, Found, Method, Published, Signals};
 use crate::pipelines::runner::copy_into;
 use crate::preprocess::resampler::ResampledSample;
@@ -79,14 +78,6 @@ params! {
     }
 }
 
-params! {
-    /// The mass of `joint_ekf` at the start.
-    FirstMass {
-        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Its standard deviation, as a share of it.";
-    }
-}
-
 variants! {
     /// The method: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     dffrls_aekf: DffrlsAekfPublished = Published<Liu2023>,
@@ -100,13 +91,6 @@ variants! {
     ffrls: FfrlsPublished = Published<Liu2023>,
         { mass: Regression, forgetting: ConstantForgetting },
         |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
-}
-
-variants! {
-    /// Mass and slope from one extended Kalman filter.
-    joint_ekf: JointEkfPublished = Published<Joint>,
-        { mass: FirstMass, slope: Slope },
-        |vehicle, p| joint(vehicle, &p.mass, &p.slope);
 }
 
 /// State [v, θ], measurement v.
@@ -349,161 +333,9 @@ fn build(
 
 impl Slope {
     /// [v, θ] at the start.
-    fn start(&self) -> Gaussian<2> {
+    pub(crate) fn start(&self) -> Gaussian<2> {
         let rad = PI / 180.0;
         let sd = vector![self.wheel_speed_sd_mps, self.grade0_sd_deg * rad];
         Gaussian::independent(vector![0.0, self.grade0_deg * rad], sd)
     }
-}
-
-// ---- `joint_ekf`: [v, θ, w] by wheel speed alone. The paper compares with it and does not print it.
-
-/// M w, kg.
-pub const SCALE: Real = 1e4;
-
-/// What drives a step of [`JointModel`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
-    /// Traction at the rims less drag, N.
-    pub traction_n: Real,
-    /// Running resistance with the sign of the speed: sgn(v) μ.
-    pub resistance: Real,
-}
-
-/// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointModel {
-    /// Constants of the balance.
-    pub balance: ForceBalance,
-    /// Process noise of v (m²/s³) and θ (rad²/s).
-    pub q: [Real; 2],
-}
-
-impl Model<3, 1> for JointModel {
-    type Input = Push;
-
-    fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
-        let mass = SCALE / x.z; // M of eq. 23 is a state
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        vector![x.x + dt * v_dot, x.y, x.z]
-    }
-
-    fn F(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Matrix3<Real> {
-        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        let by_theta = self.balance.acceleration_by_theta(mass, x.y, u.resistance);
-        // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
-        let by_w = (u.traction_n - J * v_dot) / (SCALE + J * x.z);
-        matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
-    }
-
-    fn Q(&self, _: &Push, dt: Real) -> Matrix3<Real> {
-        let [q_v, q_theta] = self.q;
-        Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
-    }
-
-    fn h(&self, x: &Vector3<Real>) -> Vector1<Real> {
-        vector![x.x]
-    }
-
-    fn H(&self, _: &Vector3<Real>) -> SMatrix<Real, 1, 3> {
-        matrix![1.0, 0.0, 0.0]
-    }
-}
-
-/// How many times the range of the mass the filter goes beyond it: further out its model has no sense.
-const MAX_RATIO: Real = 100.0;
-
-/// One extended Kalman filter for both.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
-    ekf: Ekf<JointModel, 3>,
-    R: Matrix1<Real>,
-    mu: Real,
-    range_kg: [Real; 2],
-    started: bool,
-    last: Option<Correction<1, 3>>,
-}
-
-impl Joint {
-    fn filter(&mut self, z: &Signals) -> Option<()> {
-        let Some(traction_n) = z.traction_n else {
-            self.started = false;
-            return None;
-        };
-        let push = Push {
-            traction_n,
-            resistance: z.direction * self.mu,
-        };
-        self.ekf.predict(&push, z.dt); // eq. 27, 28
-        let speed = z.reading.new_speed_mps?;
-        if !self.started {
-            (self.ekf.belief.x.x, self.started) = (speed, true);
-        }
-        self.last = Some(self.ekf.update(vector![speed], &self.R)?); // eq. 29
-        let [low, high] = self.range_kg;
-        let w = &mut self.ekf.belief.x.z;
-        *w = within(*w, SCALE / (MAX_RATIO * high), MAX_RATIO * SCALE / low);
-        Some(())
-    }
-}
-
-impl Method for Joint {
-    const INTERNALS: &'static [Internal] = &[
-        Internal::new("inverse_mass", "-"),
-        Internal::new("inverse_mass_sd", "-"),
-    ];
-
-    fn step(&mut self, z: &Signals) {
-        let _ = self.filter(z);
-    }
-
-    fn answer(&self) -> Answer {
-        let Gaussian { x, P } = self.ekf.belief;
-        let [low, high] = self.range_kg;
-        let w = within(x.z, SCALE / high, SCALE / low);
-        let found = |value, sd, started| Found { value, sd, started };
-        let started = self.last.is_some();
-        Answer {
-            mass_kg: Some(found(
-                SCALE / w,
-                SCALE / (w * w) * sqrt(P.m33),
-                started && w == x.z,
-            )),
-            grade_rad: found(x.y, sqrt(P.m22), started),
-            speed_mps: Some(found(x.x, sqrt(P.m11), started)),
-            innovation: self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis)),
-        }
-    }
-
-    fn internal_values(&self, values: &mut [Real]) {
-        let Gaussian { x, P } = self.ekf.belief;
-        copy_into(values, &[x.z, sqrt(P.m33)]);
-    }
-}
-
-state!(Joint { ekf, started, last; R, mu, range_kg });
-
-fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> Published<Joint> {
-    let w0 = SCALE / vehicle.first_mass_kg(p.mass0_kg);
-    let Gaussian { x, P } = slope.start();
-    let model = JointModel {
-        balance: ForceBalance::new(vehicle),
-        q: [slope.q_v, slope.q_theta],
-    };
-    let sd = vector![sqrt(P.m11), sqrt(P.m22), w0 * p.mass_sd];
-    let belief = Gaussian::independent(vector![x.x, x.y, w0], sd);
-    let method = Joint {
-        ekf: Ekf::new(model, belief),
-        R: Matrix1::new(P.m11),
-        mu: vehicle.running_resistance,
-        range_kg: vehicle.mass_range_kg,
-        started: false,
-        last: None,
-    };
-    Published::new(vehicle, [1.0, 1.0], method)
 }

@@ -44,6 +44,8 @@ pub mod huainan;
 #[cfg(feature = "huainan")]
 pub mod huainan_robust;
 #[cfg(feature = "liu2023")]
+pub mod joint_ekf;
+#[cfg(feature = "liu2023")]
 pub mod joint_ekf_robust;
 #[cfg(feature = "liu2023")]
 pub mod liu_2023;

@@ -108,7 +108,7 @@ impl Model<2, 1> for ClimbModel {
 /// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
 /// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s and i.
-const MAX_FADING: Real = 1e12;
+const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 2] = [100.0, 10.0];
 /// No road is steeper, as i.
 const MAX_I: Real = 0.87;

@@ -180,7 +180,7 @@ impl OneRegression {
         }
     }
 
-    /// χ₁ within what there is. It limits what is told, not the recursion ([`Rls::clamp_usable`]).
+    /// χ₁ within what there is. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found(&self) -> Real {
         let [low, high] = self.range_kg;
         let first = self.known.mass0_kg;

@@ -4,7 +4,7 @@
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
 //! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know the slope). The
-//! pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is told in its standard deviation:
+//! pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by as much the
 //!   other way; in a survey an error of the slope does the same (0.1° is 0.0017)
@@ -134,24 +134,24 @@ impl Resistance {
         if let Control::Out(outcome) = control::force_balance(reading, running, true) {
             *force_balance = control::without(outcome);
         }
-        if let Some(sample) = sample
-            && let Some(oldest) = self.waiting.join((sample, self.train.place_m()))
-        {
-            self.take(oldest);
-        }
-        while let Some((_, place_m)) = self.waiting.first()
-            && (!running || self.train.seen(place_m))
-            && let Some(next) = self.waiting.take()
-        {
-            self.take(next);
+        // At most one sample a step, so that no step has to serve many.
+        let new = sample.map(|sample| (sample, self.train.place_m()));
+        let oldest = new.and_then(|new| self.waiting.push(new));
+        if let Some(next) = oldest.or_else(|| self.next(running)) {
+            let status = self.sample(next);
+            let [_, force_balance] = &mut self.aids;
+            *force_balance = status;
         }
         (moving, running)
     }
 
-    fn take(&mut self, sample: (ResampledSample, Real)) {
-        let status = self.sample(sample);
-        let [_, force_balance] = &mut self.aids;
-        *force_balance = status;
+    /// The next sample whose rail has been read, or any if the train is not `running`.
+    fn next(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
+        let (_, place_m) = self.waiting.first()?;
+        if running && !self.train.seen(place_m) {
+            return None;
+        }
+        self.waiting.pop()
     }
 
     /// One sample: gate and fuse. What became of it.

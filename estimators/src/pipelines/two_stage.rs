@@ -151,8 +151,8 @@ impl<M: MassEstimator> TwoStage<M> {
         let grade_rad = self.slope.belief().x.y;
         self.mass
             .step(reading, balance, &self.signals, grade_rad, dt);
-        let mut ready = self.train.step(&self.signals, sample, reading, dt);
-        while let Some(next) = ready.take().or_else(|| self.train.take(running)) {
+        let next = self.train.step(&self.signals, sample, reading, running, dt);
+        if let Some(next) = next {
             let status = self.mass.sample(&next, &self.balance, &self.train);
             self.note(FORCE_BALANCE, status);
         }

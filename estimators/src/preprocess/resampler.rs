@@ -1,4 +1,4 @@
-//! Signals for the regressions on the force balance: one matched low-pass for all, gated and sampled slowly.
+//! Resampler for the regressions on the force balance: one matched low-pass for all signals, sampled slowly while the train runs.
 
 use crate::Real;
 use crate::api::snapshot::{Blank, state};
@@ -6,7 +6,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
 
-/// Speed below which a yaw rate tells no curvature, m/s, and the largest curvature of a rail, 1/m.
+/// Speed below which a yaw rate gives no curvature, m/s, and the largest curvature of a rail, 1/m.
 const SLOW_MPS: Real = 0.1;
 const TIGHTEST_PER_M: Real = 0.5;
 
@@ -27,7 +27,7 @@ pub struct ResampledSample {
     pub period_s: Real,
 }
 
-/// The filters and the clock.
+/// Resampler: matched low-pass filters for all signals of a regression, sampled at its rate while the train runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resampler {
     force: MatchedFilter,
@@ -38,7 +38,7 @@ pub struct Resampler {
     settle_s: Real,
     running_s: Real,
     since_s: Real,
-    /// Whether the wheels spoke in the last step: without them nothing is known of the place.
+    /// Whether wheel speed was fresh in the last step: without it the place is not known.
     fresh: bool,
 }
 
@@ -59,7 +59,7 @@ impl Resampler {
         }
     }
 
-    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or blind, the filters' memory must
+    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or without wheel speed, the filters' memory must
     /// fade before samples count again.
     pub fn step(
         &mut self,
@@ -68,13 +68,13 @@ impl Resampler {
         running: bool,
         dt: Real,
     ) -> Option<ResampledSample> {
-        let spoke = self.fresh;
+        let was_fresh = self.fresh;
         self.fresh = reading.speed_mps.is_some();
         let Some(speed) = reading.speed_mps else {
             self.running_s = 0.0;
             return None;
         };
-        if !spoke {
+        if !was_fresh {
             // What the speed has become meanwhile must not pass for an acceleration.
             self.speed.empty();
         }
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn samples_come_at_their_rate_and_only_after_settling() {
         let balance = ForceBalance::new(&vehicle());
-        let mut conditioner = Resampler::new(1.0, 2.0, 1.0);
+        let mut resampler = Resampler::new(1.0, 2.0, 1.0);
         let reading = Reading {
             speed_mps: Some(1.0),
             motor_torque_nm: Some(100.0),
@@ -167,11 +167,7 @@ mod tests {
         };
         let mut count = |running: bool, steps: usize| {
             (0..steps)
-                .filter(|_| {
-                    conditioner
-                        .step(&reading, &balance, running, 0.01)
-                        .is_some()
-                })
+                .filter(|_| resampler.step(&reading, &balance, running, 0.01).is_some())
                 .count()
         };
         assert_eq!(count(false, 1000), 0);
@@ -182,19 +178,19 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_accelerometer_is_told() {
+    fn without_an_accelerometer_there_is_no_specific_force() {
         let balance = ForceBalance::new(&vehicle());
-        let mut conditioner = Resampler::new(1.0, 100.0, 0.0);
+        let mut resampler = Resampler::new(1.0, 100.0, 0.0);
         let mut reading = Reading {
             speed_mps: Some(1.0),
             motor_torque_nm: Some(0.0),
             specific_force_mps2: Some(2.0),
             ..Default::default()
         };
-        let first = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        let first = resampler.step(&reading, &balance, true, 0.01).unwrap();
         assert_eq!(first.specific_force_mps2, Some(2.0));
         reading.specific_force_mps2 = None;
-        let second = conditioner.step(&reading, &balance, true, 0.01).unwrap();
+        let second = resampler.step(&reading, &balance, true, 0.01).unwrap();
         assert_eq!(second.specific_force_mps2, None);
     }
 }

@@ -16,7 +16,8 @@ use crate::grade::inertial::{InertialModel, Motion, Turn};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::guo_2024::{self, RampModel};
 use crate::pipelines::huainan::InclinationModel;
-use crate::pipelines::liu_2023::{self, GradeModel, JointModel};
+use crate::pipelines::joint_ekf::{self, JointModel};
+use crate::pipelines::liu_2023::GradeModel;
 use crate::pipelines::patent::ClimbModel;
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
@@ -110,7 +111,7 @@ fn joint(random: &mut Random) {
         balance: ForceBalance::new(&vehicle()),
         q: [1e-4, 1e-4],
     };
-    let push = liu_2023::Push {
+    let push = joint_ekf::Push {
         traction_n: 2e4 * random.normal(),
         resistance: 0.03 * random.normal(),
     };

@@ -136,25 +136,7 @@ impl Steps<'_> {
 mod tests {
     use super::*;
     use monorig_estimators::api::signals::MAX_DRIVES;
-    use monorig_estimators::api::vehicle::VehicleData;
-
-    pub fn vehicle() -> Vehicle {
-        Vehicle::new(VehicleData {
-            tare_kg: 5000.0,
-            drives: 2,
-            wheel_radius_m: 0.17,
-            gear_ratio: 20.0,
-            efficiency: 0.9,
-            rotating_mass_kg: 300.0,
-            running_resistance: 0.02,
-            mass_range_kg: [2500.0, 20000.0],
-            tare_span_m: [0.0; 2],
-            load_span_m: [0.0; 2],
-            imu_arm_m: 0.0,
-            road: None,
-        })
-        .unwrap()
-    }
+    use monorig_sim::testing::vehicle;
 
     /// Every stream there and not there, commands that change and that stay.
     #[test]

@@ -8,25 +8,14 @@ use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::control::{ControllerSetup, Cycle, PerceptionModel};
 use crate::error::Error;
-use crate::plant::Plant;
-use crate::plant::obstacles::ObstacleBox;
-use crate::plant::point_mass::{PointMass, PointMassOptions};
-use crate::plant::rapier::{World, WorldOptions};
-use crate::plant::road::{RoadOptions, RoadPlant};
-use crate::plant::train::adhesion::Zone;
+use crate::plant::point_mass::PointMass;
+use crate::plant::rapier::World;
+use crate::plant::road::RoadPlant;
+use crate::plant::{Plant, PlantOptions};
 use crate::rail::Rail;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
 use std::sync::Arc;
-
-/// Where and how the plant starts, and what is start it.
-struct PlantSetup {
-    front_m: f64,
-    imu: usize,
-    mounts: Vec<usize>,
-    zones: Vec<Zone>,
-    obstacles: Vec<ObstacleBox>,
-}
 
 pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> {
     let SimulationBuilder {
@@ -78,8 +67,10 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
     if !mounts.contains(&imu) {
         mounts.push(imu);
     }
-    let start = PlantSetup {
+    let options = PlantOptions {
         front_m,
+        speed_mps: speed,
+        gravity_mps2: gravity,
         imu,
         mounts,
         zones: checks::zones(&scenario, &rail)?,
@@ -113,7 +104,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
     };
     let plant = match plant {
         Some(plant) => plant,
-        None => built_plant(&scenario, &moving, &train, &rail, &start)?,
+        None => built_plant(&scenario, &moving, &train, &rail, &options)?,
     };
     Ok(Simulation {
         imu_offset_m: plant.truth().chainage_m - front_m,
@@ -126,7 +117,7 @@ pub(super) fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulati
             start_m: front_m,
             track_length_m: rail.length(),
         },
-        obstacles: start.obstacles,
+        obstacles: options.obstacles,
         controller,
         dt_s,
         seed,
@@ -159,47 +150,12 @@ fn built_plant(
     moving: &Moving,
     train: &Train,
     rail: &Arc<Rail>,
-    start: &PlantSetup,
+    options: &PlantOptions,
 ) -> Result<Box<dyn Plant>, Error> {
-    let s = &scenario.file;
-    let (front_m, imu) = (start.front_m, start.imu);
-    let (speed_mps, gravity_mps2) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
-    let (mounts, zones) = (start.mounts.clone(), start.zones.clone());
-    Ok(match (moving, s.plant()) {
-        (Moving::Car(car), _) => Box::new(RoadPlant::new(
-            car,
-            rail.clone(),
-            &RoadOptions {
-                front_m,
-                speed_mps,
-                gravity_mps2,
-                zones,
-            },
-        )),
-        (Moving::Train(_), PlantKind::PointMass) => Box::new(PointMass::new(
-            train.clone(),
-            rail.clone(),
-            &PointMassOptions {
-                front_m,
-                speed_mps,
-                gravity_mps2,
-                imu,
-                mounts,
-                zones,
-            },
-        )),
-        (Moving::Train(_), _) => Box::new(World::new(
-            train.clone(),
-            rail.clone(),
-            &WorldOptions {
-                front_m,
-                speed_mps,
-                gravity_mps2,
-                imu,
-                mounts,
-                zones,
-                obstacles: start.obstacles.clone(),
-            },
-        )?),
+    let (train, rail) = (train.clone(), rail.clone());
+    Ok(match (moving, scenario.file.plant()) {
+        (Moving::Car(car), _) => Box::new(RoadPlant::new(car, rail, options)),
+        (Moving::Train(_), PlantKind::PointMass) => Box::new(PointMass::new(train, rail, options)),
+        (Moving::Train(_), _) => Box::new(World::new(train, rail, options)?),
     })
 }

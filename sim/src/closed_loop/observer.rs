@@ -47,3 +47,11 @@ pub trait Observer {
         Ok(())
     }
 }
+
+/// A closure is an observer too.
+impl<F: FnMut(&StepFrame<'_>)> Observer for F {
+    fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error> {
+        self(frame);
+        Ok(())
+    }
+}

@@ -4,9 +4,7 @@
 //! them like ours, and their parameters are checked like ours.
 //!
 //! ```
-//! use monorig_estimators::api::error::Error;
-//! use monorig_estimators::api::estimator::Estimator;
-//! use monorig_estimators::api::signals::{Command, Estimate, Measurements, Vehicle};
+//! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
 //! use monorig_sim::closed_loop::registry::Registry;
 //!
 //! monorig_estimators::params! {
@@ -18,9 +16,9 @@
 //! struct Constant(f64);
 //! impl Estimator for Constant {
 //!     fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
-//!         let mut e = Estimate::default();
-//!         (e.t_s, e.total_mass_kg.value) = (z.t_s, self.0);
-//!         Ok(e)
+//!         let mut estimate = Estimate::at(z.t);
+//!         estimate.total_mass_kg.value = self.0;
+//!         Ok(estimate)
 //!     }
 //!     fn reset(&mut self) {}
 //! }
@@ -114,7 +112,7 @@ impl Default for Registry {
         registry.estimators = names
             .map(|name| PartType {
                 name: (*name).into(),
-                about: String::new(),
+                about: ours::about(name).unwrap_or_default().into(),
                 groups: ours::key_groups(name).unwrap_or_default(),
                 build: Arc::new(|vehicle: &Vehicle, settings: NamedSettings<'_>| {
                     let built = ours::build(name, vehicle, settings.iter().copied())?;
@@ -422,6 +420,17 @@ mod tests {
         assert!(told.message.contains("0…10 N·m"), "{told}");
         assert!(kind.check("torque_nm", true.into()).is_err());
         assert!(kind.check("torque_nm", 9.0.into()).is_ok());
+    }
+
+    #[test]
+    fn ours_have_a_sentence_each() {
+        let registry = Registry::default();
+        for part in registry.estimators() {
+            assert!(part.description().ends_with('.'), "{}", part.name());
+        }
+        for part in registry.controllers() {
+            assert!(part.description().ends_with('.'), "{}", part.name());
+        }
     }
 
     #[test]

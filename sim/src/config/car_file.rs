@@ -2,6 +2,7 @@
 
 use crate::config::checked::{Fraction, NonNegative, Positive, Version1};
 use crate::config::file::{Sets, read_yaml_with, with_sets};
+use crate::config::motor_file::MotorFile;
 use crate::error::Error;
 use crate::plant::road::car::Car;
 use crate::plant::road::spec::{
@@ -108,24 +109,6 @@ pub struct MotorsFile {
     pub ratio: Positive,
     /// Share of power that passes when driving, and when braking.
     pub efficiency: Fraction,
-}
-
-/// A motor.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MotorFile {
-    /// N·m.
-    pub torque_max_nm: Positive,
-    /// kW.
-    pub power_kw: Positive,
-    /// Revolutions per minute.
-    pub speed_max_rpm: Positive,
-    /// Rotor, at its shaft, kg·m².
-    pub inertia_kgm2: NonNegative,
-    /// First-order lag of the torque, s.
-    pub lag_s: NonNegative,
-    /// Fastest change of the torque, N·m/s.
-    pub torque_rate_nmps: Positive,
 }
 
 /// Friction brakes.

@@ -4,7 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Beyond this size a number in a file is taken for a slip of the pen.
+/// Beyond this size a number in a file is taken for a typing error.
 const MAX_MAGNITUDE: f64 = 1e12;
 
 macro_rules! checked {

@@ -1,4 +1,4 @@
-//! Input files: everything that knows YAML, URDF, CSV or STL.
+//! Input files: all reading of YAML, URDF, CSV and STL.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -10,11 +10,13 @@
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
 //! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
 //! | `car_file` | the YAML file of a car |
+//! | `motor_file` | a traction motor in the files of drive units and cars |
 //! | `sensor_sheet_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
 
 pub mod car_file;
 pub mod checked;
 pub mod file;
+pub mod motor_file;
 pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;

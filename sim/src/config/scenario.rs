@@ -11,7 +11,7 @@ mod published;
 mod seeds;
 
 pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
-pub use event::{Event, Fault};
+pub use event::{Event, FaultKind};
 pub use expect::Expectation;
 pub use load::Scenario;
 pub use names::valid_name;

@@ -16,7 +16,7 @@ const MAX_MISALIGNMENT_DEG: f64 = 30.0;
 pub struct Sheet {
     /// Where it was read.
     pub file: PathBuf,
-    /// What it says.
+    /// Its contents.
     pub data: SheetFile,
 }
 

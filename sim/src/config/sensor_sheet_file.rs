@@ -1,4 +1,4 @@
-//! The data sheet of a vehicle's instruments: what the YAML says.
+//! The format of the data sheet of a vehicle's instruments.
 //!
 //! Every instrument has three blocks: where it sits (`mount`, not of instruments that belong to a part of the vehicle),
 //! `sampling` (when values are taken and arrive) and `errors` (how they differ from the truth). A block left out means "none
@@ -70,10 +70,10 @@ pub struct InertialSensor {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
     /// When values are taken and arrive.
-    pub sampling: Sampling,
+    pub sampling: SamplingFile,
     /// How each axis differs from the truth.
     #[serde(default)]
-    pub errors: Errors,
+    pub errors: ErrorsFile,
     /// Known bias of x, y, z, unit; adds to `errors.bias`.
     #[serde(default)]
     pub axis_bias: Option<[Finite; 3]>,
@@ -92,10 +92,10 @@ pub struct MountedSensor {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
     /// When values are taken and arrive.
-    pub sampling: Sampling,
+    pub sampling: SamplingFile,
     /// How values differ from the truth.
     #[serde(default)]
-    pub errors: Errors,
+    pub errors: ErrorsFile,
 }
 
 /// An instrument with one reading, which sits where the vehicle has it.
@@ -103,16 +103,17 @@ pub struct MountedSensor {
 #[serde(deny_unknown_fields)]
 pub struct PlainSensor {
     /// When values are taken and arrive.
-    pub sampling: Sampling,
+    pub sampling: SamplingFile,
     /// How values differ from the truth.
     #[serde(default)]
-    pub errors: Errors,
+    pub errors: ErrorsFile,
 }
 
 /// When values are taken and when they arrive.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Sampling {
+#[schemars(rename = "Sampling")] // the name in the JSON schema
+pub struct SamplingFile {
     /// Samples per second; at most one per physics step.
     pub rate_hz: Positive,
     /// Time from taking a value to handing it over, ms.
@@ -130,7 +131,8 @@ pub struct Sampling {
 /// (see `error_model`).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Errors {
+#[schemars(rename = "Errors")] // the name in the JSON schema
+pub struct ErrorsFile {
     /// Corner frequency of a first-order low-pass, Hz.
     pub bandwidth_hz: Option<Positive>,
     /// Known relative error of scale: reads (1 + scale_error) × truth.
@@ -146,9 +148,9 @@ pub struct Errors {
     /// Growth of a wandering bias, unit/√s.
     pub bias_random_walk: NonNegative,
     /// A bias that wanders within bounds.
-    pub gauss_markov: Option<Markov>,
+    pub gauss_markov: Option<MarkovFile>,
     /// Bias and scale error that come as the instrument warms up after it is switched on.
-    pub warm_up: Option<WarmUp>,
+    pub warm_up: Option<WarmUpFile>,
     /// White noise per sample whatever the rate, unit.
     pub noise_sd: NonNegative,
     /// White noise per sample as share of the reading.
@@ -166,7 +168,8 @@ pub struct Errors {
 /// First-order Gauss–Markov process.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Markov {
+#[schemars(rename = "Markov")] // the name in the JSON schema
+pub struct MarkovFile {
     /// Standard deviation, unit.
     pub sd: NonNegative,
     /// Correlation time, s.
@@ -176,7 +179,8 @@ pub struct Markov {
 /// Temperature drift of an instrument switched on with the run: it warms up as 1 − exp(−t/time_s).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WarmUp {
+#[schemars(rename = "WarmUp")] // the name in the JSON schema
+pub struct WarmUpFile {
     /// Time constant, s.
     pub time_s: Positive,
     /// Bias when warm, unit.
@@ -199,7 +203,7 @@ fn never() -> Fraction {
     Fraction::new(0.0)
 }
 
-impl Default for Errors {
+impl Default for ErrorsFile {
     fn default() -> Self {
         Self {
             bandwidth_hz: None,
@@ -260,8 +264,8 @@ impl From<&PlainSensor> for InstrumentSpec {
     }
 }
 
-impl From<Sampling> for spec::Sampling {
-    fn from(s: Sampling) -> Self {
+impl From<SamplingFile> for spec::Sampling {
+    fn from(s: SamplingFile) -> Self {
         Self {
             rate_hz: s.rate_hz.get(),
             latency_ms: s.latency_ms.get(),
@@ -271,8 +275,8 @@ impl From<Sampling> for spec::Sampling {
     }
 }
 
-impl From<Errors> for spec::Errors {
-    fn from(e: Errors) -> Self {
+impl From<ErrorsFile> for spec::Errors {
+    fn from(e: ErrorsFile) -> Self {
         Self {
             bandwidth_hz: e.bandwidth_hz.map(f64::from),
             scale_error: e.scale_error.get(),

@@ -19,7 +19,7 @@ use urdf_rs::{Joint, JointType, Link, Robot};
 /// Deeper nesting is no URDF.
 const MAX_NESTING: usize = 50;
 
-/// What a URDF file says.
+/// A URDF file as read.
 #[derive(Clone, Debug)]
 pub struct UrdfUnit {
     /// Rigid bodies; the first holds the root link.
@@ -39,7 +39,7 @@ pub struct UrdfBody {
     pub pose: Isometry3<f64>,
     /// Mass properties in the body frame.
     pub mass: MassProperties,
-    /// What it looks like and touches.
+    /// Its visible and collision shapes.
     pub shapes: Vec<Shape>,
 }
 

@@ -1,4 +1,4 @@
-//! Finds the line and column of the mistake in a URDF file that cannot be read: the reader seldom tells it, so the text is searched.
+//! Finds the line and column of the mistake in a URDF file that cannot be read: the URDF reader seldom gives it, so the text is searched.
 
 use super::urdf_file::File;
 use crate::error::{Error, InputError};

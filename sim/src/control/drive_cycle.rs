@@ -64,7 +64,7 @@ impl Cycle {
 
     /// The reference at time `t` (s) with the front at chainage `s` (m), `dt` after the last call.
     pub fn at(&mut self, t: f64, s: f64, dt: f64) -> Reference {
-        let wish = if self.by_time {
+        let target = if self.by_time {
             self.interpolate(self.every_s.map_or(t, |period| libm::fmod(t, period)))
         } else {
             self.allowed(s)
@@ -72,9 +72,9 @@ impl Cycle {
         let before = self.speed;
         let step = self.accel * dt;
         let speed = if step.is_finite() {
-            before + (wish - before).clamp(-step, step)
+            before + (target - before).clamp(-step, step)
         } else {
-            wish
+            target
         };
         let accel = if dt > 0.0 { (speed - before) / dt } else { 0.0 };
         self.speed = speed;

@@ -1,4 +1,4 @@
-//! Control: drive cycle, perception and controller. Sees estimates and measurements, never the truth (except where a scenario asks for
+//! Control: drive cycle, perception and controller. Uses estimates and measurements, never the truth (except where a scenario has
 //! `feedforward: truth`, an upper limit).
 //!
 //! | file | what it holds |

@@ -89,7 +89,7 @@ impl PerceptionModel {
         &self.now
     }
 
-    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote does not know it because too many
+    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote gives none because too many
     /// wheels slip, the last speed is held (dead reckoning) for at most [`SPEED_HOLD_S`]; then the median wheel counts.
     fn train_speed_mps(&mut self, motor_torque_nm: f64, dt_s: f64) -> f64 {
         let wheels = || self.wheel_speed_mps.iter().flatten().copied();
@@ -135,27 +135,14 @@ const FEEDFORWARD_LAG_S: f64 = 1.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::vehicle;
     use monorig_estimators::Time;
-    use monorig_estimators::api::signals::{Sample, VehicleData};
+    use monorig_estimators::api::signals::Sample;
 
     const DT_S: f64 = 0.002;
 
     fn model(feedforward: FeedForward) -> PerceptionModel {
-        let vehicle = Vehicle::new(VehicleData {
-            tare_kg: 9000.0,
-            drives: 8,
-            wheel_radius_m: 0.17,
-            gear_ratio: 19.0,
-            efficiency: 0.95,
-            rotating_mass_kg: 1300.0,
-            running_resistance: 0.02,
-            mass_range_kg: [5e3, 4e4],
-            tare_span_m: [0.0; 2],
-            load_span_m: [0.0; 2],
-            imu_arm_m: 0.0,
-            road: None,
-        });
-        PerceptionModel::new(feedforward, 15e3, &vehicle.unwrap())
+        PerceptionModel::new(feedforward, 15e3, &vehicle())
     }
 
     /// Speed after `steps` steps with these wheel speeds under driving torque.

@@ -126,30 +126,15 @@ impl Controller for SpeedController {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_estimators::api::vehicle::VehicleData;
+    use crate::testing::vehicle;
 
     fn controller() -> SpeedController {
-        let vehicle = Vehicle::new(VehicleData {
-            tare_kg: 9000.0,
-            drives: 8,
-            wheel_radius_m: 0.17,
-            gear_ratio: 19.0,
-            efficiency: 0.95,
-            rotating_mass_kg: 1300.0,
-            running_resistance: 0.02,
-            mass_range_kg: [5e3, 4e4],
-            tare_span_m: [0.0; 2],
-            load_span_m: [0.0; 2],
-            imu_arm_m: 0.0,
-            road: None,
-        })
-        .unwrap();
         let setup = ControllerSetup {
             motor_torque_max_nm: 94.0,
             gravity_mps2: 9.81,
             start_speed_mps: 1.0,
         };
-        SpeedController::new(SpeedControllerParams::default(), vehicle, &setup)
+        SpeedController::new(SpeedControllerParams::default(), vehicle(), &setup)
     }
 
     #[test]

@@ -6,13 +6,17 @@
 //! | `train` | forces on and in the train, one law a file |
 //! | `road` | a car on a road |
 //! | `point_mass` | the train as a point on the rail |
+//! | `options` | how a plant starts, and what surrounds it |
 //! | `obstacles` | boxes beside the rail |
 
 pub mod obstacles;
+mod options;
 pub mod point_mass;
 pub mod rapier;
 pub mod road;
 pub mod train;
+
+pub use options::PlantOptions;
 
 use crate::error::Error;
 use monorig_estimators::api::signals::Command;
@@ -32,7 +36,7 @@ pub trait Plant {
     fn update_clearance(&mut self) {}
 }
 
-/// Motion of a point fixed to a body, in the world frame W (z up): what a sensor bolted there feels.
+/// Motion of a point fixed to a body, in the world frame W (z up): the input of a sensor bolted there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MountState {
     /// Velocity of the point in the world, m/s.
@@ -45,6 +49,7 @@ pub struct MountState {
 
 /// One drive unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct DriveState {
     /// Chainage of the friction wheels, m.
     pub chainage_m: f64,
@@ -66,6 +71,7 @@ pub struct DriveState {
 
 /// What only a car has. Wheels: front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RoadState {
     /// Angle of the front wheels, rad, + left.
     pub steering_rad: f64,
@@ -83,8 +89,10 @@ pub struct RoadState {
     pub wheel_load_n: [f64; 4],
 }
 
-/// Everything true at one instant. Sensors see this and nothing else; controllers and estimators never do.
+/// The true state at one instant: what sensors measure, and what controllers and estimators never get.
+/// A plant of another crate starts from its default.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Truth {
     /// Time since the start of the run, s.
     pub t_s: f64,

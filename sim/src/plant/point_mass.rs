@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::plant::train::adhesion::{self, Zone};
 use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::plant::train::resistance;
-use crate::plant::{DriveState, MountState, Plant, Truth};
+use crate::plant::{DriveState, MountState, Plant, PlantOptions, Truth};
 use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
 use monorig_estimators::api::signals::Command;
@@ -43,23 +43,6 @@ const NO_DRIVE: Drive = Drive {
     brake_lag_s: 0.0,
 };
 
-/// How a point mass is built.
-#[derive(Clone, Debug)]
-pub struct PointMassOptions {
-    /// Chainage of the train's front, m.
-    pub front_m: f64,
-    /// Speed at the start, m/s.
-    pub speed_mps: f64,
-    /// Gravity, m/s².
-    pub gravity_mps2: f64,
-    /// Index of the mount that carries the IMU; the point is at its chainage.
-    pub imu: usize,
-    /// Indices of all mounts whose motion sensors read.
-    pub mounts: Vec<usize>,
-    /// Slippery stretches.
-    pub zones: Vec<Zone>,
-}
-
 /// The train as one point on the rail.
 pub struct PointMass {
     train: Train,
@@ -86,7 +69,7 @@ pub struct PointMass {
 
 impl PointMass {
     /// A point at the chainage of the IMU.
-    pub fn new(train: Train, rail: Arc<Rail>, o: &PointMassOptions) -> Self {
+    pub fn new(train: Train, rail: Arc<Rail>, o: &PlantOptions) -> Self {
         let rotating_kg = train.rotating_mass_kg();
         let bound = train
             .bodies

@@ -5,7 +5,7 @@
 
 use crate::error::DataError;
 
-/// Longest track, m: longer is taken for a slip of the pen.
+/// Longest track, m; a longer one is taken for a typing error.
 pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
 /// Shortest element, m.
 const MIN_PIECE_M: f64 = 1e-3;
@@ -240,7 +240,7 @@ impl AlignmentBuilder {
         self.bend(0.5 * length, [k, 0.0], keys)
     }
 
-    /// An element so short that it can only be a slip of the pen is an error.
+    /// Checks that an element is at least `MIN_PIECE_M` long; a shorter one is taken for a typing error.
     pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), DataError> {
         if length < MIN_PIECE_M {
             return Err(DataError::new(

@@ -6,7 +6,7 @@ use crate::error::DataError;
 use crate::train::Limits;
 
 /// Rounding of radii and angles that are just at a limit.
-const JUST: f64 = 1.0 + 1e-9;
+const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl Rail {
     /// Checks radii, grades and length against what a train can run on; keys in errors are those of the track file. Kinks and steps of rail joints are not counted.
@@ -20,7 +20,7 @@ impl Rail {
         let most = limits.max_grade_rad;
         for p in &self.vertical.pieces {
             let (_, grade) = p.extremes();
-            if grade > most * JUST {
+            if grade > most * ROUNDING {
                 return Err(self.wrong_at(
                     &p.angle_key,
                     p,
@@ -45,7 +45,7 @@ impl Rail {
     fn radii(&self, angle: &Angle, least: f64, which: &str) -> Result<(), DataError> {
         for p in &angle.pieces {
             let (bend, _) = p.extremes();
-            if bend * least > JUST {
+            if bend * least > ROUNDING {
                 return Err(self.wrong_at(
                     &p.bend_key,
                     p,

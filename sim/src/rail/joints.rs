@@ -1,4 +1,4 @@
-//! Rail joints: real rails are hung in pieces of 2–3 m, whose joints deflect a little and are not quite flush.
+//! Rail joints: real rails are suspended in pieces of 2–3 m, whose joints deflect a little and are not quite flush.
 //!
 //! Both are small additions to the grade angle, so the curve stays continuous and s stays its arc length:
 //! - a kink turns the grade by ±`kink_deg`, the sign alternating from joint to joint, so that pieces zigzag about the
@@ -29,7 +29,7 @@ pub struct JointSpec {
     pub wheel_radius_m: f64,
 }
 
-/// Rail joints, ready to be asked.
+/// Rail joints along a track: kink and step angles by chainage.
 #[derive(Clone, Copy, Debug)]
 pub struct Joints {
     every: f64,

@@ -1,10 +1,10 @@
-//! The rail: an analytic curve in space, its I-beam profile, and what hangs on both.
+//! The rail: an analytic curve in space and its I-beam profile.
 //!
 //! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
 //! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
 //! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
 //! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
-//! as short polynomials (`nodes`) so that the physics loop can ask for frames in some tens of nanoseconds.
+//! as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
 
 pub(crate) mod alignment;
 mod check;
@@ -193,7 +193,7 @@ impl Rail {
         self.nodes.track(p, cursor)
     }
 
-    /// Cursor at the point of the rail nearest to `p`, found by looking at the whole rail: a cold start.
+    /// Cursor at the point of the rail nearest to `p`, searched along the whole rail: a cold start.
     pub fn nearest(&self, p: &Vector3<f64>) -> Cursor {
         self.nodes.nearest(p)
     }

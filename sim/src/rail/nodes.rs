@@ -13,12 +13,12 @@ use nalgebra::Vector3;
 /// Longest curved node, m, and largest angle a node may turn through, rad.
 const MAX_NODE_LENGTH_M: f64 = 0.25;
 const MAX_NODE_TURN_RAD: f64 = 0.05;
-/// What a Taylor shift of third order may be off, m.
-const SHIFT_ERROR_M: f64 = 1e-12;
+/// Largest error of a Taylor shift of third order, m.
+const MAX_SHIFT_ERROR_M: f64 = 1e-12;
 /// Newton's method stops behind a step smaller than this, m.
-const NEAR_M: f64 = 1e-9;
-/// Largest correction of Newton's step in `track`, m: what is neglected is a thousandth of it.
-const MEND_M: f64 = 5e-7;
+const NEWTON_TOLERANCE_M: f64 = 1e-9;
+/// Largest correction of Newton's step in `track`, m: the neglected terms are a thousandth of it.
+const MAX_CORRECTION_M: f64 = 5e-7;
 /// Gauss–Legendre points and weights on −1…1.
 const GAUSS: [(f64, f64); 6] = [
     (-0.932_469_514_203_152, 0.171_324_492_379_170_36),
@@ -101,7 +101,7 @@ impl Node {
         }
         let fourth =
             24.0 * c[4].norm() + 120.0 * half * c[5].norm() + 360.0 * half * half * c[6].norm();
-        let reach = libm::pow(24.0 * SHIFT_ERROR_M / fourth.max(1e-12), 0.25).min(0.05);
+        let reach = libm::pow(24.0 * MAX_SHIFT_ERROR_M / fourth.max(1e-12), 0.25).min(0.05);
         Self {
             from,
             to,
@@ -243,7 +243,7 @@ impl Nodes {
             let d = p - at.p;
             // beyond the centre of curvature the derivative changes sign: still go downhill
             let mut step = d.dot(&at.t) / (1.0 - d.dot(&at.k)).max(0.25);
-            if step.abs() < NEAR_M {
+            if step.abs() < NEWTON_TOLERANCE_M {
                 cursor.s += step; // what is left after this step is of the order of its square
                 break;
             }
@@ -282,7 +282,8 @@ impl Nodes {
                 * inverse;
             let ds = newton + mend;
             let s = cursor.s + ds;
-            if slope > 0.5 && ds.abs() <= node.reach && mend.abs() <= MEND_M && inside(s) {
+            if slope > 0.5 && ds.abs() <= node.reach && mend.abs() <= MAX_CORRECTION_M && inside(s)
+            {
                 cursor.s = s;
                 return RailFrame::new(
                     s,

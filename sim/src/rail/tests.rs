@@ -4,25 +4,8 @@ mod files;
 
 use super::*;
 use crate::config::track::TrackFile;
-use crate::error::Error;
-use std::path::{Path, PathBuf};
-
-fn asset(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../assets")
-        .join(path)
-}
-
-fn i140e() -> Profile {
-    Profile::load(&asset("rails/i140e.yaml")).unwrap()
-}
-
-/// A rail from the part of a track file below its head.
-fn rail(body: &str) -> Result<Rail, Error> {
-    let text = format!("version: 1\nname: test\nprofile: none\n{body}");
-    let track: TrackFile = serde_yaml::from_str(&text).unwrap();
-    Rail::build(&track, i140e(), Path::new("test.yaml"))
-}
+use crate::testing::{asset, profile, try_track as rail};
+use std::path::Path;
 
 fn load(name: &str) -> Rail {
     Rail::load(&asset("tracks").join(name)).unwrap()

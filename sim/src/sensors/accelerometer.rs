@@ -7,105 +7,52 @@
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 
-use super::fault::FaultWindow;
-use super::signal_path::{SignalPath, StepInterval};
-use super::{Instrument, InstrumentKind, SensorChannel, mount};
-use crate::error::Error;
-use crate::plant::{MountState, Truth};
-use monorig_estimators::api::signals::Measurements;
+use super::InstrumentKind;
+use super::mounted_instrument::{MotionStep, MountQuantity, MountedInstrument};
+use super::signal_path::SignalPath;
+use crate::plant::MountState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// The accelerometer, as a data sheet names it.
+/// The three-axis accelerometer, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
-    name: "accelerometer",
+    name: QUANTITY.name,
     unsuited: |_| None,
     build: |spec, on| {
-        Ok(Box::new(Accelerometer {
-            mount: mount::find(on.train, KIND.name, &spec.mounting.link)?,
-            path: SignalPath::inertial(KIND.name, spec, on.seed),
-            gravity_mps2: on.gravity_mps2,
-            before: None,
-        }))
+        let path = SignalPath::inertial(QUANTITY.name, spec, on.seed);
+        MountedInstrument::boxed(QUANTITY, path, spec, on)
     },
+};
+
+const QUANTITY: MountQuantity<3> = MountQuantity {
+    name: "accelerometer",
+    group: Some(IMU),
+    channels: [
+        ("imu/specific_force_x", "m/s²"),
+        ("imu/specific_force_y", "m/s²"),
+        ("imu/specific_force_z", "m/s²"),
+    ],
+    signal: |step| specific_force(step).map(Into::into),
+    put: |z, sample| z.specific_force_mps2 = sample,
+    take: |z| z.specific_force_mps2.map(|s| s.value),
 };
 
 /// Name in events of the accelerometer and the gyro together.
 pub const IMU: &str = "imu";
 
-/// A three-axis accelerometer at a mount.
-#[derive(Clone, Debug)]
-struct Accelerometer {
-    mount: usize,
-    path: SignalPath<3>,
-    gravity_mps2: f64,
-    before: Option<MountState>,
-}
-
-impl Instrument for Accelerometer {
-    fn name(&self) -> &str {
-        KIND.name
-    }
-
-    fn group(&self) -> Option<&str> {
-        Some(IMU)
-    }
-
-    fn rate_hz(&self) -> f64 {
-        self.path.rate_hz()
-    }
-
-    fn mount(&self) -> Option<usize> {
-        Some(self.mount)
-    }
-
-    fn measure(
-        &mut self,
-        step: StepInterval,
-        truth: &Truth,
-        z: &mut Measurements,
-    ) -> Result<(), Error> {
-        let now = truth.mounts[self.mount];
-        let before = self.before.replace(now).unwrap_or(now);
-        let (start, end) = specific_force(&before, &now, step.length_s(), self.gravity_mps2);
-        self.path.observe(step, start.into(), end.into())?;
-        z.specific_force_mps2 = self.path.deliver(step.to_ns);
-        Ok(())
-    }
-
-    fn ideal(&self, z: &mut Measurements) {
-        z.specific_force_mps2 = self.path.ideal();
-    }
-
-    fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
-        self.path.add_fault(fault);
-    }
-
-    fn channels(&self) -> Vec<SensorChannel> {
-        let axes = ["x", "y", "z"].into_iter().enumerate();
-        axes.map(|(i, axis)| {
-            SensorChannel::new(
-                format_args!("imu/specific_force_{axis}"),
-                "m/s²",
-                move |z| z.specific_force_mps2.map(|s| s.value[i]),
-            )
-        })
-        .collect()
-    }
-}
-
-/// Specific force at both ends of a step of `dt_s`, in mount axes, m/s².
-pub fn specific_force(
-    before: &MountState,
-    now: &MountState,
-    dt_s: f64,
-    gravity_mps2: f64,
-) -> (Vector3<f64>, Vector3<f64>) {
+/// Specific force at both ends of a step, in mount axes, m/s².
+pub fn specific_force(step: &MotionStep<'_>) -> [Vector3<f64>; 2] {
+    let MotionStep {
+        before,
+        now,
+        dt_s,
+        gravity_mps2,
+    } = *step;
     let acceleration_w = (now.v_w - before.v_w) / dt_s;
     let acceleration_m =
         half_way(&before.q_wm, &now.q_wm).inverse_transform_vector(&acceleration_w);
     let up_w = Vector3::new(0.0, 0.0, gravity_mps2);
     let force_m = |state: &MountState| acceleration_m + state.q_wm.inverse_transform_vector(&up_w);
-    (force_m(before), force_m(now))
+    [force_m(before), force_m(now)]
 }
 
 /// The rotation half-way between two: the normalised sum of the quaternions, on the shorter arc.
@@ -123,6 +70,16 @@ mod tests {
     use super::*;
 
     const G: f64 = 9.81;
+    const DT: f64 = 0.002;
+
+    fn forces(before: &MountState, now: &MountState) -> [Vector3<f64>; 2] {
+        specific_force(&MotionStep {
+            before,
+            now,
+            dt_s: DT,
+            gravity_mps2: G,
+        })
+    }
 
     fn state(v: [f64; 3], q: UnitQuaternion<f64>) -> MountState {
         MountState {
@@ -138,7 +95,7 @@ mod tests {
         let theta: f64 = 0.2;
         let q = UnitQuaternion::from_euler_angles(0.0, -theta, 0.0);
         let s = state([0.0; 3], q);
-        let (f, end) = specific_force(&s, &s, 0.002, G);
+        let [f, end] = forces(&s, &s);
         assert_eq!(f, end);
         assert!(
             (f - Vector3::new(G * theta.sin(), 0.0, G * theta.cos())).norm() < 1e-12,
@@ -150,19 +107,14 @@ mod tests {
     #[test]
     fn in_free_fall_it_reads_zero() {
         let q = UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);
-        let (f, end) = specific_force(
-            &state([1.0, 2.0, 0.0], q),
-            &state([1.0, 2.0, -G * 0.002], q),
-            0.002,
-            G,
-        );
+        let [f, end] = forces(&state([1.0, 2.0, 0.0], q), &state([1.0, 2.0, -G * DT], q));
         assert!(f.norm() < 1e-9 && end.norm() < 1e-9);
     }
 
     /// On a level circle to the left: v²/R to the left, whatever the sign of the quaternion.
     #[test]
     fn on_a_circle_it_reads_the_centripetal_acceleration() {
-        let (v, radius, dt) = (2.0, 10.0, 0.002);
+        let (v, radius) = (2.0, 10.0);
         let at = |t: f64, sign: f64| {
             let psi = v / radius * t;
             let q = UnitQuaternion::from_euler_angles(0.0, 0.0, psi);
@@ -172,7 +124,7 @@ mod tests {
             )
         };
         for sign in [1.0, -1.0] {
-            let (f, end) = specific_force(&at(5.0, 1.0), &at(5.0 + dt, sign), dt, G);
+            let [f, end] = forces(&at(5.0, 1.0), &at(5.0 + DT, sign));
             // A chord of a circle: shorter than the arc by (ωdt)²/24, 6.7e-9 relative.
             assert!(
                 (f - Vector3::new(0.0, v * v / radius, G)).norm() < 1e-8,

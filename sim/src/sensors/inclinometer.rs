@@ -4,85 +4,36 @@
 //! three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is the mean of
 //! ψ since the sample before, as these instruments filter what they read.
 //!
-//! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), which most are: it cannot tell
-//! acceleration from gravity. At rest on a grade θ it reads θ; under an acceleration a along the rail
+//! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), as most are: gravity and
+//! acceleration act on it alike. At rest on a grade θ it reads θ; under an acceleration a along the rail
 //! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little. "Dynamic"
 //! inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments; here that
 //! filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.
 
+use super::InstrumentKind;
 use super::accelerometer::specific_force;
-use super::fault::FaultWindow;
-use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
-use super::{Instrument, InstrumentKind, SensorChannel, mount};
-use crate::error::Error;
-use crate::plant::{MountState, Truth};
-use monorig_estimators::api::signals::Measurements;
+use super::mounted_instrument::{MountQuantity, MountedInstrument};
+use super::signal_path::{SamplingMode, SignalPath, scalar};
 use nalgebra::Vector3;
 
 /// The inclinometer, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
-    name: "inclinometer",
+    name: QUANTITY.name,
     unsuited: |_| None,
     build: |spec, on| {
-        Ok(Box::new(Inclinometer {
-            mount: mount::find(on.train, KIND.name, &spec.mounting.link)?,
-            path: SignalPath::scalar(KIND.name, SamplingMode::Integrating, spec, on.seed),
-            gravity_mps2: on.gravity_mps2,
-            before: None,
-        }))
+        let path = SignalPath::scalar(QUANTITY.name, SamplingMode::Integrating, spec, on.seed);
+        MountedInstrument::boxed(QUANTITY, path, spec, on)
     },
 };
 
-/// An inclinometer at a mount.
-#[derive(Clone, Debug)]
-struct Inclinometer {
-    mount: usize,
-    path: SignalPath<1>,
-    gravity_mps2: f64,
-    before: Option<MountState>,
-}
-
-impl Instrument for Inclinometer {
-    fn name(&self) -> &str {
-        KIND.name
-    }
-
-    fn rate_hz(&self) -> f64 {
-        self.path.rate_hz()
-    }
-
-    fn mount(&self) -> Option<usize> {
-        Some(self.mount)
-    }
-
-    fn measure(
-        &mut self,
-        step: StepInterval,
-        truth: &Truth,
-        z: &mut Measurements,
-    ) -> Result<(), Error> {
-        let now = truth.mounts[self.mount];
-        let before = self.before.replace(now).unwrap_or(now);
-        let (start, end) = specific_force(&before, &now, step.length_s(), self.gravity_mps2);
-        self.path.observe(step, [pitch(&start)], [pitch(&end)])?;
-        z.inclination_rad = scalar(self.path.deliver(step.to_ns));
-        Ok(())
-    }
-
-    fn ideal(&self, z: &mut Measurements) {
-        z.inclination_rad = scalar(self.path.ideal());
-    }
-
-    fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
-        self.path.add_fault(fault);
-    }
-
-    fn channels(&self) -> Vec<SensorChannel> {
-        vec![SensorChannel::new("inclination", "rad", |z| {
-            z.inclination_rad.map(|s| s.value)
-        })]
-    }
-}
+const QUANTITY: MountQuantity<1> = MountQuantity {
+    name: "inclinometer",
+    group: None,
+    channels: [("inclination", "rad")],
+    signal: |step| specific_force(step).map(|force| [pitch(&force)]),
+    put: |z, sample| z.inclination_rad = scalar(sample),
+    take: |z| z.inclination_rad.map(|s| [s.value]),
+};
 
 /// Pitch of the mount against the apparent vertical, rad, from the specific force in mount axes.
 pub fn pitch(force_m: &Vector3<f64>) -> f64 {

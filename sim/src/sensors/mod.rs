@@ -3,8 +3,8 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `accelerometer` `gyro` `inclinometer` `motor_torque` `wheel_speed` `clamp_pressure` `steering_angle` | one instrument a file: ideal physics, channel, construction |
-//! | `drive_instruments` | an instrument repeated on every drive unit |
-//! | `spec` | what a data sheet says of an instrument, as plain numbers |
+//! | `mounted_instrument` `drive_instruments` | what is alike of instruments bolted to a link, and of those on every drive unit |
+//! | `spec` | specification of an instrument, as plain numbers |
 //! | `signal_path` | what all have in common: the signal path from ideal value to sample |
 //! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
 //! | `stream` | a seeded random stream for every use |
@@ -27,6 +27,7 @@ pub mod low_pass;
 pub mod misalignment;
 pub mod motor_torque;
 mod mount;
+pub mod mounted_instrument;
 pub mod noise;
 pub mod sampling;
 pub mod signal_path;

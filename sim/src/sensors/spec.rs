@@ -1,4 +1,4 @@
-//! What a data sheet says of an instrument: plain numbers, checked by whoever read them.
+//! Specification of an instrument: plain numbers, checked where they are read.
 //!
 //! `unit` is the instrument's SI unit: m/s² (accelerometer), rad/s (gyro), N·m (motor torque), m/s (wheel speed), MPa (clamp
 //! pressure), rad (steering angle, inclinometer). A default value means "none of it".

@@ -25,7 +25,7 @@ impl Train {
         )
     }
 
-    /// Masses of all bodies, each suspended one's shared among what it hangs from, down to the rail.
+    /// Masses of all bodies, each suspended one's shared among the bodies that carry it, down to the rail.
     fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.bodies.len();
         let mut mass: Vec<f64> = (0..n).map(mass).collect();
@@ -77,16 +77,7 @@ fn even_spread(masses: &[(f64, f64)]) -> MassSpan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
-
-    fn train(name: &str) -> Train {
-        Train::load(
-            &Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../assets/trains")
-                .join(name),
-        )
-        .unwrap()
-    }
+    use crate::testing::train;
 
     #[test]
     fn an_even_rod_is_its_own_even_spread() {
@@ -103,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_tare_covers_the_train_and_the_load_rests_under_the_beam() {
-        let t = train("dx80_176y.yaml");
+        let t = train("dx80_176y");
         let ([from, to], [load_from, load_to]) = t.spans_behind(0.0);
         // 18.1 m from front to rear, symmetric about its middle but for where couplings lie.
         assert!((0.5 * (from + to) - 9.05).abs() < 0.1, "{from} {to}");
@@ -112,7 +103,7 @@ mod tests {
         assert!(load_to - load_from < 4.7 + 0.5, "{load_from} {load_to}");
         let ([moved, _], _) = t.spans_behind(-3.0);
         assert!((moved - from + 3.0).abs() < 1e-12);
-        // Neither depends on what hangs on the hook.
+        // Neither depends on the load.
         let empty = t.with_load_mass(0.0).unwrap();
         let ([a, b], [c, d]) = empty.spans_behind(0.0);
         let apart = [a - from, b - to, c - load_from, d - load_to].map(f64::abs);

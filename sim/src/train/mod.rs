@@ -50,7 +50,7 @@ pub struct Body {
     pub start_pose: Isometry3<f64>,
     /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail line.
     pub stations: Vec<Station>,
-    /// What it looks like, and what it touches.
+    /// Visible and collision shapes.
     pub shapes: Vec<Shape>,
 }
 

@@ -24,7 +24,7 @@ impl Train {
         depth
     }
 
-    /// The bodies that body `i` hangs from, each once per hanger or chain: none for a rail-bound body.
+    /// The bodies that carry body `i`, each once per hanger or chain: none for a rail-bound body.
     pub fn supports(&self, i: usize) -> Vec<usize> {
         let depth = self.depths();
         self.connections

@@ -9,7 +9,7 @@ pub(super) struct ErrorMessage {
     pub message: String,
     /// What would be right.
     pub help: String,
-    /// The key nobody knows, when that is what is wrong.
+    /// The unknown key, if that is what is wrong.
     pub unknown_key: Option<String>,
 }
 

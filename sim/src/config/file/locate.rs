@@ -1,5 +1,5 @@
 //! From a key path to line and column: the text is walked again, and an error is raised on purpose at the target,
-//! because the YAML reader tells the place of errors and of nothing else.
+//! because the YAML reader gives the place of errors and of nothing else.
 
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;

@@ -5,7 +5,7 @@ use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint}
 use crate::config::checked::{NonNegative, Positive};
 use crate::config::file::nearest;
 
-/// A run of more physics steps than this (23 days at 2 ms) is taken for a slip of the pen.
+/// A run of more physics steps than this (23 days at 2 ms) is taken for a typing error.
 const MAX_STEPS: f64 = 1e9;
 
 /// Where a scenario is wrong, and what would be right.
@@ -53,7 +53,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     expectations(file)
 }
 
-/// A train or a car, and nothing asked of a car that only a train has.
+/// Checks that there is a train or a car, and that a car has nothing that only a train has.
 fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
     let car = match (&file.train, &file.car) {
         (Some(_), Some(_)) => {

@@ -35,6 +35,20 @@ impl Default for ControllerSettings {
 }
 
 impl ControllerSettings {
+    /// A controller of this kind, with its defaults.
+    pub fn of_kind(name: &str) -> Self {
+        Self {
+            kind: name.into(),
+            ..Self::default()
+        }
+    }
+
+    /// The same with another value of a parameter.
+    pub fn set(mut self, key: &str, value: impl Into<ParameterValue>) -> Self {
+        self.values.insert(key.into(), value.into());
+        self
+    }
+
     /// The parameters as a build function takes them.
     pub fn named(&self) -> Vec<(&str, Setting<'_>)> {
         let values = self.values.iter();

@@ -1,4 +1,4 @@
-//! Things that happen during a run. Which keys an event has says what it is.
+//! Events of a scenario. The keys of an event determine its kind.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use crate::error::DataError;
@@ -39,7 +39,7 @@ pub enum Event {
         /// Sensor name.
         sensor: String,
         /// What fails.
-        fault: Fault,
+        fault: FaultKind,
         /// Size of the fault, in the unit it needs.
         #[serde(skip_serializing_if = "Option::is_none")]
         size: Option<Finite>,
@@ -69,7 +69,8 @@ pub enum Event {
 /// What can fail on a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Fault {
+#[schemars(rename = "Fault")] // the name in the JSON schema
+pub enum FaultKind {
     /// No samples.
     Off,
     /// The last value again and again.
@@ -82,10 +83,13 @@ pub enum Fault {
     Spikes,
 }
 
-impl Fault {
+impl FaultKind {
     /// Whether the fault means something only with a `size`.
     pub fn needs_size(self) -> bool {
-        matches!(self, Fault::Drift | Fault::Scale | Fault::Spikes)
+        matches!(
+            self,
+            FaultKind::Drift | FaultKind::Scale | FaultKind::Spikes
+        )
     }
 }
 
@@ -113,33 +117,33 @@ impl Event {
             );
         }
         let fault = match (fault, size.map(|x| x.get())) {
-            (Fault::Off, None) => fault::Fault::Off,
-            (Fault::Stuck, None) => fault::Fault::Stuck,
-            (Fault::Drift, Some(rate)) => fault::Fault::Drift(rate),
-            (Fault::Scale, Some(factor)) => fault::Fault::Scale(factor),
-            (Fault::Spikes, Some(height)) => fault::Fault::Spikes(height),
-            (Fault::Drift, None) => {
+            (FaultKind::Off, None) => fault::Fault::Off,
+            (FaultKind::Stuck, None) => fault::Fault::Stuck,
+            (FaultKind::Drift, Some(rate)) => fault::Fault::Drift(rate),
+            (FaultKind::Scale, Some(factor)) => fault::Fault::Scale(factor),
+            (FaultKind::Spikes, Some(height)) => fault::Fault::Spikes(height),
+            (FaultKind::Drift, None) => {
                 return wrong(
                     "size",
                     "a drift needs a size",
                     "size in the sensor's unit per second",
                 );
             }
-            (Fault::Scale, None) => {
+            (FaultKind::Scale, None) => {
                 return wrong(
                     "size",
                     "a wrong scale needs a size",
                     "the factor values are multiplied by, such as 1.1",
                 );
             }
-            (Fault::Spikes, None) => {
+            (FaultKind::Spikes, None) => {
                 return wrong(
                     "size",
                     "spikes need a size",
                     "the height of a spike in the sensor's unit",
                 );
             }
-            (Fault::Off | Fault::Stuck, Some(_)) => {
+            (FaultKind::Off | FaultKind::Stuck, Some(_)) => {
                 return wrong(
                     "size",
                     "a sensor that is off or stuck has no size of fault",
@@ -169,7 +173,7 @@ struct EventKeys {
     load_mass_kg: Option<NonNegative>,
     adhesion: Option<NonNegative>,
     sensor: Option<String>,
-    fault: Option<Fault>,
+    fault: Option<FaultKind>,
     size: Option<Finite>,
     clamp_mpa: Option<NonNegative>,
     brake: Option<Fraction>,
@@ -198,7 +202,7 @@ impl EventKeys {
     }
 }
 
-/// A kind of event: the key that tells it, the keys it needs, those it may have, and an example.
+/// A kind of event: the key that identifies it, the keys it needs, those it may have, and an example.
 struct Kind(
     &'static str,
     &'static [&'static str],
@@ -239,10 +243,10 @@ const KINDS: [Kind; 5] = [
     ),
 ];
 
-/// The kind the given keys tell, or what is wrong with them.
+/// The kind that the given keys identify, or what is wrong with them.
 fn kind(given: &[&str]) -> Result<&'static Kind, String> {
-    let told: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
-    let kind = match told[..] {
+    let matched: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
+    let kind = match matched[..] {
         [one] => one,
         [] => {
             let examples: Vec<_> = KINDS.iter().map(|k| k.3).collect();
@@ -381,15 +385,15 @@ mod tests {
             size: size.map(Finite::new),
         };
         for (e, key) in [
-            (event(Some(5.0), Fault::Off, None), "to_s"),
-            (event(None, Fault::Drift, None), "size"),
-            (event(None, Fault::Scale, None), "size"),
-            (event(None, Fault::Spikes, None), "size"),
-            (event(None, Fault::Stuck, Some(1.0)), "size"),
+            (event(Some(5.0), FaultKind::Off, None), "to_s"),
+            (event(None, FaultKind::Drift, None), "size"),
+            (event(None, FaultKind::Scale, None), "size"),
+            (event(None, FaultKind::Spikes, None), "size"),
+            (event(None, FaultKind::Stuck, Some(1.0)), "size"),
         ] {
             assert_eq!(e.sensor_fault().unwrap_err().key, key);
         }
-        let right = event(Some(6.0), Fault::Scale, Some(2.0));
+        let right = event(Some(6.0), FaultKind::Scale, Some(2.0));
         let (sensor, window) = right.sensor_fault().unwrap().unwrap();
         assert_eq!(
             (sensor, window.to_s, window.fault),

@@ -47,7 +47,7 @@ fn checked(file: &ScenarioFile, document: &Document) -> Result<(), Error> {
 
 impl Scenario {
     /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
-    /// into the file that the scenario names under `track`. The files it names must be there; what is in them is checked by those who read them.
+    /// into the file that the scenario names under `track`. The files it names must be there; their contents are checked when they are read.
     pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         let mut document = Document::read(path)?;
         let sets = Sets::new(overrides);

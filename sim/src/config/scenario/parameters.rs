@@ -36,6 +36,24 @@ impl ParameterValue {
     }
 }
 
+impl From<f64> for ParameterValue {
+    fn from(number: f64) -> Self {
+        Self::Number(Finite::new(number))
+    }
+}
+
+impl From<bool> for ParameterValue {
+    fn from(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+}
+
+impl From<&str> for ParameterValue {
+    fn from(word: &str) -> Self {
+        Self::Choice(word.into())
+    }
+}
+
 impl<'de> Deserialize<'de> for ParameterValue {
     fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
         struct Value;
@@ -97,6 +115,20 @@ impl Settings {
             values,
             ..Self::default()
         }
+    }
+
+    /// An estimator of this type, with its defaults.
+    pub fn of_type(name: &str) -> Self {
+        Self {
+            is: Some(name.into()),
+            ..Self::default()
+        }
+    }
+
+    /// The same with another value of a parameter.
+    pub fn set(mut self, key: &str, value: impl Into<ParameterValue>) -> Self {
+        self.values.insert(key.into(), value.into());
+        self
     }
 
     /// Name of its type, given its name in the scenario.
@@ -163,7 +195,7 @@ pub struct Provenance {
     pub trial: usize,
     /// Loss over the tuning runs, the defaults' being 1.
     pub tuning_loss: f64,
-    /// Loss over the validation runs, the defaults' being 1; none if it cannot be told.
+    /// Loss over the validation runs, the defaults' being 1; none if it cannot be computed.
     pub validation_loss: Option<f64>,
     /// What validation says against the defaults: `better`, `no difference` or `worse`.
     pub verdict: String,

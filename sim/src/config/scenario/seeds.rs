@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// More runs than this are taken for a slip of the pen.
+/// Most runs of a scenario; more are taken for a typing error.
 const MAX_SEEDS: usize = 100_000;
 
 /// Seeds, each once, at least one.

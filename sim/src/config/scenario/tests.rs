@@ -17,11 +17,11 @@ seeds: 3..5
 expect: [{estimator: jekf, metric: mass_error_rel_max, after_s: 10, at_most: 0.032}]
 ";
 
-struct Rig {
+struct TestFolder {
     folder: tempfile::TempDir,
 }
 
-impl Rig {
+impl TestFolder {
     fn new(text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("tracks")).unwrap();
@@ -47,10 +47,13 @@ impl Rig {
 
 #[test]
 fn files_are_found_from_the_scenarios_folder_and_defaults_are_filled_in() {
-    let rig = Rig::new(GOOD);
-    let scenario = rig.load(&[]).unwrap();
+    let folder = TestFolder::new(GOOD);
+    let scenario = folder.load(&[]).unwrap();
     assert_eq!(scenario.name, "sample");
-    assert_eq!(scenario.track, rig.folder.path().join("tracks/level.yaml"));
+    assert_eq!(
+        scenario.track,
+        folder.folder.path().join("tracks/level.yaml")
+    );
     assert_eq!(scenario.seeds(), [3, 4, 5]);
     assert_eq!(scenario.file.plant(), PlantKind::Rapier);
     assert_eq!(scenario.file.start.speed_mps.get(), 0.0);
@@ -58,21 +61,21 @@ fn files_are_found_from_the_scenarios_folder_and_defaults_are_filled_in() {
 
 #[test]
 fn the_json_names_no_path_of_this_machine_and_reads_back_as_the_same_scenario() {
-    let rig = Rig::new(GOOD);
-    let scenario = rig.load(&[]).unwrap();
+    let folder = TestFolder::new(GOOD);
+    let scenario = folder.load(&[]).unwrap();
     let json = serde_json::to_string_pretty(&scenario).unwrap();
-    assert!(!json.contains(&rig.folder.path().display().to_string()));
+    assert!(!json.contains(&folder.folder.path().display().to_string()));
     let mut tree: serde_json::Value = serde_json::from_str(&json).unwrap();
     tree.as_object_mut().unwrap().remove("name");
     // JSON is YAML: the manifest's scenario can be run again
-    let again = Rig::new(&tree.to_string()).load(&[]).unwrap();
+    let again = TestFolder::new(&tree.to_string()).load(&[]).unwrap();
     assert_eq!(serde_json::to_string_pretty(&again).unwrap(), json);
 }
 
 #[test]
 fn sets_apply_in_order_and_are_checked_like_the_file() {
-    let rig = Rig::new(GOOD);
-    let scenario = rig
+    let folder = TestFolder::new(GOOD);
+    let scenario = folder
         .load(&[
             ("load.mass_kg", "1"),
             ("load.mass_kg", "2.5e3"),
@@ -92,7 +95,7 @@ fn sets_apply_in_order_and_are_checked_like_the_file() {
         ("drive.speed", "[]"),
         ("version", "2"),
     ] {
-        let told = rig.load(&[(path, value)]).unwrap_err().to_string();
+        let told = folder.load(&[(path, value)]).unwrap_err().to_string();
         assert!(told.contains(&format!("--set {path}={value}")), "{told}");
     }
 }
@@ -100,13 +103,13 @@ fn sets_apply_in_order_and_are_checked_like_the_file() {
 /// Every line of a good scenario left out, and every byte replaced: a reason or a scenario, never a panic.
 #[test]
 fn no_mangled_scenario_makes_the_reader_panic() {
-    let rig = Rig::new(GOOD);
+    let folder = TestFolder::new(GOOD);
     let mut refused = 0;
     for at in 0..GOOD.len() {
         for junk in ["", "-", "[", "\u{0}", "9", "{a: ", "é"] {
             let text = format!("{}{junk}{}", &GOOD[..at], &GOOD[at + 1..]);
-            std::fs::write(rig.path(), text).unwrap();
-            if let Err(Error::Input(e)) = rig.load(&[]) {
+            std::fs::write(folder.path(), text).unwrap();
+            if let Err(Error::Input(e)) = folder.load(&[]) {
                 assert!(!e.message.is_empty() && !e.help.is_empty(), "{e}");
                 refused += 1;
             }
@@ -118,8 +121,8 @@ fn no_mangled_scenario_makes_the_reader_panic() {
 #[test]
 fn a_cycle_that_starts_over_is_by_time_whole_and_ends_as_it_began() {
     let cycle = |text: &str| {
-        let rig = Rig::new(GOOD);
-        rig.load(&[("drive", text)]).map_err(|e| e.to_string())
+        let folder = TestFolder::new(GOOD);
+        folder.load(&[("drive", text)]).map_err(|e| e.to_string())
     };
     let points = "speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}, {at_s: 9, mps: 0}]";
     assert!(cycle(&format!("{{{points}, every_s: 9}}")).is_ok());
@@ -141,7 +144,9 @@ fn a_cycle_that_starts_over_is_by_time_whole_and_ends_as_it_began() {
         );
     }
     let endless = "[{at_s: 1, load_mass_kg: 0, every_s: 1.0e-9}]";
-    let told = Rig::new(GOOD).load(&[("events", endless)]).unwrap_err();
+    let told = TestFolder::new(GOOD)
+        .load(&[("events", endless)])
+        .unwrap_err();
     assert!(
         told.to_string().contains("shorter than a physics step"),
         "{told}"

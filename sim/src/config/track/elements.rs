@@ -81,7 +81,7 @@ pub struct Vertical {
     pub elements: Option<Vec<Vertical>>,
 }
 
-/// An arc of more turns than a hundred is a slip of the pen.
+/// Largest turn of an arc, degrees: more than a hundred turns is taken for a typing error.
 const MAX_TURN_DEG: f64 = 36_000.0;
 
 /// The keys of one element: which are there, which its kind takes, and errors that name them.

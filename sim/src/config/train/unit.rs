@@ -1,4 +1,4 @@
-//! A unit: a URDF and, beside it, a YAML file with what URDF cannot say.
+//! A unit: its URDF and a YAML file with what URDF has no words for.
 
 use super::unit_file::UnitFile;
 use crate::config::checked::Fraction;
@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 pub struct Unit {
     /// The YAML file.
     pub path: PathBuf,
-    /// What it says.
+    /// Its contents.
     pub file: UnitFile,
-    /// What the URDF says.
+    /// The URDF.
     pub urdf: UrdfUnit,
     /// Stations of each URDF body, rear to front; empty for suspended bodies.
     pub stations: Vec<Vec<Station>>,
@@ -351,7 +351,7 @@ impl Unit {
     }
 }
 
-/// The motor must not outdo the wheels' joint limits in the URDF.
+/// Checks that the motor stays within the limits of the wheels' joints in the URDF.
 pub(super) fn check_wheel_limits(
     path: &Path,
     key: &str,

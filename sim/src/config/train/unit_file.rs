@@ -1,6 +1,7 @@
-//! The format of a unit file: what URDF cannot say.
+//! The format of a unit file: what URDF has no words for.
 
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use crate::config::motor_file::MotorFile;
 use crate::train::ConnectionKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,7 +55,7 @@ pub struct RunningGear {
 #[serde(deny_unknown_fields)]
 pub struct DriveFile {
     /// The motor.
-    pub motor: Motor,
+    pub motor: MotorFile,
     /// The gear between the motor and both wheels.
     pub gear: Gear,
     /// The cylinder that presses the wheels on the web.
@@ -63,24 +64,6 @@ pub struct DriveFile {
     pub friction: Friction,
     /// The brake that grips the web.
     pub brake: Brake,
-}
-
-/// Motor map: constant torque, constant power, cut-off.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Motor {
-    /// N·m.
-    pub torque_max_nm: Positive,
-    /// kW.
-    pub power_kw: Positive,
-    /// Revolutions per minute.
-    pub speed_max_rpm: Positive,
-    /// Rotor, at the motor shaft, kg·m².
-    pub inertia_kgm2: NonNegative,
-    /// First-order lag of the torque, s.
-    pub lag_s: NonNegative,
-    /// Fastest change of the torque, N·m/s.
-    pub torque_rate_nmps: Positive,
 }
 
 /// Gear.

@@ -1,7 +1,7 @@
 //! Collisions of cabs, beam, load and drive units with rail and obstacles, and the clearance to obstacles.
 //!
 //! Touching is rare, and looking for it in every step costs several times as much as everything else in it. So colliders
-//! sleep, and cheap questions of distance say when they must wake.
+//! sleep, and are woken by cheap distance checks.
 
 use super::convert::{pose_to_rapier, shared_shape};
 use crate::plant::obstacles::ObstacleBox;
@@ -27,9 +27,9 @@ const MAX_CLEARANCE_M: f64 = 5.0;
 /// Friction of steel and rock where parts touch.
 const FRICTION: f64 = 0.4;
 /// Pieces of rail given to the collision detection, m.
-const RAIL_PIECE: f64 = 2.0;
+const RAIL_PIECE_M: f64 = 2.0;
 /// Distance of the cross-sections of their mesh, m.
-const RAIL_STEP: f64 = 0.5;
+const RAIL_STEP_M: f64 = 0.5;
 
 const TRAIN: Group = Group::GROUP_1;
 const LOAD: Group = Group::GROUP_2;
@@ -84,7 +84,7 @@ impl Collisions {
     ) {
         let suspended = body.stations.is_empty();
         let own = if is_load { LOAD } else { TRAIN };
-        // What runs on the rail would collide with it for ever; what hangs below may touch it.
+        // Rail-bound bodies would collide with the rail for ever; suspended ones may touch it.
         let with = if suspended {
             OBSTACLES | RAIL
         } else {
@@ -183,7 +183,7 @@ fn insert_fixed_shapes(
             .colliders
             .insert_with_parent(collider, fixed, &mut physics.bodies);
     };
-    for piece in rail.mesh(RAIL_STEP, RAIL_PIECE) {
+    for piece in rail.mesh(RAIL_STEP_M, RAIL_PIECE_M) {
         let points = piece
             .vertices
             .iter()
@@ -200,9 +200,9 @@ fn insert_fixed_shapes(
         insert(pose, &shape, OBSTACLES);
         boxes.push((pose, shape));
     }
-    // Distances to the rail are asked of boxes around it: cheap, and some millimetres too near in the tightest curves.
+    // Distances to the rail are those to boxes around it: cheap, and some millimetres too near in the tightest curves.
     let size = rail.profile().map_or([0.0; 2], Profile::bounding_box);
-    let frames = rail.samples(RAIL_STEP);
+    let frames = rail.samples(RAIL_STEP_M);
     let hull = frames.windows(2).map(|w| {
         let middle = ObstacleBox::between(&w[0], &w[1], size);
         let half = middle.size / 2.0;

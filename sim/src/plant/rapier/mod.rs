@@ -1,8 +1,8 @@
-//! The train in rapier: this folder, and nothing else, knows rapier.
+//! The train as rigid bodies in rapier. No other folder uses rapier.
 //!
 //! rapier integrates the rigid bodies and handles collisions of cabs, beam and load with obstacles (`collisions`). The
 //! forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
-//! solver is told in `docs/src/design.md`.
+//! solver is described in `docs/src/design.md`.
 
 mod clearance;
 mod collisions;
@@ -10,8 +10,7 @@ mod convert;
 mod truth;
 
 use crate::error::Error;
-use crate::plant::obstacles::ObstacleBox;
-use crate::plant::train::adhesion::Zone;
+use crate::plant::PlantOptions;
 use crate::plant::train::body_state::{BodyState, Wrench};
 use crate::plant::train::dynamics::{Dynamics, Sums};
 use crate::plant::{DriveState, MountState, Plant, Truth};
@@ -35,25 +34,6 @@ const SETTLE_KEEP: f64 = 0.995;
 const SETTLED_SPEED_MPS: f64 = 1e-7;
 /// For so many steps, so that a turning point of a swing is not taken for rest.
 const SETTLED_STEPS: u32 = 500;
-/// How a world is built.
-#[derive(Clone, Debug)]
-pub struct WorldOptions {
-    /// Chainage of the train's front, m.
-    pub front_m: f64,
-    /// Speed at the start, m/s.
-    pub speed_mps: f64,
-    /// Gravity, m/s².
-    pub gravity_mps2: f64,
-    /// Index of the mount that carries the IMU (`Train::mounts`).
-    pub imu: usize,
-    /// Indices of all mounts whose motion sensors read; the others in `Truth::mounts` stay as they were at the start.
-    pub mounts: Vec<usize>,
-    /// Slippery stretches.
-    pub zones: Vec<Zone>,
-    /// Obstacles and walls.
-    pub obstacles: Vec<ObstacleBox>,
-}
-
 /// The train in rapier.
 pub struct World {
     rail: Arc<Rail>,
@@ -87,7 +67,7 @@ impl Clock {
 
 impl World {
     /// Put a train on a rail and let it settle.
-    pub fn new(train: Train, rail: Arc<Rail>, options: &WorldOptions) -> Result<Self, Error> {
+    pub fn new(train: Train, rail: Arc<Rail>, options: &PlantOptions) -> Result<Self, Error> {
         let mut physics = PhysicsWorld {
             gravity: Vector::new(0.0, 0.0, -options.gravity_mps2),
             ..Default::default()

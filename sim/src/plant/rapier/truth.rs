@@ -14,7 +14,7 @@ pub struct Sway {
 }
 
 impl Sway {
-    /// None if nothing hangs on chains.
+    /// None if no load is on chains.
     pub fn of(train: &Train) -> Option<Self> {
         let load = train.load?;
         let above = *train.supports(load).first()?;

@@ -248,7 +248,7 @@ impl Car {
             lookahead_m: d.lookahead_m,
             gain_radpm: d.gain_radpm,
             lag_s: d.lag_s,
-            most_rad: self.data.wheels.steering_max_deg.to_radians(),
+            max_angle_rad: self.data.wheels.steering_max_deg.to_radians(),
             wheelbase_m: g.wheelbase_m(),
             understeer: per_wheelbase * (g.rear_m / front - g.front_m / rear),
             sideslip: [g.rear_m, per_wheelbase * g.front_m / rear],

@@ -9,20 +9,20 @@
 //! ahead the driver looks. Source: Kapania & Gerdes 2015, "Design of a feedback-feedforward steering controller for accurate path
 //! tracking and stability at the limits of handling", Vehicle System Dynamics 53(12), without its terms for the limits.
 //!
-//! The driver belongs to the plant, as the rail belongs to the train: he sees the truth and keeps the car in its lane, so that the
+//! The driver belongs to the plant, as the rail belongs to the train: it has the truth and keeps the car in its lane, so that the
 //! experiment is about mass and grade.
 
 /// A driver and the steering gear.
 #[derive(Clone, Copy, Debug)]
 pub struct Driver {
-    /// How far ahead he looks, m.
+    /// Lookahead distance, m.
     pub lookahead_m: f64,
     /// Steering per metre beside the line, rad/m.
     pub gain_radpm: f64,
     /// First-order lag of driver and gear, s.
     pub lag_s: f64,
     /// Largest angle of the front wheels, rad.
-    pub most_rad: f64,
+    pub max_angle_rad: f64,
     /// Wheelbase L, m.
     pub wheelbase_m: f64,
     /// Understeer gradient K, rad per m/s².
@@ -31,7 +31,7 @@ pub struct Driver {
     pub sideslip: [f64; 2],
 }
 
-/// What the driver sees.
+/// Input of the driver.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// Speed, m/s.
@@ -45,12 +45,12 @@ pub struct View {
 }
 
 impl Driver {
-    /// The angle of the front wheels he wants, rad, + left.
+    /// Angle of the front wheels that the driver steers towards, rad, + left.
     pub fn wish(&self, v: &View) -> f64 {
         let square = v.speed_mps * v.speed_mps;
         let ahead = v.bend_1pm * (self.wheelbase_m + self.understeer * square);
         let steady = -v.bend_1pm * (self.sideslip[0] - self.sideslip[1] * square);
         let back = v.offset_m + self.lookahead_m * (v.heading_rad - steady);
-        (ahead - self.gain_radpm * back).clamp(-self.most_rad, self.most_rad)
+        (ahead - self.gain_radpm * back).clamp(-self.max_angle_rad, self.max_angle_rad)
     }
 }

@@ -28,4 +28,4 @@ pub mod tyre;
 pub mod wheel;
 
 pub use car::Car;
-pub use plant::{RoadOptions, RoadPlant};
+pub use plant::RoadPlant;

@@ -3,25 +3,12 @@
 use super::body::CarBody;
 use super::car::Car;
 use crate::error::Error;
-use crate::plant::train::adhesion::Zone;
+use crate::plant::PlantOptions;
 use crate::plant::{DriveState, MountState, Plant, RoadState, Truth};
 use crate::rail::Rail;
 use monorig_estimators::api::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
-
-/// How a car is put on a road.
-#[derive(Clone, Debug)]
-pub struct RoadOptions {
-    /// Chainage of the car's front, m.
-    pub front_m: f64,
-    /// Speed at the start, m/s.
-    pub speed_mps: f64,
-    /// Gravity, m/s².
-    pub gravity_mps2: f64,
-    /// Slippery stretches.
-    pub zones: Vec<Zone>,
-}
 
 /// A car on a road.
 ///
@@ -39,7 +26,7 @@ pub struct RoadPlant {
 
 impl RoadPlant {
     /// A car in the middle of its lane.
-    pub fn new(car: &Car, rail: Arc<Rail>, o: &RoadOptions) -> Self {
+    pub fn new(car: &Car, rail: Arc<Rail>, o: &PlantOptions) -> Self {
         let model = car.model(o.gravity_mps2);
         let body = CarBody::new(
             model,

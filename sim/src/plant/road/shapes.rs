@@ -10,7 +10,7 @@ const GLASS: [f32; 4] = [0.05, 0.06, 0.08, 1.0];
 const RUBBER: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
 /// The wheels stand out of the body by so much, so that both can be seen, m.
-const OUT: f64 = 0.02;
+const PROTRUSION_M: f64 = 0.02;
 
 /// A body, a cabin on it, and four wheels that turn. `nose_m`: from the car's origin to its front, m.
 pub(super) fn shapes(car: &CarSpec, nose_m: f64) -> Vec<Shape> {
@@ -50,7 +50,7 @@ pub(super) fn shapes(car: &CarSpec, nose_m: f64) -> Vec<Shape> {
                 ),
                 // the cylinder's axis, z, to the left (a turn by −90° about x), so that a positive angle rolls forward
                 pose: Isometry3::from_parts(
-                    Translation3::new(x, y * (width - tread + 2.0 * OUT), radius),
+                    Translation3::new(x, y * (width - tread + 2.0 * PROTRUSION_M), radius),
                     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
                 ),
                 geometry: Geometry::Cylinder(radius, tread),

@@ -12,7 +12,7 @@
 //! adhesion along and across) and section 8.6 (relaxation length; damping that fades in towards standstill).
 
 /// Below this speed the tyre is damped as well, so that a car that stops does not rock on, m/s.
-const DAMPED_BELOW: f64 = 2.5;
+const DAMPED_BELOW_MPS: f64 = 2.5;
 /// Damping over stiffness at standstill, s.
 const DAMPING_S: f64 = 0.06;
 
@@ -84,7 +84,7 @@ impl Tyre {
             return [0.0; 2];
         }
         let speed = libm::sqrt(s.along * s.along + s.across * s.across);
-        let fade = (1.0 - speed / DAMPED_BELOW).max(0.0);
+        let fade = (1.0 - speed / DAMPED_BELOW_MPS).max(0.0);
         let damping = DAMPING_S * fade * fade;
         let slip = [
             slip[0] + damping * (s.rim - s.along),

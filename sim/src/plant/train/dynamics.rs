@@ -12,10 +12,10 @@ use monorig_estimators::api::signals::Command;
 use nalgebra::Vector3;
 
 /// Half the width of a friction wheel's face: the clamped pair resists roll with at most clamp force × this, m.
-const WHEEL_HALF_WIDTH: f64 = 0.03;
+const WHEEL_HALF_WIDTH_M: f64 = 0.03;
 /// Roll stiffness of a clamped pair, N·m/rad, and its damping, N·m·s/rad.
-const CLAMP_ROLL_K: f64 = 2.0e4;
-const CLAMP_ROLL_C: f64 = 2.0e2;
+const CLAMP_ROLL_STIFFNESS: f64 = 2.0e4;
+const CLAMP_ROLL_DAMPING: f64 = 2.0e2;
 /// Friction of the brake shoes on the rail; only scales the bristles, the limit is the brake's force.
 const SHOE_SIGMA1: f64 = 2.0e4;
 
@@ -317,9 +317,10 @@ impl Dynamics {
             // The clamped pair resists roll up to what its clamp force carries.
             let roll = body.r.column(1).dot(&f.u);
             let roll_rate = body.w.dot(&f.t);
-            let most = clamp * WHEEL_HALF_WIDTH;
-            let moment = (-CLAMP_ROLL_K * roll - CLAMP_ROLL_C * roll_rate).clamp(-most, most);
-            sums.loss_w += CLAMP_ROLL_C * roll_rate * roll_rate;
+            let most = clamp * WHEEL_HALF_WIDTH_M;
+            let moment =
+                (-CLAMP_ROLL_STIFFNESS * roll - CLAMP_ROLL_DAMPING * roll_rate).clamp(-most, most);
+            sums.loss_w += CLAMP_ROLL_DAMPING * roll_rate * roll_rate;
 
             out[d.body].add(body, &(f.t * (along + brake)), &at);
             out[d.body].torque += f.t * moment;
@@ -357,7 +358,7 @@ impl Dynamics {
             let body = &bodies[d.body];
             let f = rail.track(&body.point(&d.contact), &mut cursor);
             let roll = body.r.column(1).dot(&f.u);
-            e += 0.5 * CLAMP_ROLL_K * roll * roll;
+            e += 0.5 * CLAMP_ROLL_STIFFNESS * roll * roll;
         }
         e
     }

@@ -14,7 +14,7 @@
 //! σ0 is stiff, so z and ω are solved together, implicitly, in closed form.
 
 /// Below this share of the largest deflection the bristles are purely elastic.
-const BREAK_AWAY: f64 = 0.7;
+const BREAK_AWAY_SHARE: f64 = 0.7;
 
 /// What a contact is made of.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ pub struct RollingContact {
 impl Bristle {
     /// Elasto-plastic transition α(z, v): 0 elastic … 1 sliding.
     fn alpha(&self, z: f64, v: f64, z_max: f64) -> f64 {
-        let (a, z_ba) = (z.abs(), BREAK_AWAY * z_max);
+        let (a, z_ba) = (z.abs(), BREAK_AWAY_SHARE * z_max);
         if z * v <= 0.0 || a <= z_ba {
             0.0
         } else if a >= z_max {

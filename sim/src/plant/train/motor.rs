@@ -18,7 +18,7 @@ impl Lag {
 }
 
 /// Driving torque falls to nothing over this share of the largest speed beyond it.
-const CUT_OFF_BAND: f64 = 0.02;
+const CUT_OFF_SHARE: f64 = 0.02;
 
 /// Torque the motor may give at rate `omega_m` (rad/s): constant torque, then constant power, nothing that drives beyond
 /// the cut-off speed; N·m at the motor shaft.
@@ -27,7 +27,7 @@ pub fn envelope(d: &Drive, asked: f64, omega_m: f64) -> f64 {
     let mut limit = d.torque_max_nm.min(by_power);
     if asked * omega_m > 0.0 {
         let over = omega_m.abs() / d.speed_max_radps - 1.0;
-        limit *= 1.0 - (over / CUT_OFF_BAND).clamp(0.0, 1.0);
+        limit *= 1.0 - (over / CUT_OFF_SHARE).clamp(0.0, 1.0);
     }
     asked.clamp(-limit, limit)
 }

@@ -6,11 +6,11 @@ use super::running_gear::Grip;
 use crate::train::{Resistance, Train};
 
 /// Speed over which a resistance builds up around standstill, m/s.
-const STICTION_SPEED: f64 = 0.01;
+const STICTION_SPEED_MPS: f64 = 0.01;
 
 /// Direction of a motion, −1…1, smooth through standstill.
 pub fn direction(v: f64) -> f64 {
-    let x = v / STICTION_SPEED;
+    let x = v / STICTION_SPEED_MPS;
     if x >= 1.0 {
         1.0
     } else if x <= -1.0 {

@@ -208,7 +208,7 @@ fn a_survey_becomes_a_rail() {
     std::fs::write(folder.join("survey.csv"), csv).unwrap();
     let text = "version: 1\nname: surveyed\nprofile: none\nsurvey: {file: survey.csv, height_noise_m: 0.01, heading_noise_deg: 0.1}";
     let track: TrackFile = serde_yaml::from_str(text).unwrap();
-    let r = Rail::build(&track, i140e(), &folder.join("track.yaml")).unwrap();
+    let r = Rail::build(&track, profile(), &folder.join("track.yaml")).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     assert_eq!(r.length(), 200.0);
     for f in r.samples(0.7) {
@@ -223,7 +223,7 @@ fn a_survey_becomes_a_rail() {
 
 #[test]
 fn the_profile_is_an_i_beam() {
-    let p = i140e();
+    let p = profile();
     // two tapered flanges and a web, by hand
     let flange = 0.007 * 0.0165 + (0.068 - 0.007) * 0.5 * (0.0165 + 0.0125);
     assert!((p.area() - (2.0 * flange + 0.007 * (0.155 - 2.0 * 0.0165))).abs() < 1e-12);
@@ -251,7 +251,7 @@ fn the_profile_is_an_i_beam() {
 
 /// Any number of a track file may be wrong: the answer is a rail or an error, never a panic, and a rail is finite.
 #[test]
-fn slips_of_the_pen_are_no_panics() {
+fn wrong_numbers_are_no_panics() {
     let text = std::fs::read_to_string(asset("tracks/winding.yaml")).unwrap();
     let body = text
         .replace("times: 11", "times: 1")
@@ -275,7 +275,7 @@ fn slips_of_the_pen_are_no_panics() {
             let slipped = format!("{}{slip}{}", &body[..from], &body[to..]);
             let built = serde_yaml::from_str::<TrackFile>(&slipped)
                 .ok()
-                .and_then(|t| Rail::build(&t, i140e(), Path::new("t.yaml")).ok());
+                .and_then(|t| Rail::build(&t, profile(), Path::new("t.yaml")).ok());
             match built {
                 Some(r) => {
                     rails += 1;

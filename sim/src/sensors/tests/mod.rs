@@ -1,4 +1,4 @@
-//! Tests of the whole suite, and what all tests of the instruments share: an Allan deviation of its own, a small train.
+//! Tests of the whole suite, and what all tests of the instruments share: truths of a small train, an Allan deviation.
 
 mod building;
 mod faults;
@@ -10,13 +10,11 @@ use super::Suite;
 use super::spec::{InstrumentSpec, InstrumentSpecs};
 use crate::config::sensor_sheet::Sheet;
 use crate::plant::{DriveState, MountState, Truth};
-use crate::train::{Drive, Mount, Train};
+pub use crate::testing::{G, drive_units as train};
+use crate::train::Train;
 use monorig_estimators::api::signals::{Measurements, Sample};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use std::path::PathBuf;
+use nalgebra::{UnitQuaternion, Vector3};
 
-/// m/s².
-pub const G: f64 = 9.81;
 /// Physics step, s.
 pub const DT: f64 = 0.002;
 
@@ -48,49 +46,6 @@ pub fn slope(points: &[(f64, f64)]) -> f64 {
     sxy / sxx
 }
 
-/// A train of so many drive units `drive_1`, `drive_2`, …, each with links `frame` and `imu_link`.
-pub fn train(drives: usize) -> Train {
-    let drive = Drive {
-        body: 0,
-        contact: Vector3::zeros(),
-        wheel_radius_m: 0.17,
-        wheel_inertia: 2.0,
-        motor_inertia: 0.1,
-        gear_ratio: 19.3,
-        efficiency_drive: 0.95,
-        efficiency_brake: 0.95,
-        torque_max_nm: 100.0,
-        power_w: 7500.0,
-        speed_max_radps: 272.0,
-        lag_s: 0.05,
-        rate_nmps: 1e3,
-        piston_area_m2: 0.003,
-        clamp_mpa: 10.0,
-        clamp_lag_s: 0.2,
-        adhesion: 0.3,
-        sigma0: 1.2e7,
-        sigma1: 2e4,
-        kappa: 1e-3,
-        brake_max_n: 2e4,
-        brake_lag_s: 0.2,
-    };
-    Train {
-        name: "test".into(),
-        bodies: Vec::new(),
-        connections: Vec::new(),
-        drives: vec![drive; drives],
-        mounts: (1..=drives)
-            .flat_map(|i| ["frame", "imu_link"].map(|link| format!("drive_{i}/{link}")))
-            .map(|name| Mount {
-                name,
-                body: 0,
-                pose: Isometry3::identity(),
-            })
-            .collect(),
-        ..Default::default()
-    }
-}
-
 /// The train standing level at time t.
 pub fn standing(train: &Train, t_s: f64) -> Truth {
     let mount = MountState {
@@ -108,9 +63,8 @@ pub fn standing(train: &Train, t_s: f64) -> Truth {
 
 /// The instruments of a sheet in the assets.
 pub fn asset(name: &str) -> InstrumentSpecs {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sensors");
-    let sheet = Sheet::load(&PathBuf::from(folder).join(name)).unwrap();
-    sheet.specs()
+    let file = crate::testing::asset("sensors").join(name);
+    Sheet::load(&file).unwrap().specs()
 }
 
 /// An instrument of them, to be changed.

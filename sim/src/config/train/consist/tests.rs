@@ -1,19 +1,20 @@
 use super::*;
 use crate::config::urdf::tests::Folder;
+use crate::testing::{asset, train};
 use crate::train::{Drive, Geometry, Shape};
 use nalgebra::Matrix3;
 use std::path::PathBuf;
 
 fn assets() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets")
+    asset("")
 }
 
 fn dx80() -> Train {
-    Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap()
+    train("dx80_176y")
 }
 
 fn single() -> Train {
-    Train::load(&assets().join("trains/single_drive_unit.yaml")).unwrap()
+    train("single_drive_unit")
 }
 
 /// Corners of a shape in the train's frame on a straight level rail (of its box, for round shapes).

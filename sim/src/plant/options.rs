@@ -1,0 +1,23 @@
+//! How a plant starts, and what surrounds it.
+
+use super::obstacles::ObstacleBox;
+use super::train::adhesion::Zone;
+
+/// Start and surroundings of a plant.
+#[derive(Clone, Debug, Default)]
+pub struct PlantOptions {
+    /// Chainage of the vehicle's front, m.
+    pub front_m: f64,
+    /// Speed at the start, m/s.
+    pub speed_mps: f64,
+    /// Gravity, m/s².
+    pub gravity_mps2: f64,
+    /// Index of the mount that carries the IMU (`Train::mounts`); a car has one only.
+    pub imu: usize,
+    /// Indices of all mounts that carry an instrument; the others in `Truth::mounts` stay as they were at the start.
+    pub mounts: Vec<usize>,
+    /// Slippery stretches.
+    pub zones: Vec<Zone>,
+    /// Obstacles and walls; only rigid bodies meet them.
+    pub obstacles: Vec<ObstacleBox>,
+}

@@ -1,0 +1,272 @@
+//! Estimators and controllers by name and by box, one estimator under several names, and what is refused.
+
+#![allow(clippy::unwrap_used)]
+
+use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Value, Vehicle};
+use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind};
+use monorig_sim::{
+    Controller, ControllerSetup, DriveCycle, Perception, Rail, Reference, Registry, Scenario,
+    Settings, Sheet, Simulation, SimulationBuilder, StepFrame, Train,
+};
+use std::path::{Path, PathBuf};
+
+monorig_estimators::params! {
+    /// Parameters of the constant estimator.
+    ConstantParams {
+        mass_kg ["kg"] = 15e3, 1.0 => 1e6, "The mass that it always reports.";
+    }
+}
+
+/// Reports a constant mass; owns a heap, and is no `Copy`.
+struct Constant(Vec<f64>);
+
+impl Estimator for Constant {
+    fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
+        let total_mass_kg = Value {
+            value: self.0[0],
+            sd: 1.0,
+            valid: true,
+        };
+        Ok(Estimate {
+            total_mass_kg,
+            ..Estimate::at(z.t)
+        })
+    }
+    fn reset(&mut self) {}
+}
+
+/// Brakes, whatever is asked.
+struct Brakes;
+
+impl Controller for Brakes {
+    fn control(&mut self, r: &Reference, _: &Perception, _: f64) -> Command {
+        Command {
+            brake: 1.0,
+            ..r.command()
+        }
+    }
+}
+
+fn assets() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets")
+}
+
+/// Ten seconds of a point mass on the first section of Liu et al. 2023.
+fn in_code() -> SimulationBuilder {
+    let rail = Rail::load(&assets().join("tracks/liu2023_section1.yaml")).unwrap();
+    let train = Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap();
+    Simulation::builder(rail, train)
+        .sensors(Sheet::load(&assets().join("sensors/liu2023.yaml")).unwrap())
+        .drive_cycle(DriveCycle::by_time(&[(0.0, 0.0), (4.0, 1.0)]).unwrap())
+        .plant_kind(PlantKind::PointMass)
+        .load_mass_kg(10e3)
+        .stop_after_s(10.0)
+}
+
+/// The same as a file, with more of it.
+fn from_file(more: &str) -> Result<Simulation, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sample.yaml");
+    let assets = assets();
+    let assets = assets.display();
+    let text = format!(
+        "version: 1\nwhy: A test.\ntrack: {assets}/tracks/liu2023_section1.yaml\ntrain: {assets}/trains/dx80_176y.yaml\n\
+         sensors: {assets}/sensors/liu2023.yaml\nload: {{mass_kg: 10000}}\nphysics: {{plant: point-mass}}\nstop: {{after_s: 10}}\n{more}\n"
+    );
+    std::fs::write(&path, text).unwrap();
+    std::fs::write(
+        folder.path().join("tuned.yaml"),
+        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.9}\n",
+    )
+    .unwrap();
+    let scenario = Scenario::load(&path, &[]).map_err(|e| e.to_string())?;
+    let mut registry = Registry::default();
+    registry
+        .estimator("constant", |_: &Vehicle, p: &ConstantParams| {
+            Constant(vec![p.mass_kg])
+        })
+        .unwrap();
+    Simulation::build(scenario, &registry, 1).map_err(|e| e.to_string())
+}
+
+const DRIVE: &str = "drive: {speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}]}";
+
+/// Speed and all masses, step by step, as bits.
+fn bits(sim: &mut Simulation) -> Vec<u64> {
+    let mut all = Vec::new();
+    let mut watch = |f: &StepFrame<'_>| {
+        all.push(f.truth.speed_mps.to_bits());
+        let masses = f.estimators.iter().map(|e| e.estimate.total_mass_kg.value);
+        all.extend(masses.map(f64::to_bits));
+    };
+    sim.run(&mut [&mut watch]).unwrap();
+    all
+}
+
+fn refusal(built: Result<Simulation, impl ToString>) -> String {
+    match built {
+        Ok(_) => panic!("it was built"),
+        Err(e) => e.to_string(),
+    }
+}
+
+#[test]
+fn code_and_file_give_the_same_run_to_the_bit() {
+    let estimator = "dffrls_aekf_robust";
+    let code = in_code().registered_estimator(estimator, Settings::default());
+    let more = format!("{DRIVE}\nestimators: {{{estimator}: {{}}}}");
+    let of_file = bits(&mut from_file(&more).unwrap());
+    assert!(of_file.len() > 8000);
+    assert_eq!(bits(&mut code.build(1).unwrap()), of_file);
+}
+
+#[test]
+fn one_estimator_runs_under_several_names_with_parameters_of_its_own() {
+    let mut sim = from_file(&format!(
+        "{DRIVE}\nestimators:\n  dffrls_aekf_robust: {{}}\n  same: {{is: dffrls_aekf_robust}}\n  \
+         tuned: {{is: dffrls_aekf_robust, delta: 0.9, lambda0: 0.9}}\n  by-file: {{is: dffrls_aekf_robust, from: tuned.yaml}}\n  \
+         mine: {{is: constant, mass_kg: 12345}}\nin_loop: tuned"
+    ))
+    .unwrap();
+    let names: Vec<&str> = sim.estimators.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["by-file", "dffrls_aekf_robust", "mine", "same", "tuned"]
+    );
+    assert_eq!(sim.in_loop, Some(4));
+    let (mut steps, mut differ) = (0, 0);
+    let mut watch = |f: &StepFrame<'_>| {
+        let of = |name: &str| {
+            let found = f.estimators.iter().find(|e| e.name == name);
+            found.unwrap().estimate
+        };
+        assert_eq!(of("dffrls_aekf_robust"), of("same"));
+        differ += usize::from(of("tuned") != of("same"));
+        steps += usize::from(f.sampled);
+        assert!(!f.sampled || of("mine").total_mass_kg.value == 12345.0);
+    };
+    sim.run(&mut [&mut watch]).unwrap();
+    assert!(steps > 1000 && differ > steps / 2, "{differ} of {steps}");
+}
+
+#[test]
+fn what_is_not_in_the_registry_is_refused_with_the_nearest_name() {
+    for (estimators, parts) in [
+        (
+            "dffrls_aekf_robst: {}",
+            &["did you mean `dffrls_aekf_robust`", "`is`"][..],
+        ),
+        (
+            "tuned: {is: constnt}",
+            &["tuned.is", "did you mean `constant`"],
+        ),
+        (
+            "mine: {is: constant, mas_kg: 1}",
+            &["mine.mas_kg", "did you mean `mass_kg`"],
+        ),
+        (
+            "constant: {mass_kg: 0}",
+            &["constant.mass_kg", "1…1000000 kg"],
+        ),
+        ("constant: {mass_kg: heavy}", &["heavy is not a number"]),
+        ("constant: {mass_kg: true}", &["true is not a number"]),
+        (
+            "x: {is: constant, from: tuned.yaml}",
+            &["parameters of `dffrls_aekf_robust`", "of `constant`"],
+        ),
+        ("x: {from: tuned.yaml}", &["write `is: dffrls_aekf_robust`"]),
+        (
+            "'a/b': {is: constant}",
+            &["cannot be the name of an estimator", "`a_b`"],
+        ),
+        (
+            "'': {is: constant}",
+            &["cannot be the name of an estimator"],
+        ),
+    ] {
+        let told = refusal(from_file(&format!("{DRIVE}\nestimators: {{{estimators}}}")));
+        let all = parts.iter().all(|part| told.contains(part));
+        assert!(all && told.contains("sample.yaml:"), "{told}");
+    }
+    for (controller, part) in [
+        ("{kind: pid}", "known controllers: pi"),
+        ("{kpp: 1}", "did you mean `kp`"),
+        ("{kp: -1}", "0…1000 1/s"),
+        ("{hold: 1}", "1 is not true or false"),
+        ("{feedforward: estimat}", "estimate"),
+    ] {
+        let drive = DRIVE.replace("]}", &format!("], controller: {controller}}}"));
+        let told = refusal(from_file(&drive));
+        assert!(
+            told.contains(part) && told.contains("drive.controller"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn boxes_of_ones_own_run_beside_the_registry() {
+    let mut sim = in_code()
+        .estimator("mine", Box::new(Constant(vec![20e3])))
+        .registered_estimator("rls_ekf_robust", Settings::default())
+        .controller(Box::new(Brakes))
+        .build(1)
+        .unwrap();
+    let outcome = sim.run(&mut []).unwrap();
+    assert!(outcome.finished && sim.plant.truth().speed_mps.abs() < 1e-3);
+    assert_eq!(sim.estimators[0].estimate.total_mass_kg.value, 20e3);
+
+    let brakes = |_: &Vehicle, _: &ControllerSetup, _: &ConstantParams| Brakes;
+    let mut registry = Registry::default();
+    registry.controller("brakes", brakes).unwrap();
+    let named = in_code()
+        .registry(&registry)
+        .registered_controller(ControllerSettings::of_kind("brakes").set("mass_kg", 2.0));
+    let mut sim = named.build(1).unwrap();
+    sim.run(&mut []).unwrap();
+    assert!(sim.plant.truth().speed_mps.abs() < 1e-3);
+}
+
+#[test]
+fn what_cannot_be_built_in_code_says_why() {
+    let mine = || Box::new(Constant(vec![20e3]));
+    let no_sensors = || {
+        let rail = Rail::load(&assets().join("tracks/level_200m.yaml")).unwrap();
+        let train = Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap();
+        Simulation::builder(rail, train)
+    };
+    for (builder, part) in [
+        (in_code().load_mass_kg(f64::NAN), "load.mass_kg"),
+        (in_code().load_mass_kg(1e6), "the train cannot carry"),
+        (in_code().stop_after_s(0.0), "stop.after_s"),
+        (in_code().in_loop("nobody"), "`nobody` is not among"),
+        (
+            in_code().feedforward(FeedForward::Estimate),
+            "no estimator in the loop",
+        ),
+        (in_code().estimator("a/b", mine()), "cannot be the name"),
+        (
+            in_code().estimator("a", mine()).estimator("a", mine()),
+            "two estimators",
+        ),
+        (
+            no_sensors().stop_after_s(1.0),
+            "the speed reference has no point",
+        ),
+        (
+            no_sensors()
+                .stop_after_s(1.0)
+                .drive_cycle(DriveCycle::by_time(&[(0.0, 0.0)]).unwrap()),
+            "no instruments",
+        ),
+        (
+            no_sensors().drive_cycle(DriveCycle::by_time(&[(0.0, 0.0)]).unwrap()),
+            "nothing ends this run",
+        ),
+    ] {
+        let told = refusal(builder.build(1));
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(DriveCycle::by_time(&[(-1.0, 0.0)]).is_err());
+    assert!(DriveCycle::by_chainage(&[(1.0, f64::NAN)], 0.3).is_err());
+}
