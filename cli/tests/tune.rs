@@ -16,7 +16,8 @@ estimator: dffrls_aekf_robust
 parameters:
   delta: {from: 0.9, to: 0.9999, scale: memory}
   regression_hz: {from: 1, to: 10, integer: true}
-  kinematic: {choices: [0, 1]}
+  acceleration: {choices: [specific_force, kinematic]}
+  square_root: {choices: [true, false]}
 fixed: {cutoff_hz: 2}
 published: {delta: 0.95, kappa: 0.966}
 tuning:
@@ -159,6 +160,7 @@ fn the_closed_loop_is_tuned_too() {
 }
 
 /// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something else.
+#[cfg(feature = "viewer")]
 #[test]
 fn before_and_after_are_recorded_side_by_side() {
     let rig = rig();
@@ -304,10 +306,14 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("range_without_ends", "study.yaml", "{from: 1, to: 10, integer: true}", "{integer: true}"),
     ("range_upside_down", "study.yaml", "from: 1, to: 10", "from: 10, to: 1"),
     ("memory_of_one", "study.yaml", "to: 0.9999", "to: 1"),
-    ("log_of_zero", "study.yaml", "{choices: [0, 1]}", "{from: 0, to: 1, scale: log}"),
+    ("log_of_zero", "study.yaml", "{from: 1, to: 10, integer: true}", "{from: 0, to: 1, scale: log}"),
     ("integer_with_a_fraction", "study.yaml", "from: 1, to: 10", "from: 1.5, to: 10"),
-    ("a_single_choice", "study.yaml", "choices: [0, 1]", "choices: [0]"),
-    ("choices_and_ends", "study.yaml", "{choices: [0, 1]}", "{choices: [0, 1], to: 1}"),
+    ("a_single_choice", "study.yaml", "[true, false]", "[true]"),
+    ("a_choice_unknown", "study.yaml", "kinematic]", "kinematc]"),
+    ("a_flag_with_numbers", "study.yaml", "[true, false]", "[0, 1]"),
+    ("a_choice_with_a_range", "study.yaml", "{choices: [specific_force, kinematic]}", "{from: 0, to: 1}"),
+    ("type_unknown", "study.yaml", "estimator: dffrls_aekf_robust", "estimator: tuned\nis: dffrls_aekf_robst"),
+    ("choices_and_ends", "study.yaml", "{choices: [true, false]}", "{choices: [true, false], to: 1}"),
     ("fixed_and_varying", "study.yaml", "fixed: {cutoff_hz: 2}", "fixed: {delta: 0.99}"),
     ("published_unknown", "study.yaml", "kappa: 0.966", "capa: 0.966"),
     ("unknown_metric", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rms_kg"),

@@ -3,6 +3,9 @@
 #![allow(dead_code)] // every test file is a program of its own and uses part of this
 #![allow(clippy::unwrap_used)] // a helper of tests
 
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -235,4 +238,31 @@ fn list(folder: &Path, names: &mut Vec<String>) {
             list(&entry.path(), names);
         }
     }
+}
+
+/// All columns by name; NaN = null.
+pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
+    use arrow::array::{Array, AsArray};
+    use arrow::datatypes::Float64Type;
+    let file = File::open(folder.join("channels.parquet")).unwrap();
+    let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for batch in ParquetRecordBatchReaderBuilder::try_new(file)
+        .unwrap()
+        .build()
+        .unwrap()
+    {
+        let batch = batch.unwrap();
+        for (field, column) in batch.schema().fields().iter().zip(batch.columns()) {
+            let column = column.as_primitive::<Float64Type>();
+            let values = (0..column.len()).map(|i| {
+                if column.is_null(i) {
+                    f64::NAN
+                } else {
+                    column.value(i)
+                }
+            });
+            all.entry(field.name().clone()).or_default().extend(values);
+        }
+    }
+    all
 }

@@ -15,7 +15,7 @@ params! {
     ComplementaryParams {
         crossover_hz ["Hz"] = 0.15, 0.005 => 2.0, "Below it the slope follows accelerometer and wheels, above it the gyro.";
         forgetting ["-"] = 0.9998, 0.99 => 1.0, "Forgetting factor of the mass regression, per step.";
-        window_s ["s"] = 0.2, 0.005 => 2.0, "Forces and accelerations are averaged over this time.";
+        window ["-"] = 40.0, 1.0 => 1000.0, "Forces and accelerations are averaged over so many steps.";
         gyro [flag] = true, "Use the gyro; without it the slope lags.";
     }
 }
@@ -28,10 +28,11 @@ pub struct Complementary {
     speed_mps: Real,
     grade_rad: Real,
     mass_kg: Real,
-    /// Variance of the mass, kg², and mean square of the residuals, N².
+    /// Variance of the mass, kg².
     variance: Real,
+    /// Mean square of the regression's residuals, N².
     residual2: Real,
-    /// Force minus that of the rotating masses (N) and the acceleration that the mass answers it with (m/s²).
+    /// Force on the train (N), and the acceleration that its mass answers with (m/s²).
     window: VecDeque<[Real; 2]>,
 }
 
@@ -52,65 +53,59 @@ impl Complementary {
         }
     }
 
-    /// Force of the motors at the rims, N: losses take from it when they drive and help when they brake.
-    fn rim_force_n(&self) -> Real {
+    /// Observer of speed and grade with two poles at the crossover: v' = f − g sin θ + 1.4 ω e, θ' = −ω_y − ω²/g e. Returns v'.
+    fn follow_grade(&mut self, f: Real, error: Real, dt: Real) -> Real {
+        let gyro = self.last.angular_rate_radps.filter(|_| self.params.gyro);
+        let rate = gyro.map_or(0.0, |s| -s.value[1]);
+        let omega = TAU * self.params.crossover_hz;
+        let acceleration = f - G * self.grade_rad.sin();
+        self.speed_mps += dt * (acceleration + 1.4 * omega * error);
+        self.grade_rad += dt * (rate - omega * omega / G * error);
+        self.grade_rad = self.grade_rad.clamp(-0.7, 0.7);
+        acceleration
+    }
+
+    /// Recursive least squares on averages of F − m_rot v' = m (f + c g cos θ).
+    fn learn_mass(&mut self, f: Real, acceleration: Real) {
         let v = &self.vehicle;
         let torques = self.last.motor_torque_nm.iter().flatten();
-        let force = torques.map(|s| s.value).sum::<Real>() * v.gear_ratio / v.wheel_radius_m;
-        force * v.efficiency.powf(force.signum())
+        let rim = torques.map(|s| s.value).sum::<Real>() * v.gear_ratio / v.wheel_radius_m;
+        // losses take from the force that drives, and help that which brakes
+        let force = rim * v.efficiency.powf(rim.signum()) - v.rotating_mass_kg * acceleration;
+        let resisting = v.running_resistance * G * self.grade_rad.cos();
+        self.window.push_back([force, f + resisting]);
+        while self.window.len() as Real > self.params.window {
+            self.window.pop_front();
+        }
+        let n = self.window.len() as Real;
+        let mean = |i: usize| self.window.iter().map(|w| w[i]).sum::<Real>() / n;
+        let (y, h, [low, high]) = (mean(0), mean(1), v.mass_range_kg);
+        let residual = y - h * self.mass_kg;
+        let gain = self.variance * h / (h * self.variance * h + self.residual2);
+        self.mass_kg = (self.mass_kg + gain * residual).clamp(low, high);
+        let variance = (1.0 - gain * h) * self.variance / self.params.forgetting;
+        self.variance = variance.min((high - low).powi(2));
+        self.residual2 += 1e-3 * (residual * residual - self.residual2);
     }
 }
 
 impl Estimator for Complementary {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         self.last.merge(z);
-        let mut wheels: Vec<Real> = self
-            .last
-            .wheel_speed_mps
-            .iter()
-            .flatten()
-            .map(|s| s.value)
-            .collect();
-        wheels.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
-        let (Some(f), Some(&wheel)) = (self.last.specific_force_mps2, wheels.get(wheels.len() / 2))
-        else {
+        let wheels = self.last.wheel_speed_mps.iter().flatten();
+        let count = wheels.clone().count() as Real;
+        let wheel = wheels.map(|s| s.value).sum::<Real>() / count.max(1.0);
+        let Some(f) = self.last.specific_force_mps2.map(|s| s.value[0]) else {
             return Ok(Estimate::at(z.t));
         };
-        // observer of speed and grade: two poles at the crossover, damping 0.7
-        let rate = self
-            .last
-            .angular_rate_radps
-            .filter(|_| self.params.gyro)
-            .map_or(0.0, |s| -s.value[1]);
-        let (omega, error) = (TAU * self.params.crossover_hz, wheel - self.speed_mps);
-        let acceleration = f.value[0] - G * self.grade_rad.sin();
-        self.speed_mps += dt * (acceleration + 1.4 * omega * error);
-        self.grade_rad =
-            (self.grade_rad + dt * (rate - omega * omega / G * error)).clamp(-0.7, 0.7);
-        // F − m_rot·a = m·(f_x + c·g·cos θ): a regression with one unknown, on averages
-        let resisting = self.vehicle.running_resistance * G * self.grade_rad.cos();
-        let force = self.rim_force_n() - self.vehicle.rotating_mass_kg * acceleration;
-        self.window.push_back([force, f.value[0] + resisting]);
-        while self.window.len() as Real * dt > self.params.window_s + dt {
-            self.window.pop_front();
-        }
-        let n = self.window.len() as Real;
-        let [y, h] = self
-            .window
-            .iter()
-            .fold([0.0; 2], |s, w| [s[0] + w[0] / n, s[1] + w[1] / n]);
+        let error = wheel - self.speed_mps;
+        let acceleration = self.follow_grade(f, error, dt);
         let moving = wheel > MIN_SPEED_MPS && u.brake == 0.0;
         if moving {
-            let residual = y - h * self.mass_kg;
-            let gain = self.variance * h / (h * self.variance * h + self.residual2);
-            let [low, high] = self.vehicle.mass_range_kg;
-            self.mass_kg = (self.mass_kg + gain * residual).clamp(low, high);
-            self.variance = ((1.0 - gain * h) * self.variance / self.params.forgetting)
-                .min((high - low).powi(2));
-            self.residual2 += 1e-3 * (residual * residual - self.residual2);
+            self.learn_mass(f, acceleration);
         }
-        let sd = self.variance.sqrt() + 0.01 * self.mass_kg;
         let value = |value, sd, valid| Value { value, sd, valid };
+        let sd = self.variance.sqrt() + 0.01 * self.mass_kg;
         let mut estimate = Estimate::at(z.t);
         estimate.speed_mps = value(self.speed_mps, 0.02, true);
         estimate.grade_rad = value(self.grade_rad, 0.01, moving);
@@ -125,11 +120,17 @@ impl Estimator for Complementary {
     }
 
     fn internals(&self) -> &[Internal] {
-        &[Internal::new("residual", "N"), Internal::new("window", "-")]
+        const {
+            &[
+                Internal::new("residual", "N"),
+                Internal::new("gyro_used", "-"),
+            ]
+        }
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let all = [self.residual2.sqrt(), self.window.len() as Real];
+        let used = self.params.gyro && self.last.angular_rate_radps.is_some();
+        let all = [self.residual2.sqrt(), if used { 1.0 } else { 0.0 }];
         values.iter_mut().zip(all).for_each(|(to, from)| *to = from);
     }
 }

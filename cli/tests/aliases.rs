@@ -1,0 +1,216 @@
+//! One estimator several times in a run, under other names: every command, every file it leaves.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{Simulation, columns};
+use serde_json::Value;
+
+const TYPE: &str = "dffrls_aekf_robust";
+
+/// `plain` has no parameters: it is the type under another name. `tuned` has one and drives the train.
+const SCENARIO: &str = "\
+version: 1
+why: One type, three instances.
+track: track.yaml
+train: train.yaml
+start: {chainage_m: 2}
+stop: {after_s: 30}
+physics: {plant: point-mass}
+drive:
+  speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]
+  controller: {feedforward: estimate}
+sensors: sensors.yaml
+estimators:
+  dffrls_aekf_robust: {}
+  plain: {is: dffrls_aekf_robust}
+  tuned: {is: dffrls_aekf_robust, delta: 0.9}
+in_loop: tuned
+expect:
+  - {estimator: tuned, metric: slope_valid_share, at_least: 0}
+";
+
+const STUDY: &str = "\
+version: 1
+why: A spread.
+scenario: quick.yaml
+runs: 3
+vary:
+  - {path: estimators.tuned.delta, uniform: [0.9, 0.99]}
+";
+
+const TUNING: &str = "\
+version: 1
+why: A sample.
+estimator: tuned
+is: dffrls_aekf_robust
+evaluation: closed_loop
+parameters:
+  delta: {from: 0.9, to: 0.9999, scale: memory}
+tuning:
+  - {scenario: quick.yaml, seeds: [1]}
+validation:
+  - {scenario: quick.yaml, seeds: [7]}
+objective: {metrics: [{metric: slope_rmse_deg, after_s: 20}]}
+optimiser: random
+budget: 4
+sensitivity: {curve: 0, map: 0}
+";
+
+fn rig() -> Simulation {
+    let rig = Simulation::new();
+    for (name, text) in [
+        ("quick.yaml", SCENARIO),
+        ("spread.yaml", STUDY),
+        ("tuning.yaml", TUNING),
+    ] {
+        rig.write(name, text.as_bytes());
+    }
+    rig
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn names(estimators: &Value) -> Vec<String> {
+    estimators.as_object().unwrap().keys().cloned().collect()
+}
+
+fn held(rig: &Simulation, arguments: &[&str]) -> String {
+    let (code, out, err) = rig.monorig(arguments);
+    assert_eq!(code, Some(0), "{arguments:?}\n{out}{err}");
+    out
+}
+
+const INSTANCES: [&str; 3] = [TYPE, "plain", "tuned"];
+
+#[test]
+fn an_instance_has_its_name_everywhere_in_a_run_and_its_report() {
+    let rig = rig();
+    let told = held(&rig, &["run", "quick.yaml", "--no-rerun"]);
+    assert!(INSTANCES.iter().all(|name| told.contains(name)), "{told}");
+    let metrics = json(&rig.read("runs/quick/1/metrics.json"));
+    assert_eq!(names(&metrics["estimators"]), INSTANCES);
+    assert_eq!(metrics["expectations"][0]["estimator"], "tuned");
+    let manifest = json(&rig.read("runs/quick/1/manifest.json"));
+    assert_eq!(manifest["resolved"]["estimators"]["tuned"]["is"], TYPE);
+
+    let columns = columns(&rig.path("runs/quick/1"));
+    let estimates: Vec<&String> = columns
+        .keys()
+        .filter(|c| c.starts_with("estimates/plain/"))
+        .collect();
+    assert!(estimates.len() >= 10, "{estimates:?}");
+    let bits = |name: &str| -> Vec<u64> { columns[name].iter().map(|x| x.to_bits()).collect() };
+    for name in estimates {
+        let of = |instance: &str| bits(&name.replace("/plain/", &format!("/{instance}/")));
+        assert_eq!(of("plain"), of(TYPE), "{name}");
+    }
+    let mass = "estimates/tuned/total_mass";
+    assert_ne!(bits(mass), bits("estimates/plain/total_mass"));
+    assert!(columns.keys().any(|c| c.starts_with("internals/tuned/")));
+
+    held(&rig, &["report", "runs/quick/1"]);
+    let report = rig.read("runs/quick/1/report.html");
+    for part in ["Total mass: tuned", "Slope: plain", "delta = 0.9", TYPE] {
+        assert!(report.contains(part), "no {part}");
+    }
+}
+
+#[test]
+fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
+    let rig = rig();
+    held(&rig, &["test", "quick.yaml", "--json", "tested.json"]);
+    let tested = json(&rig.read("tested.json"));
+    let summary = &tested["scenarios"][0]["runs"][0]["summary"];
+    assert_eq!(names(&summary["estimators"]), INSTANCES);
+
+    // named in the scenario, and added on the command line
+    let told = held(
+        &rig,
+        &[
+            "compare",
+            "quick.yaml",
+            "--estimators",
+            "tuned,other=dffrls_aekf_robust,joint_ekf_robust",
+            "--set",
+            "estimators.other.delta=0.9",
+            "--metrics",
+            "slope_mae_deg",
+            "--seeds",
+            "1..2",
+            "--json",
+            "compared.json",
+        ],
+    );
+    assert!(told.contains("minus tuned"), "{told}");
+    let compared = json(&rig.read("compared.json"));
+    assert_eq!(compared["estimators"]["other"]["is"], TYPE);
+    let mean = |i: usize| compared["table"][i]["mean"]["mean"].as_f64().unwrap();
+    assert_eq!(mean(0), mean(1), "the same type and parameters");
+    assert_ne!(mean(0), mean(2));
+    held(&rig, &["report", "compared.json"]);
+    let report = rig.read("compared.html");
+    assert!(report.contains("other") && report.contains("delta = 0.9"));
+
+    held(&rig, &["study", "spread.yaml"]);
+    let results = rig.read("runs/spread/results.jsonl");
+    for run in results.lines().skip(1) {
+        let run = json(run);
+        assert_eq!(names(&run["summary"]["estimators"]), INSTANCES);
+    }
+}
+
+/// The winner's file is of the type, so that any instance can include it.
+#[test]
+fn an_instance_is_tuned_in_the_loop_and_its_winner_included() {
+    let rig = rig();
+    held(&rig, &["tune", "tuning.yaml", "--no-rerun"]);
+    let winner = rig.read("runs/tune/tuning/winner.yaml");
+    assert!(winner.contains(&format!("estimator: {TYPE}")), "{winner}");
+    let from = "estimators={tuned: {is: dffrls_aekf_robust, from: runs/tune/tuning/winner.yaml}}";
+    held(&rig, &["run", "quick.yaml", "--no-rerun", "--set", from]);
+}
+
+#[test]
+fn what_cannot_be_an_instance_is_refused() {
+    let rig = rig();
+    for (arguments, part) in [
+        (
+            &[
+                "run",
+                "quick.yaml",
+                "--set",
+                "estimators.tuned.is=dffrls_aekf_robst",
+            ][..],
+            "did you mean `dffrls_aekf_robust`?",
+        ),
+        (
+            &["run", "quick.yaml", "--set", "estimators.tuned.delat=0.9"],
+            "did you mean `delta`?",
+        ),
+        (&["run", "quick.yaml", "--set", "in_loop=tund"], "tuned"),
+        (
+            &[
+                "compare",
+                "quick.yaml",
+                "--estimators",
+                "tuned=joint_ekf_robust",
+            ],
+            "`tuned` is dffrls_aekf_robust in this scenario",
+        ),
+        (
+            &["compare", "quick.yaml", "--estimators", "a=nothing_like_it"],
+            "there is no estimator `nothing_like_it`",
+        ),
+        (
+            &["compare", "quick.yaml", "--estimators", "a="],
+            "write NAME or NAME=TYPE",
+        ),
+    ] {
+        let told = rig.refused(arguments);
+        assert!(told.contains(part), "{arguments:?}: {told}");
+    }
+}
