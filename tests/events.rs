@@ -265,8 +265,8 @@ fn a_cycle_and_its_loads_start_over() {
 /// The methods as printed stand beside the others in a scenario, whole or with some slips mended; what they say stays finite, however wrong.
 #[test]
 fn methods_as_printed_can_be_named_beside_the_others() {
-    let bank = "{dffrls_aekf_robust: {}, dffrls_aekf_printed: {}, resistance_dffrls_printed: {eq14: 0}, \
-                dffrls_aukf_printed: {}, imm_stf_printed: {eq11: 0}, mmrls_sh_stf_printed: {}}";
+    let bank = "{dffrls_aekf_robust: {}, dffrls_aekf_printed: {}, resistance_dffrls_printed: {eq14: corrected}, \
+                dffrls_aukf_printed: {}, imm_stf_printed: {eq11: corrected}, mmrls_sh_stf_printed: {}}";
     let (mut members, mut whole) = (0, true);
     watch(level(&[("estimators", bank)]), |f| {
         members = f.estimators.len();
