@@ -111,7 +111,7 @@ fn what_is_not_there_is_named() {
     for (more, says) in [
         (
             ["--estimators", "dffrls_aukf_robust,jiont_ekf"],
-            "did you mean `joint_ekf_robust`",
+            "did you mean `joint_ekf`",
         ),
         (
             ["--reference", "joint_ekf_robust"],

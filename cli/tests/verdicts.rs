@@ -109,7 +109,7 @@ fn a_bad_file_is_shown_and_the_others_run() {
     assert_eq!(code, Some(2), "{out}{err}");
     assert!(out.contains("held    good"), "{out}");
     assert!(
-        err.contains("all/bad.yaml:10:27") && err.contains("did you mean `dffrls_aukf_robust`"),
+        err.contains("all/bad.yaml:10:27") && err.contains("did you mean `dffrls_aukf`"),
         "{err}"
     );
 }
