@@ -15,7 +15,7 @@ version: 1
 why: One type, three instances.
 track: track.yaml
 train: train.yaml
-start: {chainage_m: 2}
+start: {chainage_m: 58}
 stop: {after_s: 30}
 physics: {plant: point-mass}
 drive:
