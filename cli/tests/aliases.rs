@@ -134,7 +134,7 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
             "compare",
             "quick.yaml",
             "--estimators",
-            "tuned,other=dffrls_aekf_robust,joint_ekf_robust",
+            "tuned,other=dffrls_aekf_robust,dffrls_aekf_robust",
             "--set",
             "estimators.other.delta=0.9",
             "--metrics",
