@@ -22,7 +22,7 @@ choices! {
 params! {
     /// Parameters of an estimator that reports what it is told.
     OracleParams {
-        mass_kg ["kg"] = 9e3, 1e3 => 1e5, "The mass it reports.";
+        mass_kg ["kg"] = 8e3, 1e3 => 1e5, "The mass it reports.";
         doubled [flag] = true, "Report twice the mass.";
         extra [choice Extra] = Extra::Tonne, "What is added.";
     }

@@ -15,7 +15,7 @@ version: 1
 why: One type, three instances.
 track: track.yaml
 train: train.yaml
-start: {chainage_m: 2}
+start: {chainage_m: 58}
 stop: {after_s: 30}
 physics: {plant: point-mass}
 drive:
@@ -134,7 +134,7 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
             "compare",
             "quick.yaml",
             "--estimators",
-            "tuned,other=dffrls_aekf_robust,joint_ekf_robust",
+            "tuned,other=dffrls_aekf_robust,dffrls_aekf_robust",
             "--set",
             "estimators.other.delta=0.9",
             "--metrics",

@@ -110,7 +110,7 @@ fn what_is_not_there_is_named() {
     let rig = rig();
     for (more, says) in [
         (
-            ["--estimators", "dffrls_aukf_robust,jiont_ekf"],
+            ["--estimators", "dffrls_aukf_robust,jiont_ekf_robust"],
             "did you mean `joint_ekf_robust`",
         ),
         (
@@ -130,7 +130,7 @@ fn what_is_not_there_is_named() {
     rig.write("quick.yaml", bad.as_bytes());
     let told = rig.refused(&["compare", "quick.yaml"]);
     assert!(
-        told.contains("quick.yaml:13:71") && told.contains("did you mean"),
+        told.contains("quick.yaml:13:78") && told.contains("did you mean"),
         "{told}"
     );
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::{Simulation, without_lists};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -281,20 +281,6 @@ fn parameters_are_included() {
     );
     assert_eq!(included, run("{delta: 0.97, sigma: 5}"));
     assert_ne!(included, run("{from: tuned.yaml}"));
-}
-
-/// Lists of all names there are end after their title: they grow.
-fn without_lists(told: &str) -> String {
-    let cut = |line: &str| {
-        let mut line = line.to_owned();
-        for title in ["known estimators: ", "known metrics: ", "its parameters: "] {
-            if let Some(at) = line.find(title) {
-                line.replace_range(at + title.len().., "…");
-            }
-        }
-        line
-    };
-    told.lines().map(cut).collect::<Vec<_>>().join("\n")
 }
 
 /// Case, file, text to replace, replacement.

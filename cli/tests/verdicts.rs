@@ -103,13 +103,13 @@ fn a_run_that_breaks_down_is_a_failure() {
 
 #[test]
 fn a_bad_file_is_shown_and_the_others_run() {
-    let bad = quick(HOLDS).replace("dffrls_aukf_robust", "dffrls_aukv");
+    let bad = quick(HOLDS).replace("dffrls_aukf_robust", "dffrls_aukv_robust");
     let rig = with(&[("bad", bad), ("good", quick(HOLDS))]);
     let (code, out, err) = rig.monorig(&["test", "all"]);
     assert_eq!(code, Some(2), "{out}{err}");
     assert!(out.contains("held    good"), "{out}");
     assert!(
-        err.contains("all/bad.yaml:10:27") && err.contains("did you mean `dffrls_aukf_robust`"),
+        err.contains("all/bad.yaml:10:34") && err.contains("did you mean `dffrls_aukf_robust`"),
         "{err}"
     );
 }

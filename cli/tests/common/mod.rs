@@ -266,3 +266,17 @@ pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
     }
     all
 }
+
+/// Lists of all names there are end after their title: they grow.
+pub fn without_lists(told: &str) -> String {
+    let cut = |line: &str| {
+        let mut line = line.to_owned();
+        for title in ["known estimators: ", "known metrics: ", "its parameters: "] {
+            if let Some(at) = line.find(title) {
+                line.replace_range(at + title.len().., "…");
+            }
+        }
+        line
+    };
+    told.lines().map(cut).collect::<Vec<_>>().join("\n")
+}
