@@ -27,12 +27,12 @@ HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]
 CASES = ["ramp_8", "ramp_12", "ramp_20", "ramp_29", "ramp_20_8", "ramp_29_12", "5_turning", "flat_turning"]
 SETS = [
-    ("Liu et al. 2023, table 1 (section 1)", "liu2023_section1", ALL, "1..50", LIU),
-    ("Liu et al. 2023, table 2 (section 2)", "liu2023_section2", ALL, "1..50", LIU),
-    ("Liu et al. 2023, table 4 (vehicle test)", "liu2023_vehicle_test", ALL, "1..50", LIU),
-    ("DFFRLS-AUKF paper, table 2 (section 1)", "huainan_section1", None, "1..50", HUAINAN),
-    ("DFFRLS-AUKF paper, table 3 (section 2)", "huainan_section2", None, "1..50", HUAINAN),
-] + [(f"Guo et al. 2024, table 2 ({case.replace('_', ' ')})", f"guo2024_{case}", None, "1..50", GUO) for case in CASES]
+    ("Liu et al. 2023, table 1 (section 1)", "liu2023_section1", ALL, "1..20", LIU),
+    ("Liu et al. 2023, table 2 (section 2)", "liu2023_section2", ALL, "1..20", LIU),
+    ("Liu et al. 2023, table 4 (vehicle test)", "liu2023_vehicle_test", ALL, "1..20", LIU),
+    ("DFFRLS-AUKF paper, table 2 (section 1)", "huainan_section1", None, "1..20", HUAINAN),
+    ("DFFRLS-AUKF paper, table 3 (section 2)", "huainan_section2", None, "1..20", HUAINAN),
+] + [(f"Guo et al. 2024, table 2 ({case.replace('_', ' ')})", f"guo2024_{case}", None, "1..20", GUO) for case in CASES]
 
 
 def parameters():

@@ -3,6 +3,7 @@
 pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
+use crate::control::{Perception, Reference};
 use crate::error::Error;
 use monorig_estimators::api::signals::{Command, Measurements};
 
@@ -45,44 +46,54 @@ fn closed_loop(
             return Ok(Outcome::new(ended, t_s, steps, &s.estimators));
         }
         let mut reference = s.cycle.at(t_s, front_m, s.dt_s);
-        let estimate = s.in_loop.and_then(|i| s.estimators.get(i));
-        let estimate = estimate.map(|e| &e.estimate);
-        let perception = *s
-            .perception
-            .next(s.plant.truth(), estimate, &command, s.dt_s);
+        let perception = perceive(s, &command);
         s.events.apply(t_s, s.plant.as_mut(), &mut reference);
         command = s.controller.control(&reference, &perception, s.dt_s);
-
         s.plant.step(&command, s.dt_s)?;
         steps += 1;
-        let mut z = Measurements::default();
+        let (mut z, t_s) = (Measurements::default(), s.plant.truth().t_s);
         s.sensors.measure(s.plant.truth(), &mut z)?;
-        let (t_s, sampled) = (s.plant.truth().t_s, z.any());
-        if sampled {
+        if z.any() {
             s.perception.measure(&z);
             for estimator in &mut s.estimators {
                 estimator.step(&z, &command, t_s - last_sample_s);
             }
             last_sample_s = t_s;
         }
-
-        let time_ns = z.t.ns();
-        if observers.iter().any(|o| o.wants_truth(time_ns)) {
-            s.plant.update_clearance();
-        }
-        let frame = StepFrame {
-            time_ns,
-            truth: s.plant.truth(),
-            measurements: &z,
-            sampled,
-            command: &command,
-            reference: &reference,
-            perception: &perception,
-            estimators: &s.estimators,
-            events: s.events.happened(),
-        };
-        for observer in observers.iter_mut() {
-            observer.on_step(&frame)?;
-        }
+        show(s, observers, &z, &command, &reference, &perception)?;
     }
+}
+
+/// What the controller sees before a step, given the command of the last one.
+fn perceive(s: &mut Simulation, last: &Command) -> Perception {
+    let estimator = s.in_loop.and_then(|i| s.estimators.get(i));
+    let estimate = estimator.map(|e| &e.estimate);
+    *s.perception.next(s.plant.truth(), estimate, last, s.dt_s)
+}
+
+/// Show the state after a step to the observers.
+fn show(
+    s: &mut Simulation,
+    observers: &mut [&mut dyn Observer],
+    z: &Measurements,
+    command: &Command,
+    reference: &Reference,
+    perception: &Perception,
+) -> Result<(), Error> {
+    let time_ns = z.t.ns();
+    if observers.iter().any(|o| o.wants_truth(time_ns)) {
+        s.plant.update_clearance();
+    }
+    let frame = StepFrame {
+        time_ns,
+        truth: s.plant.truth(),
+        measurements: z,
+        sampled: z.any(),
+        command,
+        reference,
+        perception,
+        estimators: &s.estimators,
+        events: s.events.happened(),
+    };
+    observers.iter_mut().try_for_each(|o| o.on_step(&frame))
 }
