@@ -19,6 +19,10 @@ pub enum Event {
         every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
+        /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own speed. Mass that is set
+        /// down leaves with the load's own speed and pushes nothing.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        load_speed_mps: Option<Finite>,
     },
     /// The rail is slippery.
     Adhesion {
@@ -171,6 +175,7 @@ struct EventKeys {
     from_m: Option<NonNegative>,
     to_m: Option<Positive>,
     load_mass_kg: Option<NonNegative>,
+    load_speed_mps: Option<Finite>,
     adhesion: Option<NonNegative>,
     sensor: Option<String>,
     fault: Option<FaultKind>,
@@ -189,6 +194,7 @@ impl EventKeys {
             ("from_m", self.from_m.is_some()),
             ("to_m", self.to_m.is_some()),
             ("load_mass_kg", self.load_mass_kg.is_some()),
+            ("load_speed_mps", self.load_speed_mps.is_some()),
             ("adhesion", self.adhesion.is_some()),
             ("sensor", self.sensor.is_some()),
             ("fault", self.fault.is_some()),
@@ -214,7 +220,7 @@ const KINDS: [Kind; 5] = [
     Kind(
         "load_mass_kg",
         &["at_s", "load_mass_kg"],
-        &["every_s"],
+        &["every_s", "load_speed_mps"],
         "{at_s: 30, load_mass_kg: 10000}",
     ),
     Kind(
@@ -289,11 +295,13 @@ impl<'de> Deserialize<'de> for Event {
                 at_s: Some(at_s),
                 every_s,
                 load_mass_kg: Some(load_mass_kg),
+                load_speed_mps,
                 ..
             } => Ok(Event::LoadMass {
                 at_s,
                 every_s,
                 load_mass_kg,
+                load_speed_mps,
             }),
             EventKeys {
                 from_m: Some(from_m),
@@ -403,6 +411,7 @@ mod tests {
             at_s: NonNegative::new(1.0),
             every_s: None,
             load_mass_kg: NonNegative::new(1.0),
+            load_speed_mps: None,
         };
         assert!(load.sensor_fault().unwrap().is_none());
     }
