@@ -355,7 +355,8 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
             Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
         let Gaussian { x, P } = *self.slope.filter.belief();
-        let bias_rad = self.bias_sd_mps2 / GRAVITY;
+        // g sin θ is read with the bias.
+        let bias_rad = self.bias_sd_mps2 / (GRAVITY * cos(x.y));
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
         let known = self.started
             && reading.specific_force_mps2.is_some()

@@ -24,7 +24,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
-use crate::api::real::{GRAVITY, lag, sqrt, within};
+use crate::api::real::{GRAVITY, cos, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::filters::ewma_variance::EwmaVariance;
@@ -33,7 +33,7 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassEstimator;
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction};
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control;
 use crate::supervise::excitation_gate::ExcitationGate;
@@ -267,14 +267,15 @@ impl MassEstimator for ForceBalanceRls {
         (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
     }
 
-    /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real {
+    /// With μ = μ₀ + (r + q |κ|)/M.
+    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
-        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
-            + direction * (x.y + x.w * train.curvature_per_m()) / (m * m);
-        let by_r = -direction / m;
+        let against = steady.direction * cos(steady.theta);
+        let by_m = -steady.traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + against * (x.y + x.w * train.curvature_per_m()) / (m * m);
+        let by_r = -against / m;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
-        sqrt(gradient.dot(&(self.covariance() * gradient)))
+        sqrt(gradient.dot(&(self.covariance() * gradient))) / steady.by_theta()
     }
 
     fn excited(&self) -> bool {

@@ -23,7 +23,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
+use crate::api::real::{GRAVITY, PI, cos, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::filters::forgetting::Forgetting;
@@ -32,7 +32,7 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::pipelines::two_stage::MassEstimator;
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control;
@@ -267,11 +267,11 @@ impl MassEstimator for MultiModelMass {
     }
 
     /// Errors of mass and of resistance, taken as independent.
-    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
-        let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
-        let by_resistance = self.params.mu_sd * self.mu;
-        sqrt(by_mass * by_mass + by_resistance * by_resistance)
+        let by_mass = steady.traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
+        let by_resistance = self.params.mu_sd * self.mu * cos(steady.theta);
+        sqrt(by_mass * by_mass + by_resistance * by_resistance) / steady.by_theta()
     }
 
     fn bend_n(&self) -> Real {

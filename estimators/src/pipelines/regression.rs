@@ -22,7 +22,7 @@ use crate::mass::force_balance_rls::AccelSource;
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
-use crate::pipelines::two_stage::{MassEstimator, TwoStage};
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction, TwoStage};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise::validity::Integrity;
@@ -304,10 +304,10 @@ impl MassEstimator for OneRegression {
         }
     }
 
-    /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
-        traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value)
+        let by_mass = steady.traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value);
+        by_mass / steady.by_theta()
     }
 
     fn saturated(&self) -> bool {

@@ -215,9 +215,11 @@ impl Resistance {
         let known = felt.is_some() && reading.speed_mps.is_some();
         let grade = |u: Real, doubt: Real| {
             let noise = self.params.residual_sd_mps2;
-            let sd = sqrt(bias * bias + noise * noise + doubt * doubt) / GRAVITY;
+            let sine = (u / GRAVITY).clamp(-0.85, 0.85);
+            let u_sd = sqrt(bias * bias + noise * noise + doubt * doubt);
+            let sd = u_sd / (GRAVITY * sqrt(1.0 - sine * sine));
             Value {
-                value: asin((u / GRAVITY).clamp(-0.85, 0.85)),
+                value: asin(sine),
                 sd,
                 valid: known,
             }

@@ -2,7 +2,7 @@
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
-use crate::api::real::sqrt;
+use crate::api::real::{cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
@@ -27,6 +27,26 @@ pub const BRAKE_RELEASED: Real = 0.001;
 pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
     let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
     (moving, moving && reading.brake <= BRAKE_RELEASED)
+}
+
+/// The traction that keeps the speed on a grade: sin θ + s μ cos θ = F/(M g).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SteadyTraction {
+    /// Traction F at the rims, N.
+    pub traction_n: Real,
+    /// Grade angle θ, rad.
+    pub theta: Real,
+    /// Direction of travel s, ±1.
+    pub direction: Real,
+    /// Running-resistance coefficient μ.
+    pub mu: Real,
+}
+
+impl SteadyTraction {
+    /// ∂(sin θ + s μ cos θ)/∂θ: an error of F/(M g) divided by it is one of θ. Not below 0.1, which no grade of a rail comes near.
+    pub fn by_theta(&self) -> Real {
+        (cos(self.theta) - self.direction * self.mu * sin(self.theta)).max(0.1)
+    }
 }
 
 /// A first stage: something that learns the mass while the train runs.
@@ -71,8 +91,8 @@ pub trait MassEstimator: Copy {
     fn running_resistance(&self, train: &DistributedTrain) -> Real;
 
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
-    /// with the traction (N) and the direction of travel, ±1.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real;
+    /// with the traction of `steady`.
+    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
 
     /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
     fn bend_n(&self) -> Real {
@@ -237,9 +257,14 @@ impl<M: MassEstimator> TwoStage<M> {
     fn effective_grade(&self, reading: &Reading, drive: Option<Drive>, running: bool) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
-            let traction_n = self.slope.steady_traction_n(&drive);
-            self.mass
-                .slope_sd_rad(traction_n, direction(reading), &self.train)
+            let direction = direction(reading);
+            let steady = SteadyTraction {
+                traction_n: self.slope.steady_traction_n(&drive),
+                theta: belief.x.y,
+                direction,
+                mu: drive.resistance * direction,
+            };
+            self.mass.slope_sd_rad(&steady, &self.train)
         });
         let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
         let basis = running
