@@ -151,3 +151,15 @@ fn a_spinning_wheel_is_not_taken_along_by_the_train() {
         last = Some(rate);
     }
 }
+
+#[test]
+fn a_rolling_start_has_its_wheels_at_its_speed() {
+    let train = train("dx80_176y").with_load_mass(0.0).unwrap();
+    let w = world(&train, &slope(0.0), 30.0, 0.8);
+    let t = w.truth();
+    for unit in &t.drives {
+        for rate in unit.wheel_rate_radps {
+            assert!((rate * train.drives[0].wheel_radius_m / t.speed_mps - 1.0).abs() < 1e-3);
+        }
+    }
+}

@@ -5,7 +5,7 @@ use super::balance::{Directions, ForceBalance};
 use super::body_state::{BodyState, Wrench};
 use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
 use super::motor::{Lag, TractionMotor, wheel_torque};
-use super::running_gear::{self, grip};
+use super::running_gear::grip;
 use super::{coupling, resistance};
 use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Half the width of a friction wheel's face: the clamped pair resists roll with at most clamp force × this, m.
 const WHEEL_HALF_WIDTH_M: f64 = 0.03;
 /// Roll stiffness of a clamped pair, N·m/rad, and its damping, N·m·s/rad.
-const CLAMP_ROLL_STIFFNESS: f64 = 2.0e4;
+pub(super) const CLAMP_ROLL_STIFFNESS: f64 = 2.0e4;
 const CLAMP_ROLL_DAMPING: f64 = 2.0e2;
 /// Friction of the brake shoes on the rail; only scales the bristles, the limit is the brake's force.
 const SHOE_SIGMA1: f64 = 2.0e4;
@@ -25,7 +25,7 @@ const SHOE_SIGMA1: f64 = 2.0e4;
 pub struct DriveUnit {
     /// What it is built of.
     pub spec: Drive,
-    cursor: Cursor,
+    pub(super) cursor: Cursor,
     /// Motor.
     pub motor: TractionMotor,
     /// Clamp pressure, MPa.
@@ -43,7 +43,7 @@ pub struct DriveUnit {
     /// Speed of the body along the rail at the wheels, m/s, before the last step.
     pub v_t: f64,
     /// Where the wheels touch the web, and the rail there, before the last step.
-    contact: (Vector3<f64>, RailFrame),
+    pub(super) contact: (Vector3<f64>, RailFrame),
 }
 
 /// Sums of one step, N and W.
@@ -91,9 +91,9 @@ pub struct Dynamics {
     /// Gravity, m/s².
     pub gravity: f64,
     /// Two cursors per rail-bound body, in the order of the stations.
-    cursors: Vec<Cursor>,
+    pub(super) cursors: Vec<Cursor>,
     /// Rolling resistance of each station.
-    rolling: Vec<SlidingContact>,
+    pub(super) rolling: Vec<SlidingContact>,
     /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended bodies.
     carried: Vec<f64>,
     /// Directions of the rail at the bodies.
@@ -222,19 +222,6 @@ impl Dynamics {
     /// Directions of the rail at the bodies in the last step.
     pub fn directions(&self) -> &Directions {
         &self.directions
-    }
-
-    /// Momentum of the turning wheels and motors as the rim sees it, Σ J ω / r, kg·m/s, and the mass it belongs to, Σ J / r², kg.
-    pub fn rotating_momentum(&self) -> (f64, f64) {
-        let (mut momentum, mut mass) = (0.0, 0.0);
-        for u in &self.drives {
-            let w = u.spec.friction_wheel();
-            for wheel in &u.wheels {
-                momentum += w.inertia * wheel.omega / w.radius;
-                mass += w.inertia / (w.radius * w.radius);
-            }
-        }
-        (momentum, mass)
     }
 
     fn running_gear(
@@ -388,82 +375,6 @@ impl Dynamics {
         }
     }
 
-    /// Energy stored in springs and bristles, and of the turning wheels, J.
-    pub fn stored_energy(&self, rail: &Rail, bodies: &[BodyState]) -> f64 {
-        let mut e = 0.0;
-        let mut cursors = self.cursors.iter().copied();
-        for (i, spec) in self.train.bodies.iter().enumerate() {
-            for st in &spec.stations {
-                let Some(mut cursor) = cursors.next() else {
-                    break;
-                };
-                let at = bodies[i].p + bodies[i].r.column(0) * st.x_m;
-                let f = rail.track(&at, &mut cursor);
-                e += running_gear::stored(st, &bodies[i], &at, &f);
-            }
-        }
-        for r in &self.rolling {
-            e += 0.5 * resistance::ROLLING.sigma0 * r.z * r.z;
-        }
-        for c in &self.train.connections {
-            e += coupling::stored(c, &bodies[c.a], &bodies[c.b]);
-        }
-        for u in &self.drives {
-            let d = &u.spec;
-            let inertia = d.friction_wheel().inertia;
-            for w in &u.wheels {
-                e += 0.5 * d.sigma0 * w.z * w.z + 0.5 * inertia * w.omega * w.omega;
-            }
-            e += 0.5 * d.sigma0 * u.shoes.z * u.shoes.z;
-            let mut cursor = u.cursor;
-            let body = &bodies[d.body];
-            let f = rail.track(&body.point(&d.contact), &mut cursor);
-            let roll = body.r.column(1).dot(&f.u);
-            e += 0.5 * CLAMP_ROLL_STIFFNESS * roll * roll;
-        }
-        e
-    }
-
-    /// Internal states that the motion changes: rates of the friction wheels, rad/s, then deflections of the bristles of wheels, brake
-    /// shoes and rolling resistances, m.
-    pub fn internals(&self) -> Vec<f64> {
-        let wheels = || self.drives.iter().flat_map(|u| &u.wheels);
-        let rates = wheels().map(|w| w.omega);
-        let bristles = wheels().map(|w| w.z);
-        let shoes = self.drives.iter().map(|u| u.shoes.z);
-        let rolling = self.rolling.iter().map(|r| r.z);
-        rates.chain(bristles).chain(shoes).chain(rolling).collect()
-    }
-
-    /// Set them, in the order of [`Dynamics::internals`].
-    pub fn set_internals(&mut self, values: &[f64]) {
-        let mut values = values.iter().copied();
-        let mut set = |x: &mut f64| *x = values.next().unwrap_or(*x);
-        let wheels = |drives: &mut [DriveUnit], set: &mut dyn FnMut(&mut RollingContact)| {
-            drives.iter_mut().flat_map(|u| &mut u.wheels).for_each(set);
-        };
-        wheels(&mut self.drives, &mut |w| set(&mut w.omega));
-        wheels(&mut self.drives, &mut |w| set(&mut w.z));
-        self.drives.iter_mut().for_each(|u| set(&mut u.shoes.z));
-        self.rolling.iter_mut().for_each(|r| set(&mut r.z));
-    }
-
-    /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has brought the bodies here.
-    ///
-    /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its rate at the end
-    /// is that of the web at the end and the same slip. A wheel that slides turns by its torque alone.
-    pub fn wheel_rates(&self, i: usize, bodies: &[BodyState], dt: f64) -> [f64; 2] {
-        let unit = &self.drives[i];
-        let (at, f) = &unit.contact;
-        // where the contact has gone, and how the rail has turned, in the step
-        let way = unit.v_t * dt;
-        let t = f.t + f.k * way;
-        let now = bodies[unit.spec.body].velocity(&(at + f.t * way)).dot(&t);
-        let gained = (now - unit.v_t) / unit.spec.wheel_radius_m;
-        unit.wheels
-            .map(|w| w.omega + (1.0 - w.sliding_share) * gained)
-    }
-
     /// Chainage of the friction wheels of drive `i`, m.
     pub fn drive_chainage(&self, i: usize) -> f64 {
         self.drives[i].cursor.s
@@ -472,7 +383,7 @@ impl Dynamics {
 
 impl Drive {
     /// One of its two friction wheels, with half of the motor.
-    fn friction_wheel(&self) -> WheelParameters {
+    pub(super) fn friction_wheel(&self) -> WheelParameters {
         WheelParameters {
             bristle: Bristle {
                 sigma0: self.sigma0,

@@ -8,5 +8,6 @@ pub mod dynamics;
 pub mod friction;
 pub mod modes;
 pub mod motor;
+mod readings;
 pub mod resistance;
 pub mod running_gear;
