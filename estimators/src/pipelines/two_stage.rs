@@ -356,3 +356,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
 }
 
 state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, aids; balance, slip, validity, standstill_mps });
+
+#[cfg(test)]
+#[path = "two_stage_tests.rs"]
+mod tests;
