@@ -4,7 +4,13 @@ use super::*;
 use crate::testing::vehicles::vehicle;
 
 fn filter(params: GradeParams, adaptation: Adaptation) -> ForceBalanceEkf {
-    ForceBalanceEkf::new(ForceBalance::new(&vehicle()), params, adaptation)
+    let open = Integrity {
+        innovation_gate: false,
+        nis_monitor: false,
+        plausibility: false,
+        ..Integrity::default()
+    };
+    ForceBalanceEkf::new(ForceBalance::new(&vehicle()), params, adaptation, &open)
 }
 
 const DRIVE: Drive = Drive {
@@ -35,7 +41,9 @@ fn it_starts_from_the_grade_told_and_the_first_wheel_speed() {
     assert!((belief.P.m22.sqrt() - Real::to_radians(3.0)).abs() < 1e-12);
     assert_eq!(filter.measurement_sd(), 0.005);
     assert_eq!((filter.innovation(), filter.fading()), ((0.0, 0.0), 1.0));
+    assert!(!filter.started());
     filter.update(0.7, false);
+    assert!(filter.started());
     assert_eq!(filter.belief().x.x, 0.7);
     // The second is a measurement.
     let (before, r) = (*filter.belief(), 0.005 * 0.005);
@@ -86,7 +94,7 @@ fn no_grade_is_steeper_than_the_limit_and_a_limit_is_told() {
             filter.predict(Some(DRIVE), 0.01);
             filter.update(1.0 - sign * 0.2 * k as Real, false);
         }
-        assert!(filter.saturated());
+        assert!(filter.saturated() && filter.clamped());
         assert_eq!(filter.belief().x.y, sign * MAX_GRADE_RAD);
     }
 }
@@ -113,6 +121,7 @@ fn the_adapted_noise_learns_only_when_told_to_and_a_limit_of_it_is_told() {
         assert_eq!(learnt, learns, "{adaptation:?} {}", filter.measurement_sd());
         if let Adaptation::SageHusa { .. } = adaptation {
             assert_eq!(filter.saturated(), learns);
+            assert!(!filter.clamped());
         }
     }
 }
@@ -168,4 +177,58 @@ fn the_steady_traction_is_weight_down_the_slope_and_resistance() {
     // 1e4 kg · g · (1/2 + 0.02 √3/2)
     let expected = 1e4 * 9.81 * (0.5 + 0.01 * Real::sqrt(3.0));
     assert!((filter.steady_traction_n(&DRIVE) - expected).abs() < 1e-6);
+}
+
+#[test]
+fn noise_learnt_is_that_of_the_gate_and_of_a_filter_that_does_not_adapt() {
+    let learnt = LearntNoise {
+        wheel_speed_mps: Some(0.02),
+        ..LearntNoise::default()
+    };
+    for (adaptation, in_use) in [
+        (Adaptation::None, 0.02),
+        (Adaptation::sage_husa(0.9), 0.005),
+    ] {
+        let mut filter = filter(GradeParams::default(), adaptation);
+        assert!((filter.adapted_ratio() - 1.0).abs() < 1e-12);
+        filter.learn_noise(&learnt);
+        assert!((filter.measurement_sd() - in_use).abs() < 1e-12);
+        assert!((filter.adapted_ratio() - in_use / 0.02).abs() < 1e-12);
+        let before = *filter.belief();
+        filter.started = true;
+        let (judgement, _) = filter.update(0.1, false);
+        assert_eq!(judgement.innovation.0, 0.1 - before.x.x);
+        assert!((judgement.innovation.1 - before.P.m11 - 0.02 * 0.02).abs() < 1e-12);
+    }
+}
+
+/// Five standard deviations; after half a second of nothing else the gate reopens, and the speed is as uncertain as the innovation.
+#[test]
+fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
+    let balance = ForceBalance::new(&vehicle());
+    let params = GradeParams::default();
+    let integrity = Integrity::default();
+    let mut filter = ForceBalanceEkf::new(balance, params, Adaptation::None, &integrity);
+    let hold = Drive {
+        traction_n: 1e4 * 9.81 * 0.02,
+        ..DRIVE
+    };
+    for _ in 0..200 {
+        filter.predict(Some(hold), 0.01);
+        filter.update(1.0, false);
+    }
+    let mut rejected = 0;
+    loop {
+        filter.predict(Some(hold), 0.01);
+        let before = *filter.belief();
+        let (judgement, correction) = filter.update(1.5, false);
+        assert!((filter.innovation().0 - 0.5).abs() < 0.01);
+        if judgement.passage != Passage::Reject {
+            assert!(correction.unwrap().S.x > 0.2 && filter.belief().x.x > 1.45);
+            break;
+        }
+        assert_eq!((*filter.belief(), correction), (before, None));
+        rejected += 1;
+    }
+    assert!((48..=52).contains(&rejected), "{rejected}");
 }

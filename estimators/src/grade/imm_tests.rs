@@ -2,9 +2,24 @@
 
 use super::*;
 use crate::api::signals::VehicleData;
+use crate::supervise::validity::Integrity;
 use crate::testing::vehicles::{Turn, car, vehicle};
 
 const DT: Real = 0.01;
+
+/// Supervisors without innovation gates.
+fn open() -> Supervisors {
+    Supervisors {
+        grade_map: true,
+        integrity: Integrity {
+            innovation_gate: false,
+            nis_monitor: false,
+            plausibility: false,
+            ..Integrity::default()
+        },
+        ..Supervisors::default()
+    }
+}
 
 fn dynamic(vehicle: &Vehicle, mass_sd: Real) -> SlopeModels<1> {
     let mass = DifferencedParams {
@@ -19,7 +34,7 @@ fn dynamic(vehicle: &Vehicle, mass_sd: Real) -> SlopeModels<1> {
         tracking: None,
         lateral: true,
     };
-    let supervision = Supervision::default();
+    let supervision = open();
     SlopeModels::new(vehicle, ModelParams::default(), mass, choice, &supervision)
 }
 
@@ -176,19 +191,29 @@ fn a_grade_is_valid_for_half_a_second_after_its_last_measurement() {
     let found = steady(&mut stage, 5.0, |level| level);
     assert!(found.grade_rad.valid && found.speed_mps.valid && found.flags.moving);
     assert!((found.speed_mps.value - 1.0).abs() < 1e-3 && found.grade_rad.value.abs() < 1e-3);
-    let blind = |level| Reading {
+    let held = |level| Reading {
+        new_speed_mps: None,
+        ..level
+    };
+    assert!(steady(&mut stage, 0.49, held).grade_rad.valid);
+    assert!(!steady(&mut stage, 0.02, held).grade_rad.valid);
+    assert!(steady(&mut stage, 1.0, |level| level).grade_rad.valid);
+    let no_force = |level| Reading {
         specific_force_mps2: None,
         ..level
     };
-    assert!(steady(&mut stage, 0.49, blind).grade_rad.valid);
-    assert!(!steady(&mut stage, 0.02, blind).grade_rad.valid);
-    assert!(steady(&mut stage, 1.0, |level| level).grade_rad.valid);
+    let no_speed = |level| Reading {
+        speed_mps: None,
+        new_speed_mps: None,
+        ..level
+    };
+    for lacking in [no_force, no_speed] {
+        let mut stage = stage;
+        assert!(!steady(&mut stage, DT, lacking).grade_rad.valid);
+    }
     // Nor before the first.
-    assert!(
-        !steady(&mut dynamic(&vehicle(), 0.1), 0.2, blind)
-            .grade_rad
-            .valid
-    );
+    let mut new = dynamic(&vehicle(), 0.1);
+    assert!(!steady(&mut new, 0.2, held).grade_rad.valid);
 }
 
 #[test]
@@ -244,7 +269,7 @@ fn a_limit_of_the_slope_is_told_and_left_again() {
             motor_torque_nm: None,
             ..level
         });
-        assert!(found.flags.saturated);
+        assert!(found.flags.saturated && !found.grade_rad.valid);
         assert_eq!(stage.imm.beliefs[0].x.z, sign * MAX_GRADE_RAD);
     }
     assert!(!steady(&mut stage, 5.0, |level| level).flags.saturated);
@@ -264,7 +289,7 @@ fn it_starts_from_the_grade_told() {
         tracking: None,
         lateral: false,
     };
-    let supervision = Supervision::default();
+    let supervision = open();
     let stage = SlopeModels::new(
         &vehicle(),
         params,

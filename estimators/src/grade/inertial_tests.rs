@@ -4,9 +4,24 @@ use super::*;
 use crate::api::signals::VehicleData;
 use crate::filters::forgetting::Forgetting;
 use crate::grade::curvature_rls::CurvatureParams;
+use crate::supervise::validity::Integrity;
 use crate::testing::vehicles::vehicle;
 
 const DT: Real = 0.01;
+
+/// Supervisors without innovation gates.
+fn open() -> Supervisors {
+    Supervisors {
+        grade_map: true,
+        integrity: Integrity {
+            innovation_gate: false,
+            nis_monitor: false,
+            plausibility: false,
+            ..Integrity::default()
+        },
+        ..Supervisors::default()
+    }
+}
 
 fn slope(
     vehicle: &Vehicle,
@@ -19,7 +34,7 @@ fn slope(
         ..Default::default()
     };
     let curvature = Curvature::new(vehicle, told, 0.0, Forgetting::None);
-    CurvatureSlope::extended(vehicle, params, curvature, fading, &Supervision::default())
+    CurvatureSlope::extended(vehicle, params, curvature, fading, &open())
 }
 
 /// Signals of a steady speed on a grade.
@@ -47,14 +62,18 @@ fn run(slope: &mut CurvatureSlope<InertialEkf, 1>, seconds: Real, reading: &Read
 fn the_process_noise_is_that_of_what_carries_the_slope() {
     let params = InertialParams::default();
     let model = model(&params);
-    let motion = |specific_force_mps2, turn| Motion {
+    let motion = |specific_force_mps2, turn, force_noise_mps2| Motion {
         specific_force_mps2,
         turn,
+        force_noise_mps2,
     };
     for (u, q_v, q_theta) in [
-        (motion(Some(1.0), Turn::Curvature(0.1)), 1e-6, 5e-6),
-        (motion(Some(1.0), Turn::Gyro(0.1)), 1e-6, 1e-8),
-        (motion(None, Turn::Curvature(0.1)), 1.0, 5e-6),
+        (motion(Some(1.0), Turn::Curvature(0.1), 0.0), 1e-6, 5e-6),
+        (motion(Some(1.0), Turn::Gyro(0.1), 0.0), 1e-6, 1e-8),
+        (motion(None, Turn::Curvature(0.1), 0.0), 1.0, 5e-6),
+        // White noise of f moves the speed by its part of the step; not below what is told.
+        (motion(Some(1.0), Turn::Curvature(0.1), 0.3), 0.3 * 0.3 * DT, 5e-6),
+        (motion(Some(1.0), Turn::Curvature(0.1), 0.009), 1e-6, 5e-6),
     ] {
         let Q = model.Q(&u, DT);
         assert!((Q.m11 - q_v * DT).abs() < 1e-15 && (Q.m22 - q_theta * DT).abs() < 1e-15);
@@ -145,7 +164,7 @@ fn a_limit_of_the_adapted_noise_is_told() {
 fn the_bias_is_in_the_standard_deviation() {
     let sd = |accel_bias_sd_mps2| {
         let params = InertialParams {
-            accel_bias_sd_mps2,
+            accel_bias_sd_mps2: Some(accel_bias_sd_mps2),
             ..Default::default()
         };
         run(

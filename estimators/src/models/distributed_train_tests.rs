@@ -66,10 +66,10 @@ fn on_a_ramp_grades_are_ahead_by_the_way_to_the_middle_of_the_masses() {
         let middle = PER_M * middle_m(mass_kg);
         assert!((ahead.unit - middle).abs() < CELL, "{ahead:?} {middle}");
         assert!(
-            (ahead.imu - middle - PER_M * ARM_M).abs() < CELL,
+            (ahead.imu - middle - PER_M * ARM_M).abs() < 2.0 * CELL,
             "{ahead:?}"
         );
-        // The IMU is a metre ahead of rail that has been read.
+        // The IMU is a metre ahead of rail that has been read, which goes on by whole cells.
         assert!(ahead.sd < 1e-9, "{ahead:?}");
     }
     assert!((ride.train.curvature_per_m() - 0.1).abs() < 1e-9);
@@ -146,7 +146,7 @@ fn a_point_is_ahead_of_nothing_and_feels_what_is_read_now() {
             specific_force_mps2: Some(1.0),
             ..ResampledSample::default()
         };
-        let now = [GRAVITY * PER_M * 30.0 + BIAS_MPS2, 0.1];
+        let now = [GRAVITY * PER_M * ride.place_m + BIAS_MPS2, 0.1];
         let [felt, blind] = [sample, ResampledSample::default()]
             .map(|sample| ride.train.ready((sample, ride.place_m)).felt);
         assert_eq!(blind, None);

@@ -25,7 +25,8 @@ use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, SteadyTraction, TwoStage};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::supervise::validity::{MAX_MASS_SD_SHARE, is_valid};
+use crate::supervise::validity::Integrity;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::{TwoStageSupervision, control};
 
 choices! {
@@ -73,7 +74,7 @@ params! {
 
 param_groups! {
     /// Parameters of `regression_bench`.
-    Params { regression: RegressionParams, slope: GradeParams }
+    Params { regression: RegressionParams, slope: GradeParams, integrity: Integrity, conditioning: ConditioningParams }
 }
 
 /// The pipeline.
@@ -87,12 +88,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let supervision = TwoStageSupervision {
         grade_map: false,
         ..TwoStageSupervision::default()
-    };
+    }
+    .with(params.integrity, params.conditioning);
     TwoStage::new(
         vehicle,
         Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
         OneRegression::new(vehicle, *own),
-        ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
+        ForceBalanceEkf::new(balance, params.slope, Adaptation::None, &params.integrity),
         &supervision,
         own.standstill_mps,
     )
@@ -291,7 +293,7 @@ impl MassEstimator for OneRegression {
         Value {
             value,
             sd,
-            valid: is_valid(!self.saturated, sd, MAX_MASS_SD_SHARE * value),
+            valid: !self.saturated,
         }
     }
 

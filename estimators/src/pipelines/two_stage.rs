@@ -9,13 +9,15 @@ use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control::{self, Control};
 use crate::supervise::observability::GradeObservability;
+use crate::supervise::plausibility::Instruments;
 use crate::supervise::slip::SlipDetector;
-use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
-use crate::supervise::{self, TwoStageSupervision};
+use crate::supervise::validity::{Source, Validity};
+use crate::supervise::{self, Supervisors};
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -128,11 +130,14 @@ pub struct TwoStage<M> {
     slope: ForceBalanceEkf,
     slip: SlipDetector,
     observability: GradeObservability,
-    validity: ValidityGate,
+    validity: Validity,
+    conditioning: ConditioningParams,
     /// Speed below which the train counts as standing, m/s.
     standstill_mps: Real,
     /// What became of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
+    /// Time since the last sample of the force balance, s.
+    since_sample_s: Real,
 }
 
 impl<M: MassEstimator> TwoStage<M> {
@@ -142,7 +147,7 @@ impl<M: MassEstimator> TwoStage<M> {
         signals: Resampler,
         mass: M,
         slope: ForceBalanceEkf,
-        supervision: &TwoStageSupervision,
+        supervision: &Supervisors,
         standstill_mps: Option<Real>,
     ) -> Self {
         let mapped = supervise::mapped(vehicle, supervision.grade_map);
@@ -150,13 +155,22 @@ impl<M: MassEstimator> TwoStage<M> {
             balance: ForceBalance::new(vehicle),
             signals,
             train: DistributedTrain::new(&mapped, standstill_mps),
+            validity: Validity::new(
+                vehicle,
+                supervision.integrity,
+                Instruments {
+                    accelerometer: mass.needs_accelerometer(),
+                    gyro: false,
+                },
+            ),
+            conditioning: supervision.conditioning,
             mass,
-            slip: SlipDetector::new(supervision.slip_detector, slope.measurement_sd()),
+            slip: SlipDetector::new(supervision.slip_detector),
             slope,
             observability: GradeObservability::default(),
-            validity: ValidityGate::new(supervision.validity_gate),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             aids: [AidStatus::default(); 2],
+            since_sample_s: 0.0,
         }
     }
 
@@ -172,8 +186,14 @@ impl<M: MassEstimator> TwoStage<M> {
         self.mass
             .step(reading, balance, &self.signals, grade_rad, dt);
         let next = self.train.step(&self.signals, sample, reading, running, dt);
+        self.since_sample_s += dt;
         if let Some(next) = next {
             let status = self.mass.sample(&next, &self.balance, &self.train);
+            if let Some(nis) = status.nis() {
+                self.validity
+                    .innovation(Source::ForceBalance, nis, self.since_sample_s);
+                self.since_sample_s = 0.0;
+            }
             self.note(FORCE_BALANCE, status);
         }
         if !self.signals.settled() {
@@ -202,6 +222,7 @@ impl<M: MassEstimator> TwoStage<M> {
         (moving, running): (bool, bool),
         dt: Real,
     ) {
+        self.slope.learn_noise(&reading.noise);
         self.slope.predict(drive, dt);
         if moving && drive.is_none() {
             self.slope.drift(dt);
@@ -209,12 +230,16 @@ impl<M: MassEstimator> TwoStage<M> {
         }
         match control::wheel_speed(reading) {
             Control::New(speed) => {
-                let correction = self.slope.update(speed, running);
+                let (judgement, correction) = self.slope.update(speed, running);
                 if correction.is_some() {
                     self.observability.update(self.slope.belief().P.m22);
                 }
-                let innovation = correction.map(|c| (c.y.x, c.S.x));
-                self.note(WHEEL_SPEED, control::fused(innovation));
+                if running {
+                    self.validity
+                        .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
+                }
+                let fused = correction.map(|c| (c.y.x, c.S.x));
+                self.note(WHEEL_SPEED, judgement.status(fused));
             }
             Control::Held => {}
             Control::Out(outcome) => self.note(WHEEL_SPEED, control::without(outcome)),
@@ -243,16 +268,16 @@ impl<M: MassEstimator> TwoStage<M> {
         });
         let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
         let basis = running
-            && self.mass.mass_kg().valid
-            && self
-                .slip
-                .wheel_speed_consistent(self.slope.measurement_sd())
+            && self.slope.started()
+            && !self.slope.clamped()
+            && self.validity.mass(self.mass.mass_kg()).valid
+            && self.slip.wheel_speed_consistent(self.slope.adapted_ratio())
             && self.observability.grade_observable();
-        Value {
+        self.validity.grade(Value {
             value: belief.x.y,
             sd,
-            valid: is_valid(basis, sd, MAX_GRADE_SD_RAD),
-        }
+            valid: basis,
+        })
     }
 
     /// Grade at the IMU, by the grade map.
@@ -263,7 +288,7 @@ impl<M: MassEstimator> TwoStage<M> {
         Value {
             value: steeper(effective.value, offset).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
             sd,
-            valid: is_valid(effective.valid, sd, MAX_GRADE_SD_RAD),
+            valid: effective.valid,
         }
     }
 }
@@ -295,6 +320,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
+        self.validity.observe(reading, dt);
         self.learn_mass(reading, running, dt);
         let drive = self.drive(reading, running);
         self.filter_slope(reading, drive, (moving, running), dt);
@@ -327,6 +353,10 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         self.validity.publish(estimate, true)
     }
 
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
+    }
+
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
@@ -355,7 +385,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
     }
 }
 
-state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, aids; balance, slip, validity, standstill_mps });
+state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, validity, aids, since_sample_s; balance, slip, conditioning, standstill_mps });
 
 #[cfg(test)]
 #[path = "two_stage_tests.rs"]
