@@ -10,7 +10,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::error::Error;
 use serde_json::json;
@@ -49,6 +49,9 @@ pub struct TestArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }
+
+/// Findings shown for each scenario; the others are counted.
+const FINDINGS_SHOWN: usize = 5;
 
 /// A scenario to test.
 struct Case {
@@ -178,10 +181,17 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
     };
     let took = tested.took.as_secs_f64();
     let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
-    for finding in tested.judged.findings() {
+    let findings = tested.judged.findings();
+    for finding in findings.iter().take(FINDINGS_SHOWN) {
         text += &format!("        finding: {}\n", finding.text);
     }
-    for check in tested.judged.checks.iter().filter(|c| !c.held) {
+    match findings.len().saturating_sub(FINDINGS_SHOWN) {
+        0 => {}
+        more => text += &format!("        … and {more} findings more, in --json and its report\n"),
+    }
+    // what a finding says already is not said again, unless it is listed as known
+    let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
+    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
         text += &format!("        {}\n", check.reason());
     }
     for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {

@@ -258,7 +258,10 @@ mod tests {
         assert_eq!(instant(json!({"front_enters": "climb"})), Some(5.0));
         assert_eq!(instant(json!({"imu_enters": "climb"})), Some(7.0));
         assert_eq!(instant(json!({"rear_enters": "climb"})), Some(14.0));
-        assert_eq!(instant(json!({"front_leaves": "climb", "plus_s": 1.5})), Some(8.5));
+        assert_eq!(
+            instant(json!({"front_leaves": "climb", "plus_s": 1.5})),
+            Some(8.5)
+        );
         // the recording ends before
         let short = ErrorSeries {
             tracking: series.tracking[..20].to_vec(),

@@ -41,6 +41,9 @@ pub struct Check {
     /// Why it is known to fail, if it is. A known failure that holds after all is not as it should be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
+    /// Whether it is about integrity, so that a finding says the same.
+    #[serde(default)]
+    pub is_finding: bool,
 }
 
 impl ScenarioVerdict {
@@ -112,6 +115,7 @@ impl Count {
             failing: self.failing.clone(),
             worst: self.worst.as_ref().map(|(_, text)| text.clone()),
             known_failure: None,
+            is_finding: false,
         }
     }
 }
@@ -197,6 +201,7 @@ impl Tally {
             {
                 *worst += &format!("; {} % of the valid samples", percent(sum.share()));
             }
+            check.is_finding = true;
             checks.push(check.known(sum.known_failure.clone()));
         }
         checks
