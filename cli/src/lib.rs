@@ -32,6 +32,7 @@ pub use monorig_sim;
 
 mod commands;
 mod files;
+mod identity;
 mod simulate;
 mod ui;
 mod viewer;
@@ -113,7 +114,8 @@ impl App {
             errors::show(&CliError::Registry(wrong));
             return ExitCode::from(2);
         }
-        let command = commands::with_names(Arguments::command(), &self.registry);
+        let command = commands::with_names(Arguments::command(), &self.registry)
+            .version(commands::version());
         let parsed = command
             .try_get_matches()
             .and_then(|matches| Arguments::from_arg_matches(&matches));

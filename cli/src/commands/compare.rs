@@ -3,6 +3,7 @@
 use crate::CommandOutcome;
 use crate::commands::shared::{Jobs, assignment, seeds};
 use crate::files::prepare;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
@@ -14,6 +15,7 @@ use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, compare as cells};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::PathBuf;
@@ -144,7 +146,8 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
             )
         })?;
     interrupt::listen();
-    let runs = run(task, &overrides, scenario.seeds(), &scenario.name, registry)?;
+    scenario.inputs().seal();
+    let runs = run(task, &overrides, scenario, registry)?;
     let cells = cells(
         &runs,
         &shown,
@@ -156,7 +159,7 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
         let all = Comparison {
             version: 1,
             kind: "compare".into(),
-            monorig: env!("CARGO_PKG_VERSION").into(),
+            monorig: identity().to_string(),
             scenario: scenario.name.clone(),
             estimators: scenario.file.estimators.clone(),
             reference: reference.clone(),
@@ -184,15 +187,16 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
 fn run(
     task: &CompareArgs,
     overrides: &[(String, String)],
-    seeds: &[u64],
-    name: &str,
+    scenario: &Scenario,
     registry: &Registry,
 ) -> Result<Vec<RunResult>, CliError> {
-    let mut progress = ProgressDisplay::new(name);
+    let mut progress = ProgressDisplay::new(&scenario.name);
+    let seeds = scenario.seeds();
     let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
         index,
         scenario: task.file.clone(),
-        overrides: overrides.to_vec(),
+        changes: Sets::new(overrides),
+        inputs: scenario.inputs().clone(),
         seed: *seed,
         draws: Default::default(),
     });

@@ -12,6 +12,7 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::summary;
 use clap::ValueEnum;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::record::whole;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -91,6 +92,7 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         out: &task.out,
         live: task.live,
         no_rerun: task.no_rerun,
+        registry,
     };
     let run = simulate(simulation, &options, &mut |share| {
         progress.at(share);
@@ -120,7 +122,7 @@ pub fn prepare_out(out: &Path) -> Result<(), CliError> {
         source,
     };
     std::fs::create_dir_all(out).map_err(refused)?;
-    let probe = out.join(format!(".monorig-{}", std::process::id()));
+    let probe = out.join(format!(".monorig-{}", whole::unique()));
     std::fs::write(&probe, b"can this be written?").map_err(refused)?;
     std::fs::remove_file(&probe).map_err(refused)
 }

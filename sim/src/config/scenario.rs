@@ -4,6 +4,7 @@ mod check;
 mod controller;
 mod event;
 mod expect;
+mod lengths;
 mod load;
 mod names;
 mod parameters;

@@ -2,7 +2,7 @@
 
 use crate::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
-use monorig_sim::config::file::{input_error, read_text};
+use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
@@ -43,6 +43,9 @@ impl Recorded {
             }
         };
         let manifest = Manifest::read(&path("manifest.json")?)?;
+        for name in manifest.outputs.keys() {
+            manifest.verify(folder, name)?;
+        }
         let summary = summary(&path("metrics.json")?)?;
         let channels = path("channels.parquet")?;
         let shown = |name: &str| !name.starts_with("internals/") && !name.starts_with("sensors/");
@@ -121,7 +124,7 @@ impl Recorded {
 }
 
 fn summary(path: &Path) -> Result<Summary, Error> {
-    serde_json::from_str(&read_text(path)?).map_err(|e| {
+    serde_json::from_str(&read_result(path)?).map_err(|e| {
         input_error(
             path,
             "",

@@ -1,5 +1,6 @@
 //! What a scenario must keep to beyond the type of each value.
 
+use super::lengths;
 use super::names::{near_name, valid_name};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::{NonNegative, Positive};
@@ -16,7 +17,7 @@ pub(super) struct Wrong {
     pub help: String,
 }
 
-fn wrong<T>(
+pub(super) fn wrong<T>(
     key: impl Into<String>,
     message: impl Into<String>,
     help: impl Into<String>,
@@ -37,6 +38,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
             "write a sentence: what it shows, and whose experiment it is",
         );
     }
+    lengths::check(file)?;
     vehicle(file)?;
     stop(file)?;
     rates(file)?;
