@@ -6,10 +6,9 @@ use crate::ui::note::note;
 use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
-use monorig_sim::closed_loop::{Registry, Simulation, resolved};
 use monorig_sim::closed_loop::run;
-use monorig_sim::closed_loop::run::{Observer, Outcome};
-use monorig_sim::error::Error;
+use monorig_sim::closed_loop::run::Observer;
+use monorig_sim::closed_loop::{Registry, Simulation, resolved};
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::parquet::ParquetSink;
@@ -37,6 +36,8 @@ pub struct RecordOptions<'a> {
     pub live: bool,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
+    /// Record long runs at the full rate too.
+    pub full_rate: bool,
     /// Where estimators and controller are from: their defaults go into the manifest.
     pub registry: &'a Registry,
 }
@@ -64,7 +65,15 @@ pub fn simulate(
     }
     let mut series = ErrorSeries::default();
     let started = Instant::now();
-    let outcome = record(&mut simulation, sinks, options.live, &mut series, go_on)?;
+    let mut recorder = Recorder::new(sinks);
+    if options.live {
+        recorder = recorder.every_s(viewer::LIVE_CHUNK_S);
+    }
+    if options.full_rate {
+        recorder = recorder.full_rate();
+    }
+    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder, &mut series];
+    let outcome = run::run(&mut simulation, observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = Summary::new(&scenario, seed, &outcome, &series);
@@ -86,16 +95,4 @@ pub fn simulate(
         folder,
         wall_s,
     })
-}
-
-/// Run a simulation into sinks. `live`: someone is watching.
-pub fn record(
-    simulation: &mut Simulation,
-    sinks: Vec<Box<dyn Sink>>,
-    live: bool,
-    also: &mut dyn Observer,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Outcome, Error> {
-    let mut recorder = Recorder::new(sinks).every_s(viewer::chunk_s(live));
-    run::run(simulation, &mut [&mut recorder, also], go_on)
 }

@@ -21,7 +21,13 @@ pub fn spelled_out(text: &str) -> String {
 
 /// The text with a mark in place of each hidden character: as long as it was.
 pub fn marked(text: &str) -> String {
-    let mark = |c| if is_hidden(c) { char::REPLACEMENT_CHARACTER } else { c };
+    let mark = |c| {
+        if is_hidden(c) {
+            char::REPLACEMENT_CHARACTER
+        } else {
+            c
+        }
+    };
     text.chars().map(mark).collect()
 }
 

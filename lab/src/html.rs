@@ -72,7 +72,10 @@ mod tests {
             ("../a b/run.rrd", "../a b/run.rrd"),
             ("https://doi.org/1", "https://doi.org/1"),
             ("javascript:alert(1)", "./javascript:alert(1)"),
-            ("JavaScript:alert(1)/run.rrd", "./JavaScript:alert(1)/run.rrd"),
+            (
+                "JavaScript:alert(1)/run.rrd",
+                "./JavaScript:alert(1)/run.rrd",
+            ),
             ("data:text/html,x", "./data:text/html,x"),
             ("java\tscript:x", "./java\tscript:x"),
             ("a/b:c", "a/b:c"),

@@ -105,10 +105,15 @@ mod tests {
         let identity = Identity::of_program(Some("abc"));
         let inputs = |digests: &[(&str, &str)]| -> BTreeMap<String, String> {
             let all = digests.iter();
-            all.map(|(n, d)| ((*n).to_owned(), (*d).to_owned())).collect()
+            all.map(|(n, d)| ((*n).to_owned(), (*d).to_owned()))
+                .collect()
         };
         let resolved = json!({"a": {"b": [1, 2]}});
-        let there = MadeFrom::new(&identity, inputs(&[("x", "1"), ("y", "2")]), resolved.clone());
+        let there = MadeFrom::new(
+            &identity,
+            inputs(&[("x", "1"), ("y", "2")]),
+            resolved.clone(),
+        );
         assert_eq!(there.differs(&there.clone()), None);
         let other = Identity::of_program(Some("abd"));
         for (here, told) in [

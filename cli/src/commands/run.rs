@@ -43,6 +43,9 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
+    /// Record long runs at the full rate too, instead of at half of it after two hours (360 000 rows), a quarter after four …
+    #[arg(long)]
+    pub full_rate: bool,
     /// Move the train with this plant instead of the scenario's
     #[arg(long, value_name = "PLANT")]
     pub plant: Option<PlantChoice>,
@@ -92,6 +95,7 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         out: &task.out,
         live: task.live,
         no_rerun: task.no_rerun,
+        full_rate: task.full_rate,
         registry,
     };
     let run = simulate(simulation, &options, &mut |share| {

@@ -28,7 +28,9 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
                     return Err(wrong(
                         path,
                         Some(1),
-                        format!("these are other results than in the first file: {what} (here: the first file)"),
+                        format!(
+                            "these are other results than in the first file: {what} (here: the first file)"
+                        ),
                         "name the shards of one study, made by one program",
                     ));
                 }

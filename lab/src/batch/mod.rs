@@ -16,6 +16,6 @@ mod vary;
 pub use merge::merge;
 pub use one_run::{Interrupted, RunResult, RunSpec, run_one};
 pub use plan::{FORMAT, Plan, StudyHeader, VERSION};
-pub use pool::{in_order, map_in_order};
+pub use pool::{in_order, map_in_order, refused_threads};
 pub use store::{ResultStore, Shard};
 pub use study_file::StudyFile;

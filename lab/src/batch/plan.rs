@@ -67,7 +67,10 @@ impl StudyHeader {
         let of = |h: &Self| {
             let shard = h.shard.unwrap_or(Shard::WHOLE);
             let runs = format!("{} runs, shard {}/{}", h.runs, shard.part, shard.of);
-            format!("{} with {runs} (format {} {})", h.study, h.format, h.version)
+            format!(
+                "{} with {runs} (format {} {})",
+                h.study, h.format, h.version
+            )
         };
         let (there, wanted) = (of(self), of(here));
         let study = (there != wanted).then(|| format!("{there} there, {wanted} here"));
@@ -157,7 +160,9 @@ impl Plan {
     /// Changes that are the same in all runs.
     fn fixed(&self) -> Vec<(String, String)> {
         let fixed = self.file.set.iter();
-        fixed.map(|(path, v)| (path.clone(), v.to_string())).collect()
+        fixed
+            .map(|(path, v)| (path.clone(), v.to_string()))
+            .collect()
     }
 
     /// The files of the study, as they were when it was read.

@@ -8,8 +8,7 @@ use crate::report::table::Table;
 const STYLE: &str = include_str!("style.css");
 
 /// What a page may load: nothing. Its style sheet and figures stand in it.
-const POLICY: &str =
-    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'";
 
 /// A whole report.
 #[derive(Clone, Debug, Default)]

@@ -41,11 +41,7 @@ pub enum Ended {
 }
 
 /// Run a study. If `progress` stopped it, what is in the store stays, and the study can be resumed.
-pub fn run(
-    study: &TuningStudy,
-    run: &TuningRun,
-    progress: &dyn Progress,
-) -> Result<Ended, Error> {
+pub fn run(study: &TuningStudy, run: &TuningRun, progress: &dyn Progress) -> Result<Ended, Error> {
     let store = store_of(&run.folder);
     match finished(study, run, &store, progress)? {
         Some(result) => Ok(Ended::Finished(Box::new(result))),

@@ -1,7 +1,7 @@
 //! The study file, and the study read from it.
 
-use monorig_estimators::api::params::Setting;
 use crate::made_from::MadeFrom;
+use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};

@@ -1,8 +1,8 @@
 //! `trials.jsonl`: a line that says what study this is, then a line for each trial, in order, written as they come. A line torn
 //! by a kill is cut off, and the search goes on behind it.
 
-use crate::tuning::study::Values;
 use crate::made_from::MadeFrom;
+use crate::tuning::study::Values;
 use monorig_sim::config::file::read_result;
 use monorig_sim::error::{Error, InputError};
 use monorig_sim::record::whole;

@@ -135,7 +135,10 @@ mod tests {
         assert!(matches!(at(20.0), Ok(None)) && matches!(at(100.0), Ok(None)));
         for (front_m, word) in [(19.0, "start"), (-94.0, "start"), (100.1, "end")] {
             let told = at(front_m).unwrap_err().to_string();
-            assert!(told.contains(&format!("off the {word} of the track")), "{told}");
+            assert!(
+                told.contains(&format!("off the {word} of the track")),
+                "{told}"
+            );
         }
     }
 }

@@ -21,7 +21,10 @@ pub(super) fn check(file: &File<'_>) -> Result<(), Error> {
     let fault = |message: String, help: &str| Err(file.fault("", "", message, help));
     if text.len() > MAX_BYTES {
         let message = format!("this file is {} kB long", text.len() >> 10);
-        return fault(message, "at most 1024 kB; meshes go into files of their own");
+        return fault(
+            message,
+            "at most 1024 kB; meshes go into files of their own",
+        );
     }
     if text.contains("<!DOCTYPE") || text.contains("<!ENTITY") {
         let message = "document types and entities are not read".into();
@@ -33,7 +36,10 @@ pub(super) fn check(file: &File<'_>) -> Result<(), Error> {
     }
     for tag in tags(text) {
         if tag.len() > MAX_TAG_BYTES {
-            return fault("a tag is longer than 4096 bytes".into(), "every tag ends with `>`");
+            return fault(
+                "a tag is longer than 4096 bytes".into(),
+                "every tag ends with `>`",
+            );
         }
         if tag.matches('=').count() > MAX_ATTRIBUTES {
             let message = format!("a tag has more than {MAX_ATTRIBUTES} attributes");

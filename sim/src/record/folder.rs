@@ -97,7 +97,9 @@ fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
             &parent,
             std::io::Error::new(
                 std::io::ErrorKind::InvalidInput,
-                format!("`{scenario}` cannot be the name of a folder; give the scenario file another name"),
+                format!(
+                    "`{scenario}` cannot be the name of a folder; give the scenario file another name"
+                ),
             ),
         )),
     }

@@ -91,7 +91,13 @@ mod tests {
             ..here.clone()
         };
         let told = there.differs(&here).unwrap();
-        assert!(told.contains("fedcba987654 there, 0123456789ab-dirty here"), "{told}");
-        assert!(told.contains("program file") && !told.contains("version"), "{told}");
+        assert!(
+            told.contains("fedcba987654 there, 0123456789ab-dirty here"),
+            "{told}"
+        );
+        assert!(
+            told.contains("program file") && !told.contains("version"),
+            "{told}"
+        );
     }
 }

@@ -101,10 +101,16 @@ impl Manifest {
     pub fn verify(&self, folder: &Path, name: &str) -> Result<(), Error> {
         let path = folder.join(name);
         let Some(wanted) = self.outputs.get(name) else {
-            return Err(damaged(&path, "the manifest beside it does not know this file"));
+            return Err(damaged(
+                &path,
+                "the manifest beside it does not know this file",
+            ));
         };
         if !path.is_file() {
-            return Err(damaged(&path, "this file is in the manifest, and is missing"));
+            return Err(damaged(
+                &path,
+                "this file is in the manifest, and is missing",
+            ));
         }
         match sum(&path)? == *wanted {
             true => Ok(()),
@@ -218,9 +224,19 @@ mod tests {
         let name = "channels.parquet";
         m.verify(dir.path(), name).unwrap();
         std::fs::write(&path, "abd").unwrap();
-        assert!(m.verify(dir.path(), name).unwrap_err().to_string().contains("check sum"));
+        assert!(
+            m.verify(dir.path(), name)
+                .unwrap_err()
+                .to_string()
+                .contains("check sum")
+        );
         std::fs::remove_file(&path).unwrap();
-        assert!(m.verify(dir.path(), name).unwrap_err().to_string().contains("missing"));
+        assert!(
+            m.verify(dir.path(), name)
+                .unwrap_err()
+                .to_string()
+                .contains("missing")
+        );
     }
 
     #[test]
@@ -230,7 +246,10 @@ mod tests {
         let sent = manifest(1, "x");
         std::fs::write(&path, sent.to_json()).unwrap();
         assert_eq!(Manifest::read(&path).unwrap(), sent);
-        for bad in ["{".to_owned(), sent.to_json().replace("\"version\": 2", "\"version\": 1")] {
+        for bad in [
+            "{".to_owned(),
+            sent.to_json().replace("\"version\": 2", "\"version\": 1"),
+        ] {
             std::fs::write(&path, bad).unwrap();
             assert!(matches!(Manifest::read(&path), Err(Error::Input(_))));
         }

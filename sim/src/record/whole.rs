@@ -51,11 +51,10 @@ pub fn create(path: &Path) -> Result<File, Error> {
 pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     replaceable(place)?;
     let partial = partial(place);
-    let written = create(&partial).and_then(|mut file| {
-        file.write_all(bytes).map_err(|source| at(place, source))
-    });
-    let moved = written
-        .and_then(|()| std::fs::rename(&partial, place).map_err(|source| at(place, source)));
+    let written = create(&partial)
+        .and_then(|mut file| file.write_all(bytes).map_err(|source| at(place, source)));
+    let moved =
+        written.and_then(|()| std::fs::rename(&partial, place).map_err(|source| at(place, source)));
     if moved.is_err() {
         let _ = std::fs::remove_file(&partial);
     }

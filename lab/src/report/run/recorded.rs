@@ -43,7 +43,9 @@ impl Recorded {
             }
         };
         let manifest = Manifest::read(&path("manifest.json")?)?;
-        for name in manifest.outputs.keys() {
+        // a recording that was removed to save room is no damage to a report
+        let there = manifest.outputs.keys();
+        for name in there.filter(|name| folder.join(name).is_file()) {
             manifest.verify(folder, name)?;
         }
         let summary = summary(&path("metrics.json")?)?;

@@ -49,7 +49,9 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     if count(b"[{") > MAX_BRACKETS {
         return Err(Over::new(
             "there are far too many brackets in this file",
-            format!("at most {MAX_BRACKETS} of `[` and `{{`; long lists go without them, an item a line"),
+            format!(
+                "at most {MAX_BRACKETS} of `[` and `{{`; long lists go without them, an item a line"
+            ),
         ));
     }
     if count(b"\n\r,:-?[]{}") > MAX_MARKS {
@@ -195,7 +197,8 @@ struct Tag;
 
 impl<'de> Deserialize<'de> for Tag {
     fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
-        de.deserialize_identifier(serde::de::IgnoredAny).map(|_| Self)
+        de.deserialize_identifier(serde::de::IgnoredAny)
+            .map(|_| Self)
     }
 }
 
@@ -221,7 +224,12 @@ mod tests {
             (aliases, "32 MB"),
         ] {
             let start = std::time::Instant::now();
-            assert!(told(&text).contains(word), "{}: {}", &text[..20], told(&text));
+            assert!(
+                told(&text).contains(word),
+                "{}: {}",
+                &text[..20],
+                told(&text)
+            );
             assert!(start.elapsed().as_secs() < 5);
         }
     }
