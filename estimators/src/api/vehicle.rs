@@ -43,6 +43,11 @@ pub struct VehicleData {
     pub load_span_m: [Real; 2],
     /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
+    /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g: 0.01 of a calibrated
+    /// IMU, 0.05 to 0.1 of an uncalibrated one, 0.17 for each degree by which its mount is off. `None`: not known.
+    pub accel_bias_sd_mps2: Option<Real>,
+    /// Standard deviation of the gyro's biases at switch-on, rad/s: 0.01 to 0.07 of an uncalibrated MEMS. `None`: not known.
+    pub gyro_bias_sd_radps: Option<Real>,
     /// What only a road vehicle has; `None` for a train.
     pub road: Option<RoadVehicle>,
 }
@@ -61,6 +66,8 @@ impl Default for VehicleData {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            accel_bias_sd_mps2: None,
+            gyro_bias_sd_radps: None,
             road: None,
         }
     }
@@ -149,6 +156,14 @@ impl Vehicle {
             ("tare_span_m", span(data.tare_span_m)),
             ("load_span_m", span(data.load_span_m)),
             ("imu_arm_m", data.imu_arm_m.abs() < MAX_LENGTH_M),
+            (
+                "accel_bias_sd_mps2",
+                data.accel_bias_sd_mps2.is_none_or(not_negative),
+            ),
+            (
+                "gyro_bias_sd_radps",
+                data.gyro_bias_sd_radps.is_none_or(not_negative),
+            ),
         ])?;
         data.road.as_ref().map_or(Ok(()), RoadVehicle::check)?;
         Ok(Self(data))
@@ -183,6 +198,11 @@ impl Vehicle {
         given_mps.unwrap_or(if self.road.is_some() { road } else { rail })
     }
 
+    /// Standard deviation of the accelerometer's bias, m/s²: the one given, that of the sheet, or `otherwise`.
+    pub fn accel_bias_sd(&self, given_mps2: Option<Real>, otherwise: Real) -> Real {
+        given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)
+    }
+
     /// The mass to start from, kg: the one given, or the middle of the mass range; always inside the range.
     pub fn first_mass_kg(&self, given_kg: Option<Real>) -> Real {
         let [low, high] = self.mass_range_kg;
@@ -204,6 +224,8 @@ impl Vehicle {
             tare_span_m,
             load_span_m,
             imu_arm_m,
+            accel_bias_sd_mps2,
+            gyro_bias_sd_radps,
             road,
         } = self.0;
         print.add(&drives.to_le_bytes());
@@ -218,6 +240,9 @@ impl Vehicle {
         ];
         print.numbers(numbers.iter().chain(&mass_range_kg));
         print.numbers(tare_span_m.iter().chain(&load_span_m));
+        // -1: not known.
+        let biases = [accel_bias_sd_mps2, gyro_bias_sd_radps].map(|sd| sd.unwrap_or(-1.0));
+        print.numbers(biases.iter());
         if let Some(road) = road {
             let RoadVehicle {
                 drag_area_m2,

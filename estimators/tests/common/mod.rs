@@ -76,6 +76,8 @@ pub fn vehicle(drives: usize) -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     })
     .unwrap()
@@ -94,6 +96,8 @@ pub struct Crane {
     pub t_s: Real,
     pub speed_mps: Real,
     pub chainage_m: Real,
+    /// Grade angle of the step before, rad: what the pitch gyro needs.
+    pub last_grade_rad: Option<Real>,
     pub random: Random,
 }
 
@@ -107,6 +111,7 @@ impl Crane {
             t_s: 0.0,
             speed_mps: 0.0,
             chainage_m: 0.0,
+            last_grade_rad: None,
             random: Random::new(seed),
         }
     }
@@ -139,6 +144,8 @@ impl Crane {
         let torque =
             force * vehicle.wheel_radius_m / vehicle.gear_ratio * loss / vehicle.drives as Real;
 
+        let before = self.last_grade_rad.replace(self.grade_rad);
+        let pitch = (self.grade_rad - before.unwrap_or(self.grade_rad)) / dt;
         let (t_s, random) = (self.t_s, &mut self.random);
         let mut z = Measurements {
             t: Time::from_s(t_s),
@@ -147,11 +154,11 @@ impl Crane {
         let f = a + GRAVITY * sine + 0.007 * random.normal();
         z.specific_force_mps2 = Some(Sample {
             t: Time::from_s(t_s),
-            value: [f, 0.0, -GRAVITY * cosine],
+            value: [f, 0.0, GRAVITY * cosine],
         });
         z.angular_rate_radps = Some(Sample {
             t: Time::from_s(t_s),
-            value: [0.0, 1e-4 * random.normal(), 1e-4 * random.normal()],
+            value: [0.0, 1e-4 * random.normal() - pitch, 1e-4 * random.normal()],
         });
         for i in 0..vehicle.drives {
             z.motor_torque_nm[i] = Some(Sample {

@@ -137,6 +137,13 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     (columns.masks.len() == steps && columns.values.len() == values).then_some(columns)
 }
 
+/// Number of a standard deviation that is not known.
+const NOT_KNOWN: f64 = -1.0;
+
+fn known(number: f64) -> Option<f64> {
+    (number >= 0.0).then_some(number)
+}
+
 /// The numbers of a vehicle, in the order [`vehicle_of`] reads them.
 fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
     let VehicleData {
@@ -151,6 +158,8 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         tare_span_m: [tare_near, tare_far],
         load_span_m: [load_near, load_far],
         imu_arm_m,
+        accel_bias_sd_mps2,
+        gyro_bias_sd_radps,
         road,
     } = vehicle.data();
     let mut numbers = vec![
@@ -168,6 +177,8 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         load_near,
         load_far,
         imu_arm_m,
+        accel_bias_sd_mps2.unwrap_or(NOT_KNOWN),
+        gyro_bias_sd_radps.unwrap_or(NOT_KNOWN),
         if road.is_some() { 1.0 } else { 0.0 },
     ];
     if let Some(RoadVehicle {
@@ -204,6 +215,8 @@ fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
         tare_span_m: [get()?, get()?],
         load_span_m: [get()?, get()?],
         imu_arm_m: get()?,
+        accel_bias_sd_mps2: known(get()?),
+        gyro_bias_sd_radps: known(get()?),
         road: None,
     };
     if get()? != 0.0 {

@@ -57,6 +57,8 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         tare_span_m,
         load_span_m,
         imu_arm_m,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     }
 }
