@@ -4,12 +4,12 @@
 
 mod reference;
 
+use monorig_estimators::Setting;
 use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use monorig_estimators::Setting;
 use monorig_estimators::registry::{build, keys};
 use reference::{Table, assert_agrees};
 

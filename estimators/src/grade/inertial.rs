@@ -18,6 +18,7 @@ use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::innovation_gate::Passage;
 use crate::filters::model::{Filter, Model};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
 use crate::filters::ukf::{Spread, Ukf};
@@ -26,14 +27,13 @@ use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::method::no_mass;
 use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::preprocess::front_end::Reading;
 use crate::supervise::control::{self, Control};
 use crate::supervise::gate::Gate;
 use crate::supervise::plausibility::Instruments;
 use crate::supervise::validity::{Source, Validity};
 use crate::supervise::{Supervisors, mapped};
-use crate::filters::innovation_gate::Passage;
-use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::{Real, Time};
 
 params! {

@@ -82,8 +82,16 @@ impl Model<4, 1> for BiasModel {
     }
 
     fn F(&self, x: &Vector4<Real>, u: &Inertial, dt: Real) -> Matrix4<Real> {
-        let force = if u.specific_force_mps2.is_some() { dt } else { 0.0 };
-        let rate = if u.pitch_rate_radps.is_some() { dt } else { 0.0 };
+        let force = if u.specific_force_mps2.is_some() {
+            dt
+        } else {
+            0.0
+        };
+        let rate = if u.pitch_rate_radps.is_some() {
+            dt
+        } else {
+            0.0
+        };
         matrix![
             1.0, -force * GRAVITY * cos(x.y), 0.0, -force;
             0.0, 1.0, -rate, 0.0;

@@ -19,8 +19,8 @@ use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 use crate::preprocess::conditioning::ConditioningParams;
-use crate::supervise::{Supervisors, TwoStageSupervision};
 use crate::supervise::validity::Integrity;
+use crate::supervise::{Supervisors, TwoStageSupervision};
 
 params! {
     /// How `dffrls_aekf_robust` forgets and adapts.
@@ -67,7 +67,12 @@ fn two_stage(
         vehicle,
         ForceBalanceRls::resampler(mass),
         ForceBalanceRls::new(vehicle, *mass, forgetting),
-        ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation, &supervision.integrity),
+        ForceBalanceEkf::new(
+            ForceBalance::new(vehicle),
+            *slope,
+            adaptation,
+            &supervision.integrity,
+        ),
         supervision,
         mass.standstill_mps,
     )

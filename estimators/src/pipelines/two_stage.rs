@@ -9,15 +9,15 @@ use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control::{self, Control};
 use crate::supervise::observability::GradeObservability;
-use crate::supervise::slip::SlipDetector;
 use crate::supervise::plausibility::Instruments;
+use crate::supervise::slip::SlipDetector;
 use crate::supervise::validity::{Source, Validity};
 use crate::supervise::{self, Supervisors};
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.

@@ -145,7 +145,13 @@ impl Conditioning {
     }
 
     /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those before.
-    pub fn calibrate(&mut self, standing: bool, rates: Option<[Real; 2]>, period_s: Real, dt: Real) {
+    pub fn calibrate(
+        &mut self,
+        standing: bool,
+        rates: Option<[Real; 2]>,
+        period_s: Real,
+        dt: Real,
+    ) {
         if self.params.gyro_calibration {
             self.gyro.step(standing, rates, period_s, dt);
         }

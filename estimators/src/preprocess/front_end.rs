@@ -184,7 +184,12 @@ impl FrontEnd {
             None
         };
         let period_s = self.pitch_rate.gap_s().max(dt);
-        conditioning.calibrate(standing, rates.map(|(pitch, yaw)| [pitch, yaw]), period_s, dt);
+        conditioning.calibrate(
+            standing,
+            rates.map(|(pitch, yaw)| [pitch, yaw]),
+            period_s,
+            dt,
+        );
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
@@ -205,7 +210,10 @@ impl FrontEnd {
             let last = conditioning.last_speed();
             return (None, voted.map(|voted| last.unwrap_or(voted)), false);
         };
-        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).clamp(0.0, 1.0);
+        let period_s = self
+            .sampled
+            .map_or(0.0, |before| now.since(before))
+            .clamp(0.0, 1.0);
         self.sampled = Some(now);
         match conditioning.speed(speed, period_s, self.standing) {
             Some(speed) => {

@@ -16,10 +16,7 @@ const CLIP: Real = 4.0;
 enum Trend {
     /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a speed, whose ramps are
     /// no noise.
-    Line {
-        before: [Real; 2],
-        seen: u32,
-    },
+    Line { before: [Real; 2], seen: u32 },
     /// A low-pass of this time constant, s. For an accelerometer, whose vibration is not white.
     Level { tau_s: Real, level: Option<Real> },
 }

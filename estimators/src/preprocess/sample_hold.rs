@@ -98,11 +98,7 @@ impl SampleHold {
 
     /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the shortest period it can see.
     pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
-        let timeout_s = self
-            .timeout_s()
-            .max(TIMEOUT_GAPS * dt_s)
-            .max(MIN_TIMEOUT_S)
-            + 1e-9;
+        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
         self.value
             .filter(|_| !self.is_stuck(now))
             .filter(|_| now.since(self.arrived) <= timeout_s)
@@ -139,8 +135,14 @@ mod tests {
         }
         // The gap counts for 0.3 s: mean 0.1 + 0.2/16, deviation 0.2/16.
         let timeout_s = 3.0 * (0.1 + 0.2 / 16.0) + 4.0 * 0.2 / 16.0;
-        assert_eq!(held.fresh(Time::from_s(5.0 + timeout_s - 0.001), 0.01), Some(1.0));
-        assert_eq!(held.fresh(Time::from_s(5.0 + timeout_s + 0.001), 0.01), None);
+        assert_eq!(
+            held.fresh(Time::from_s(5.0 + timeout_s - 0.001), 0.01),
+            Some(1.0)
+        );
+        assert_eq!(
+            held.fresh(Time::from_s(5.0 + timeout_s + 0.001), 0.01),
+            None
+        );
     }
 
     /// Share of the time after the first second that the channel is stale: samples every `period` s, each `delay` s late, the earlier of them lost.

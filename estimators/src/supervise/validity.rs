@@ -108,13 +108,16 @@ impl Validity {
 
     /// Whether all sources are consistent and all instruments plausible.
     pub fn consistent(&self) -> bool {
-        self.consistent_in(&[Source::WheelSpeed, Source::Accelerometer, Source::ForceBalance])
+        self.consistent_in(&[
+            Source::WheelSpeed,
+            Source::Accelerometer,
+            Source::ForceBalance,
+        ])
     }
 
     fn consistent_in(&self, sources: &[Source]) -> bool {
         let of = |source: &Source| self.nis.get(*source as usize);
-        self.plausibility.plausible()
-            && sources.iter().filter_map(of).all(NisMonitor::consistent)
+        self.plausibility.plausible() && sources.iter().filter_map(of).all(NisMonitor::consistent)
     }
 
     /// The mass with its mark by the rule; `valid` says so far whether it is initialised, fresh and not clamped.

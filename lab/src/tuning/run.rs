@@ -14,7 +14,6 @@ use crate::tuning::validate;
 use crate::tuning::write;
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
-use monorig_sim::record::inputs;
 use std::path::{Path, PathBuf};
 
 /// What to do, and where.
@@ -60,7 +59,9 @@ fn finished(
         path: run.folder.clone(),
         source,
     })?;
-    inputs::keep(study.inputs(), &run.folder.join("inputs"))?;
+    if run.begin == Begin::New {
+        trial_store::vacant(store)?; // found out before anything is recorded
+    }
     let cache = Cache::new(&run.cache, &run.monorig);
     let evaluator = |groups: &[RunGroup], stage: &str| {
         Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)

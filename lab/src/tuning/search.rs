@@ -14,6 +14,7 @@ use crate::tuning::study::{Combine, TuningStudy};
 use crate::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
+use monorig_sim::record::inputs;
 use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -59,6 +60,7 @@ pub fn search(
     progress: &dyn Progress,
 ) -> Result<SearchResult, Error> {
     let started = Instant::now();
+    let kept = store.with_file_name("inputs");
     let header = TrialsHeader {
         study: study.name.clone(),
         made_from: study.made_from(monorig),
@@ -68,6 +70,7 @@ pub fn search(
         Begin::Restart => (TrialStore::replace(store, &header)?, Vec::new()),
         _ => (TrialStore::create(store, &header)?, Vec::new()),
     };
+    inputs::keep(study.inputs(), &kept)?;
     let space = Space::new(&study.file.parameters);
     let mut runner = TrialRunner {
         study,

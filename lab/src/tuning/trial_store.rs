@@ -58,15 +58,8 @@ pub struct TrialStore {
 impl TrialStore {
     /// A new file with its header. Trials that are there stay, and are an error.
     pub fn create(path: &Path, header: &TrialsHeader) -> Result<Self, Error> {
-        match count(path) {
-            0 => Self::replace(path, header),
-            trials => Err(wrong(
-                path,
-                1,
-                format!("there are {trials} trials already, and they are not dropped unasked"),
-                "go on with --resume; begin anew with --restart, or in another folder with --out",
-            )),
-        }
+        vacant(path)?;
+        Self::replace(path, header)
     }
 
     /// A new file with its header, in place of an older one.
@@ -137,6 +130,19 @@ impl TrialStore {
         let line = serde_json::to_string(what).unwrap_or_default() + "\n";
         let written = self.file.write_all(line.as_bytes());
         written.map_err(|e| at(&self.path, e))
+    }
+}
+
+/// That a file has no trials: they are not dropped unasked.
+pub fn vacant(path: &Path) -> Result<(), Error> {
+    match count(path) {
+        0 => Ok(()),
+        trials => Err(wrong(
+            path,
+            1,
+            format!("there are {trials} trials already, and they are not dropped unasked"),
+            "go on with --resume; begin anew with --restart, or in another folder with --out",
+        )),
     }
 }
 
