@@ -13,9 +13,11 @@ pub mod test;
 pub mod tune;
 
 use crate::CommandOutcome;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use clap::{Parser, Subcommand};
 use monorig_sim::closed_loop::registry::Registry;
+use std::sync::OnceLock;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,6 +38,16 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// What `--version` says: the version, the git revision, and the hash of the program, computed only if it is asked for.
+pub fn version() -> &'static str {
+    static VERSION: OnceLock<String> = OnceLock::new();
+    let asked = std::env::args_os().any(|a| a == "--version" || a == "-V");
+    match asked {
+        true => VERSION.get_or_init(|| identity().to_string()),
+        false => env!("CARGO_PKG_VERSION"),
+    }
 }
 
 /// The same command line with the names of the estimators there are in its help.
