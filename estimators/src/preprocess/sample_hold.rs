@@ -93,11 +93,6 @@ impl SampleHold {
         self.value
     }
 
-    /// Puts another value in the place of the one held: that of a conditioned channel.
-    pub fn replace(&mut self, value: Real) {
-        self.value = Some(value);
-    }
-
     /// Whether the sensor is stuck.
     pub fn is_stuck(&self, now: Time) -> bool {
         self.stuck.is_stuck(now)
