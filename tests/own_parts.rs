@@ -123,6 +123,7 @@ fn spec(scenario: PathBuf) -> RunSpec {
         inputs: Default::default(),
         seed: 1,
         draws: Default::default(),
+        reference: None,
     }
 }
 

@@ -29,7 +29,7 @@ objective:
     - {metric: mass_rmse_kg, after_s: 20}
     - {metric: slope_rmse_deg, after_s: 20, weight: 2}
 constraints:
-  - {metric: slope_valid_share, at_least: 0.1}
+  - {metric: slope_availability, at_least: 0.1}
 optimiser: cma_es
 budget: 14
 sensitivity: {curve: 3, map: 2, map_parameters: 2}
@@ -303,6 +303,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("fixed_and_varying", "study.yaml", "fixed: {cutoff_hz: 2}", "fixed: {delta: 0.99}"),
     ("published_unknown", "study.yaml", "kappa: 0.966", "capa: 0.966"),
     ("unknown_metric", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rms_kg"),
+    ("valid_without_availability", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rmse_kg_valid"),
     ("metric_of_the_train", "study.yaml", "metric: mass_rmse_kg", "metric: speed_rmse_mps"),
     ("window_empty", "study.yaml", "after_s: 20}", "after_s: 10, until_s: 9}"),
     ("constraint_bounds_nothing", "study.yaml", ", at_least: 0.1", ""),

@@ -9,6 +9,7 @@
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
 //! | [`tuning`] | parameters found by search |
+//! | [`recordings`] | noise, bias and vibration of recorded instruments |
 //! | [`plot`] | figures, a file for each kind |
 //! | [`report`] | pages of figures and tables |
 
@@ -18,6 +19,7 @@ pub mod html;
 pub mod made_from;
 pub mod metrics;
 pub mod plot;
+pub mod recordings;
 pub mod replay;
 pub mod report;
 pub mod tuning;

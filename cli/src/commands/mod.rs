@@ -6,6 +6,7 @@ pub mod merge;
 pub mod report;
 pub mod run;
 pub mod schema;
+pub mod sensors;
 pub mod shared;
 pub mod study;
 pub mod test;
@@ -77,6 +78,8 @@ pub enum Command {
     Tune(tune::TuneArgs),
     /// Write a report as one HTML file
     Report(report::ReportArgs),
+    /// Figures of real instruments from their recordings
+    Sensors(sensors::SensorsArgs),
     /// Check files without running anything
     Check(check::CheckArgs),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit
@@ -94,6 +97,7 @@ impl Command {
             Self::Merge(args) => merge::merge(args),
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
+            Self::Sensors(args) => sensors::sensors(args),
             Self::Check(args) => check::check(args, registry),
             Self::Schema(args) => schema::schema(args, registry),
         }

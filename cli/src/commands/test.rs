@@ -11,7 +11,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
@@ -26,8 +26,9 @@ Examples:
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
 
-A scenario fails when a run does not finish, when an estimator never marks anything valid, or when an expectation
-does not hold for as many seeds as it asks for (`quantile`; all without it).";
+A scenario fails when a run does not finish, when an estimator never marks anything valid or marks misleading values valid, when an
+expectation does not hold for as many seeds as it asks for (`quantile`; all without it), or when a known failure holds.
+Findings, worst first, stand above the checks that fail.";
 
 /// `monorig test`
 #[derive(Debug, clap::Args)]
@@ -51,6 +52,9 @@ pub struct TestArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }
+
+/// Findings shown for each scenario; the others are counted.
+const FINDINGS_SHOWN: usize = 5;
 
 /// A scenario to test.
 struct Case {
@@ -108,12 +112,17 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
+    let checks = tested.iter().flat_map(|t| &t.judged.checks);
+    let known = match checks.filter(|c| c.fails_as_known()).count() {
+        0 => String::new(),
+        n => format!("; {n} known failures"),
+    };
     let unusable = match bad {
         0 => String::new(),
         n => format!(", {n} could not be used"),
     };
     output::print(&format!(
-        "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}\n",
+        "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
         tested.len()
     ))?;
     match (bad, failed) {
@@ -172,6 +181,7 @@ fn run(
             inputs: case.inputs.clone(),
             seed: *seed,
             draws: Default::default(),
+            reference: None,
         })
     });
     let work = |spec: RunSpec| {
@@ -217,8 +227,22 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
     };
     let took = tested.took.as_secs_f64();
     let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
-    for check in tested.judged.checks.iter().filter(|c| !c.held) {
+    let findings = tested.judged.findings();
+    for finding in findings.iter().take(FINDINGS_SHOWN) {
+        text += &format!("        finding: {}\n", finding.text);
+    }
+    match findings.len().saturating_sub(FINDINGS_SHOWN) {
+        0 => {}
+        more => text += &format!("        … and {more} findings more, in --json and its report\n"),
+    }
+    // what a finding says already is not said again, unless it is listed as known
+    let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
+    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
         text += &format!("        {}\n", check.reason());
+    }
+    for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
+        let why = check.known_failure.as_deref().unwrap_or_default();
+        text += &format!("        known failure: {} ({why})\n", check.reason());
     }
     for run in &tested.judged.runs {
         for (name, times, reason) in run.summary.iter().flat_map(|s| &s.refusals) {

@@ -6,7 +6,7 @@ use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::preprocess::gyro_calibration::GyroCalibration;
 use crate::preprocess::noise_learning::NoiseLearning;
-use crate::preprocess::outlier_hold::OutlierHold;
+use crate::preprocess::outlier_hold::{HoldLimits, OutlierHold};
 
 choices! {
     /// Where the noise of wheel speed and accelerometer comes from.
@@ -21,7 +21,7 @@ choices! {
 params! {
     /// Conditioning of the channels.
     ConditioningParams {
-        outlier_hold [flag] = true, "Hold out jumps of one or two samples of wheel speed, accelerometer and gyro (joints, bumps).";
+        outlier_hold [flag] = true, "Hold out jumps of wheel speed, accelerometer and gyro that do not last (joints, bumps).";
         gyro_calibration [flag] = true, "Learn the biases of the gyro while the vehicle stands.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's biases at switch-on; not set: that of the vehicle's sheet, or 0.01 (0.6 °/s).";
         noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
@@ -31,11 +31,37 @@ params! {
 /// Standard deviation of a gyro's bias of which nothing is said, rad/s.
 const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
-/// Steps from sample to sample that are never outliers: wheel speed, m/s, specific force, m/s², angular rate, rad/s.
-const FLOORS: [Real; 3] = [0.05, 1.0, 0.2];
+/// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump of a recorded drive:
+/// 0.154 s.
+const SPEED_LIMITS: [HoldLimits; 2] = [
+    HoldLimits {
+        floor: 0.05,
+        rate: 3.0,
+        longest_s: 0.2,
+    },
+    HoldLimits {
+        floor: 0.05,
+        rate: 12.0,
+        longest_s: 0.2,
+    },
+];
 
-/// Largest acceleration of wheels that roll, m/s², on a rail and on a road.
-const MAX_ACCELERATION_MPS2: [Real; 2] = [3.0, 12.0];
+/// Outlier hold of a specific force, m/s²: a brake may come on within a sample, and a hit of the recorded drive lasts for 0.04 s.
+const FORCE_LIMITS: HoldLimits = HoldLimits {
+    floor: 1.0,
+    rate: 10.0,
+    longest_s: 0.06,
+};
+
+/// Outlier hold of an angular rate, rad/s.
+const RATE_LIMITS: HoldLimits = HoldLimits {
+    floor: 0.2,
+    rate: 1.0,
+    longest_s: 0.06,
+};
+
+/// Samples further apart tell nothing of noise, s.
+const MAX_NOISE_PERIOD_S: Real = 0.3;
 
 /// Largest learnt over told standard deviation.
 const MAX_NOISE_RATIO: Real = 30.0;
@@ -70,7 +96,6 @@ fn bounded(learnt: Option<Real>, told: Real) -> Real {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     params: ConditioningParams,
-    max_mps2: Real,
     speed: OutlierHold,
     /// Specific force forward and left, rate of pitch and yaw.
     inertial: [OutlierHold; 4],
@@ -94,13 +119,13 @@ pub enum Axis {
 impl Conditioning {
     /// For a vehicle.
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
-        let [speed, force, rate] = FLOORS.map(OutlierHold::new);
-        let [rail, road] = MAX_ACCELERATION_MPS2;
+        let [rail, road] = SPEED_LIMITS;
+        let speed = if vehicle.road.is_some() { road } else { rail };
+        let [force, rate] = [FORCE_LIMITS, RATE_LIMITS].map(OutlierHold::new);
         let bias_sd = params.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         Self {
             params,
-            max_mps2: if vehicle.road.is_some() { road } else { rail },
-            speed,
+            speed: OutlierHold::new(speed),
             inertial: [force, force, rate, rate],
             gyro: GyroCalibration::new(bias_sd.unwrap_or(GYRO_BIAS_SD_RADPS)),
             noise: [NoiseLearning::of_speed(), NoiseLearning::of_acceleration()],
@@ -110,12 +135,12 @@ impl Conditioning {
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
         let passed = if self.params.outlier_hold {
-            self.speed.take(speed_mps, self.max_mps2 * period_s)?
+            self.speed.take(speed_mps, period_s)?
         } else {
             speed_mps
         };
         let [noise, _] = &mut self.noise;
-        if !standing {
+        if !standing && period_s < MAX_NOISE_PERIOD_S {
             noise.observe(passed, period_s);
         }
         Some(passed)
@@ -132,13 +157,13 @@ impl Conditioning {
         if self.params.outlier_hold
             && let Some(hold) = self.inertial.get_mut(axis as usize)
         {
-            passed = match hold.take(value, 0.0) {
+            passed = match hold.take(value, period_s) {
                 Some(value) => value,
                 None => return hold.value().unwrap_or(value),
             };
         }
         let [_, noise] = &mut self.noise;
-        if axis == Axis::Forward && !standing {
+        if axis == Axis::Forward && !standing && period_s < MAX_NOISE_PERIOD_S {
             noise.observe(passed, period_s);
         }
         passed
@@ -180,4 +205,4 @@ impl Conditioning {
     }
 }
 
-state!(Conditioning { speed, inertial, gyro, noise; params, max_mps2 });
+state!(Conditioning { speed, inertial, gyro, noise; params });

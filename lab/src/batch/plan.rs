@@ -192,6 +192,7 @@ impl Plan {
             inputs: self.inputs.clone(),
             seed,
             draws,
+            reference: None,
         }
     }
 

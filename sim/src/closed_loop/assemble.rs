@@ -81,6 +81,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         checks::step(&scenario, &train, dt_s)?;
     }
     checks::loads(&scenario, &train)?;
+    checks::windows(&scenario, &rail)?;
     let front_m = checks::front(&scenario, &rail, &train)?;
 
     let Some((specs, sheet_file)) = sensors else {
@@ -119,6 +120,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
         Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
     };
+    let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";
         scenario.error("vehicle", e.to_string(), help)
