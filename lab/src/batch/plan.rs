@@ -5,7 +5,7 @@ use crate::made_from::MadeFrom;
 use crate::verdicts::expected;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, SimulationBuilder, resolved};
-use monorig_sim::config::file::{Document, Sets, named};
+use monorig_sim::config::file::{Document, Sets, name_of, named};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -124,9 +124,8 @@ impl Plan {
             }
         }
         let scenario = named(path, "scenario", &file.scenario)?;
-        let stem = path.file_stem().unwrap_or_default();
         let mut plan = Self {
-            name: stem.to_string_lossy().into_owned(),
+            name: name_of(path)?,
             file,
             path: path.into(),
             scenario,

@@ -5,7 +5,7 @@ use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
-use monorig_sim::config::file::{Document, Sets, named};
+use monorig_sim::config::file::{Document, Sets, name_of, named};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
@@ -313,10 +313,7 @@ impl TuningStudy {
             list.iter().enumerate().map(load).collect()
         };
         Ok(Self {
-            name: path
-                .file_stem()
-                .map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default(),
+            name: name_of(path)?,
             tuning: groups(&file.tuning, "tuning")?,
             validation: groups(&file.validation, "validation")?,
             file,

@@ -163,6 +163,20 @@ pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
     }
 }
 
+/// The name of what a file describes: that of the file without its ending. Results go into a folder of this name, so it must be one.
+pub fn name_of(path: &Path) -> Result<String, Error> {
+    let stem = path.file_stem().unwrap_or_default();
+    let name = stem.to_string_lossy().into_owned();
+    match name.chars().all(|c| c == '.') {
+        false => Ok(name),
+        true => Err(whole(
+            path,
+            "this name cannot be that of a folder of results",
+            "a file name with a letter in it".into(),
+        )),
+    }
+}
+
 /// Read a YAML file into a checked type.
 pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()

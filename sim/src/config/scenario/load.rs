@@ -2,7 +2,7 @@
 
 use super::{ParameterFile, ScenarioFile, Stop, check};
 use crate::config::checked::Version1;
-use crate::config::file::{Document, Sets, input_error};
+use crate::config::file::{Document, Sets, input_error, name_of};
 use crate::config::input_files::InputFiles;
 use crate::error::Error;
 use serde::Serialize;
@@ -106,10 +106,7 @@ impl Scenario {
             None => find("train", file.train.as_deref().unwrap_or_default())?,
         };
         Ok(Self {
-            name: path
-                .file_stem()
-                .map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default(),
+            name: name_of(path)?,
             track,
             vehicle,
             sensors: find("sensors", &file.sensors)?,
