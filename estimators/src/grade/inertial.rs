@@ -436,3 +436,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
 }
 
 state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });
+
+#[cfg(test)]
+#[path = "inertial_tests.rs"]
+mod tests;

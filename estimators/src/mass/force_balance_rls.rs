@@ -307,3 +307,7 @@ impl MassEstimator for ForceBalanceRls {
 }
 state!(ForceBalanceRls { rls, gate, load, before, saturated, outcome, jolts;
     params, mass0_kg, mu0, range_kg });
+
+#[cfg(test)]
+#[path = "force_balance_rls_tests.rs"]
+mod tests;

@@ -392,3 +392,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
 }
 
 state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, validity, aids, since_sample_s; balance, slip, conditioning, standstill_mps });
+
+#[cfg(test)]
+#[path = "two_stage_tests.rs"]
+mod tests;

@@ -330,4 +330,39 @@ mod tests {
             .unwrap();
         assert_eq!(reading.pitch_rate_radps, Some(0.1));
     }
+
+    /// Speeds of eight wheels over 10 s, then one second of `faulty` ones; what is known at the end.
+    fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
+        let mut front = FrontEnd::new(&vehicle());
+        let mut random = crate::testing::Random::new(91);
+        let mut last = Reading::default();
+        for k in 1..=1_100 {
+            let t = Time::from_ns(10_000_000 * k);
+            let mut z = Measurements::at(t);
+            for (i, place) in z.wheel_speed_mps.iter_mut().enumerate() {
+                let noisy = 1.0 + 0.005 * random.normal();
+                let value = if k > 1_000 {
+                    faulty(i, noisy)
+                } else {
+                    Some(noisy)
+                };
+                *place = value.map(|value| Sample { t, value });
+            }
+            last = front.read(&z, &Command::default(), 0.01).unwrap();
+        }
+        last
+    }
+
+    #[test]
+    fn why_the_speed_is_not_known() {
+        let fine = after(|_, noisy| Some(noisy));
+        assert!(fine.speed_mps.is_some() && fine.wheel_speed_fault.is_none());
+        let fault = |reading: Reading| (reading.speed_mps, reading.wheel_speed_fault);
+        let slips = after(|i, noisy| Some(noisy + if i < 6 { 0.3 * (i + 1) as Real } else { 0.0 }));
+        assert_eq!(fault(slips), (None, Some(Rejection::Slip)));
+        let stuck = after(|_, _| Some(1.0));
+        assert_eq!(fault(stuck), (None, Some(Rejection::Stuck)));
+        let stale = after(|_, _| None);
+        assert_eq!(fault(stale), (None, None));
+    }
 }
