@@ -110,6 +110,7 @@ fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
     let known = |key: &&(&str, Setting)| keys(name).unwrap().any(|k| k.name == key.0);
     let off = [
         ("innovation_gate", Setting::Flag(false)),
+        ("nis_monitor", Setting::Flag(false)),
         ("outlier_hold", Setting::Flag(false)),
         ("gyro_calibration", Setting::Flag(false)),
         ("noise", Setting::Choice("told")),
@@ -347,7 +348,12 @@ fn patent() {
 /// The textbook baseline with its gate, from the samples on.
 #[test]
 fn baseline() {
-    let mut pipeline = build("ekf_v_theta_biases", &rail(), []).unwrap();
+    let mut pipeline = build(
+        "ekf_v_theta_biases",
+        &rail(),
+        [("nis_monitor", false.into())],
+    )
+    .unwrap();
     let dt = 0.02;
     let mut rows = Vec::new();
     let input = Table::read("pipeline_baseline_input.csv").arrays::<5>();

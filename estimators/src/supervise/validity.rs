@@ -11,7 +11,7 @@
 //!    ([`NisMonitor`])
 //! 6. its instruments are plausible ([`Plausibility`])
 //!
-//! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where that is above 1 (the a
+//! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where that is above 1.9 (the a
 //! posteriori variance factor of least squares); regressions have that of their own ([`Rls::spread`](crate::filters::rls::Rls::spread)).
 //!
 //! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for all.
@@ -54,6 +54,9 @@ impl Integrity {
 /// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force balance leaves out changes
 /// within a fraction of a second, the samples of a regression come once or twice a second.
 const INDEPENDENT_HZ: [Real; 2] = [5.0, 1.0];
+
+/// Windowed NIS from which standard deviations are widened: the 99 % quantile of the 20 degrees of freedom of a window.
+const INCONSISTENT: Real = 1.9;
 
 /// Window of a regression over that of a state filter.
 const REGRESSION_WINDOW: Real = 5.0;
@@ -109,13 +112,16 @@ impl Validity {
         }
     }
 
-    /// A posteriori variance factor of a source, at least 1: its windowed NIS.
+    /// A posteriori variance factor of a source: its windowed NIS where that is more than chance makes of a consistent filter, else 1.
     fn variance_factor(&self, source: Source) -> Real {
         let monitor = self
             .nis
             .get(source as usize)
             .filter(|_| self.params.nis_monitor);
-        monitor.map_or(1.0, |monitor| monitor.mean().max(1.0))
+        monitor
+            .map(NisMonitor::mean)
+            .filter(|mean| *mean > INCONSISTENT)
+            .unwrap_or(1.0)
     }
 
     /// Whether all sources are consistent and all instruments plausible.
