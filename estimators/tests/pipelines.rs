@@ -188,7 +188,11 @@ fn liu_2023() {
         .into_iter()
         .enumerate()
     {
-        let named = (name, &mass0[..], &two_stages[..]);
+        let settings = match name {
+            "dffrls_aekf_robust" => &[mass0[0], ("delta", 0.995)][..],
+            _ => &mass0[..],
+        };
+        let named = (name, settings, &two_stages[..]);
         rows.extend(number(
             run,
             drive("pipeline_liu_input.csv", &rail(), named, traction_row),

@@ -450,3 +450,7 @@ mod tests {
         assert_eq!(filter.belief().x.y, theta);
     }
 }
+
+#[cfg(test)]
+#[path = "force_balance_ekf_tests.rs"]
+mod laws;

@@ -546,3 +546,7 @@ impl<const K: usize> State for SlopeModels<K> {
         aids.visit(archive);
     }
 }
+
+#[cfg(test)]
+#[path = "imm_tests.rs"]
+mod tests;

@@ -33,8 +33,8 @@ use crate::{Real, Time};
 params! {
     /// The filter.
     Own {
-        q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed: noise of the accelerometer.";
-        q_theta ["rad²/s"] = 1e-7, 1e-12 => 10.0, "Process noise of the grade angle: noise of the gyro.";
+        q_v ["m²/s³"] = 1e-4, 1e-12 => 10.0, "Process noise of speed: noise of the accelerometer with vibration.";
+        q_theta ["rad²/s"] = 1e-6, 1e-12 => 10.0, "Process noise of the grade angle: noise of the gyro with vibration and misalignment.";
         q_gyro_bias ["rad²/s³"] = 1e-11, 0.0 => 1.0, "Process noise of the gyro's bias.";
         q_accel_bias ["m²/s⁵"] = 1e-8, 0.0 => 1.0, "Process noise of the accelerometer's bias.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's bias at the start; not set: that of the vehicle's sheet, or 0.01.";

@@ -21,7 +21,7 @@ choices! {
 params! {
     /// Conditioning of the channels.
     ConditioningParams {
-        outlier_hold [flag] = true, "Hold out jumps of wheel speed, accelerometer and gyro that do not last (joints, bumps).";
+        outlier_hold [flag] = true, "Hold out jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
         gyro_calibration [flag] = true, "Learn the biases of the gyro while the vehicle stands.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's biases at switch-on; not set: that of the vehicle's sheet, or 0.01 (0.6 °/s).";
         noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
@@ -46,25 +46,11 @@ const SPEED_LIMITS: [HoldLimits; 2] = [
     },
 ];
 
-/// Outlier hold of a specific force, m/s²: a brake may come on within a sample, and a hit of the recorded drive lasts for 0.04 s.
-const FORCE_LIMITS: HoldLimits = HoldLimits {
-    floor: 1.0,
-    rate: 10.0,
-    longest_s: 0.06,
-};
-
-/// Outlier hold of an angular rate, rad/s.
-const RATE_LIMITS: HoldLimits = HoldLimits {
-    floor: 0.2,
-    rate: 1.0,
-    longest_s: 0.06,
-};
-
 /// Samples further apart tell nothing of noise, s.
 const MAX_NOISE_PERIOD_S: Real = 0.3;
 
-/// Largest learnt over told standard deviation.
-const MAX_NOISE_RATIO: Real = 30.0;
+/// Learnt over told standard deviation from which what is learnt counts, and largest.
+const NOISE_RATIOS: [Real; 2] = [2.0, 30.0];
 
 /// Noise learnt from the samples; `None` where it is told, or not yet known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,9 +73,12 @@ impl LearntNoise {
     }
 }
 
-/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more trust.
+/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more trust. Not by less
+/// than its double either: the vehicle's own motion is in what is learnt.
 fn bounded(learnt: Option<Real>, told: Real) -> Real {
-    learnt.map_or(told, |sd| sd.clamp(told, MAX_NOISE_RATIO * told))
+    let [least, most] = NOISE_RATIOS;
+    let counts = learnt.filter(|sd| *sd > least * told);
+    counts.map_or(told, |sd| sd.min(most * told))
 }
 
 /// Conditioning of the channels of one estimator.
@@ -97,23 +86,8 @@ fn bounded(learnt: Option<Real>, told: Real) -> Real {
 pub struct Conditioning {
     params: ConditioningParams,
     speed: OutlierHold,
-    /// Specific force forward and left, rate of pitch and yaw.
-    inertial: [OutlierHold; 4],
     gyro: GyroCalibration<2>,
     noise: [NoiseLearning; 2],
-}
-
-/// An axis of the IMU that is conditioned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// Specific force forward.
-    Forward,
-    /// Specific force to the left.
-    Left,
-    /// Pitch rate.
-    Pitch,
-    /// Yaw rate.
-    Yaw,
 }
 
 impl Conditioning {
@@ -121,12 +95,10 @@ impl Conditioning {
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
         let [rail, road] = SPEED_LIMITS;
         let speed = if vehicle.road.is_some() { road } else { rail };
-        let [force, rate] = [FORCE_LIMITS, RATE_LIMITS].map(OutlierHold::new);
         let bias_sd = params.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         Self {
             params,
             speed: OutlierHold::new(speed),
-            inertial: [force, force, rate, rate],
             gyro: GyroCalibration::new(bias_sd.unwrap_or(GYRO_BIAS_SD_RADPS)),
             noise: [NoiseLearning::of_speed(), NoiseLearning::of_acceleration()],
         }
@@ -151,22 +123,15 @@ impl Conditioning {
         self.speed.value()
     }
 
-    /// A new sample of an axis of the IMU, `period_s` after the one before; the sample to go on with.
-    pub fn axis(&mut self, axis: Axis, value: Real, period_s: Real, standing: bool) -> Real {
-        let mut passed = value;
-        if self.params.outlier_hold
-            && let Some(hold) = self.inertial.get_mut(axis as usize)
-        {
-            passed = match hold.take(value, period_s) {
-                Some(value) => value,
-                None => return hold.value().unwrap_or(value),
-            };
-        }
+    /// A new specific force along the train, m/s², `period_s` after the one before.
+    ///
+    /// Nothing of it is held out: a hit at a joint is a real acceleration whose integral vanishes, and what is cut off one of its halves
+    /// stays as a velocity.
+    pub fn force(&mut self, force_mps2: Real, period_s: Real, standing: bool) {
         let [_, noise] = &mut self.noise;
-        if axis == Axis::Forward && !standing && period_s < MAX_NOISE_PERIOD_S {
-            noise.observe(passed, period_s);
+        if !standing && period_s < MAX_NOISE_PERIOD_S {
+            noise.observe(force_mps2, period_s);
         }
-        passed
     }
 
     /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those before.
@@ -205,4 +170,4 @@ impl Conditioning {
     }
 }
 
-state!(Conditioning { speed, inertial, gyro, noise; params });
+state!(Conditioning { speed, gyro, noise; params });

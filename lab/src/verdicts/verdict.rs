@@ -110,8 +110,8 @@ impl Count {
             bound,
             quantile,
             holding: self.holding,
-            // a rounding error of the share must not ask for one seed more
-            held: all > 0 && self.holding as f64 >= quantile * all as f64 - 1e-9,
+            // a rounding error of the share must not ask for one seed more; the least share asks for one seed
+            held: self.holding as f64 >= (quantile * all as f64 - 1e-9).max(1.0),
             failing: self.failing.clone(),
             worst: self.worst.as_ref().map(|(_, text)| text.clone()),
             known_failure: None,

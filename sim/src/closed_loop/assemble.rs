@@ -155,6 +155,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
             after_s: s.stop.time_limit_s(),
             at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
             start_m: front_m,
+            train_length_m: train.limits.length_m,
             track_length_m: rail.length(),
         },
         obstacles: options.obstacles,
