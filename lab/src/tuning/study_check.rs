@@ -258,7 +258,8 @@ fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
     let metric = availability(quantity);
     let term = file.objective.metrics.iter().any(|t| t.metric == metric);
     let mut constraints = file.constraints.iter();
-    if term || constraints.any(|c| c.metric == metric && c.at_least.is_some()) {
+    if term || constraints.any(|c| c.metric == metric && c.at_least.is_some_and(|x| x.get() > 0.0))
+    {
         return Ok(());
     }
     Err(wrong(
