@@ -41,6 +41,8 @@ use crate::pipelines::patent::mmrls_sh_stf;
 use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
 #[cfg(feature = "bench")]
 use crate::pipelines::regression;
+#[cfg(feature = "rail_fusion")]
+use crate::pipelines::{attitude, rail_fusion};
 #[cfg(feature = "resistance")]
 use crate::pipelines::resistance_robust;
 use crate::pipelines::runner::Runner;
@@ -209,6 +211,10 @@ registry! {{
     "mmrls_sh_stf_robust" in "patent" => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
     "resistance_dffrls_robust" in "resistance" => resistance_robust::Resistance,
+    /// Ours: attitude filter, rail memory, force balance with a swinging load.
+    "rail_fusion" in "rail_fusion" => rail_fusion::RailFusion,
+    /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
+    "attitude" in "rail_fusion" => attitude::AttitudePipeline,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
     "regression_bench" in "bench" => regression::Regression,
 } as printed: {

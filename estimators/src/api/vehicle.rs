@@ -4,6 +4,7 @@ use core::ops::Deref;
 
 use crate::Real;
 use crate::api::fingerprint::Fingerprint;
+use crate::api::mass_layout::MassLayout;
 use crate::api::params::ParamError;
 use crate::api::signals::MAX_DRIVES;
 
@@ -43,6 +44,8 @@ pub struct VehicleData {
     pub load_span_m: [Real; 2],
     /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
+    /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are known.
+    pub layout: Option<MassLayout>,
     /// What only a road vehicle has; `None` for a train.
     pub road: Option<RoadVehicle>,
 }
@@ -61,6 +64,7 @@ impl Default for VehicleData {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            layout: None,
             road: None,
         }
     }
@@ -149,6 +153,10 @@ impl Vehicle {
             ("tare_span_m", span(data.tare_span_m)),
             ("load_span_m", span(data.load_span_m)),
             ("imu_arm_m", data.imu_arm_m.abs() < MAX_LENGTH_M),
+            (
+                "layout",
+                data.layout.is_none_or(|layout| layout.is_possible()),
+            ),
         ])?;
         data.road.as_ref().map_or(Ok(()), RoadVehicle::check)?;
         Ok(Self(data))
@@ -173,6 +181,7 @@ impl Vehicle {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            layout: None,
             ..self.0
         })
     }
@@ -204,6 +213,7 @@ impl Vehicle {
             tare_span_m,
             load_span_m,
             imu_arm_m,
+            layout,
             road,
         } = self.0;
         print.add(&drives.to_le_bytes());
@@ -218,6 +228,9 @@ impl Vehicle {
         ];
         print.numbers(numbers.iter().chain(&mass_range_kg));
         print.numbers(tare_span_m.iter().chain(&load_span_m));
+        if let Some(layout) = layout {
+            layout.fingerprint(print);
+        }
         if let Some(road) = road {
             let RoadVehicle {
                 drag_area_m2,

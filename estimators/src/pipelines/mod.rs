@@ -33,6 +33,8 @@ macro_rules! variants {
     };
 }
 
+#[cfg(feature = "rail_fusion")]
+pub mod attitude;
 #[cfg(feature = "liu2023")]
 pub mod ffrls_robust;
 #[cfg(feature = "guo2024")]
@@ -65,6 +67,8 @@ pub mod method;
 pub mod patent;
 #[cfg(feature = "patent")]
 pub mod patent_robust;
+#[cfg(feature = "rail_fusion")]
+pub mod rail_fusion;
 #[cfg(feature = "bench")]
 pub mod regression;
 #[cfg(feature = "resistance")]

@@ -24,6 +24,7 @@ pub fn vehicle() -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        layout: None,
         road: None,
     })
     .unwrap()
@@ -43,6 +44,7 @@ pub fn car() -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        layout: None,
         road: Some(RoadVehicle {
             drag_area_m2: 0.332 * 2.574,
             air_density_kgpm3: 1.2258,

@@ -76,6 +76,7 @@ pub fn vehicle(drives: usize) -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        layout: None,
         road: None,
     })
     .unwrap()

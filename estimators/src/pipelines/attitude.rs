@@ -1,0 +1,139 @@
+//! Attitude alone: the grade under a vehicle from gyro, accelerometer and wheels, on a rail or a road.
+//!
+//! It estimates no mass, and the grade of the vehicle as a point. A road vehicle leans on its springs: `pitch_lean` and `roll_lean` tell how
+//! far, per unit of acceleration, and are taken off the attitude of the body. Source: ours ([`crate::grade::attitude`]).
+
+use crate::api::aid::AidStatus;
+use crate::api::estimator::Internal;
+use crate::api::params::{param_groups, params};
+use crate::api::real::{PI, lag, sqrt};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::snapshot::{Archive, State, state};
+use crate::grade::attitude::AttitudeFilter;
+use crate::grade::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::front_end::Reading;
+use crate::supervise::Supervision;
+use crate::supervise::validity::{ValidityGate, is_valid};
+use crate::{Real, Time};
+
+params! {
+    /// Lean of the body, and validity.
+    LeanParams {
+        pitch_lean_rad_per_mps2 ["rad/(m/s²)"] = 0.0, -0.1 => 0.1, "Pitch of the body against the road, nose up, per forward acceleration.";
+        lean_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the lean, as a share of it.";
+        lean_lag_s ["s"] = 0.2, 0.001 => 5.0, "Lag of the body behind the acceleration.";
+        max_grade_sd_deg ["deg"] = 1.0, 0.01 => 45.0, "Standard deviation below which the grade is valid.";
+    }
+}
+
+param_groups! {
+    /// Parameters of the attitude estimator.
+    Params {
+        attitude: AttitudeParams,
+        lean: LeanParams,
+        attitude_supervision: AttitudeSupervision,
+        supervision: Supervision,
+    }
+}
+
+/// The pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttitudePipeline {
+    lean: LeanParams,
+    mass: Value,
+    standstill_mps: Real,
+    validity: ValidityGate,
+    filter: AttitudeFilter,
+    acceleration_mps2: Real,
+}
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
+    let [low, high] = vehicle.mass_range_kg;
+    AttitudePipeline {
+        lean: params.lean,
+        // It estimates no mass: all it says is the vehicle's range (a uniform distribution).
+        mass: Value {
+            value: 0.5 * (low + high),
+            sd: (high - low) / sqrt(12.0),
+            valid: false,
+        },
+        standstill_mps: vehicle.standstill_mps(None),
+        validity: ValidityGate::new(params.supervision.validity_gate),
+        filter: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
+        acceleration_mps2: 0.0,
+    }
+}
+
+impl Pipeline for AttitudePipeline {
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("pitch_rad", "rad"),
+        Internal::new("roll_rad", "rad"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("gyro_bias_radps", "rad/s"),
+        Internal::new("wheel_scale", "-"),
+        Internal::new("lean_rad", "rad"),
+    ];
+
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        let found = self.filter.step(&reading.channels, dt);
+        let started = found.is_some();
+        let found = found.unwrap_or_default();
+        self.acceleration_mps2 += lag(dt, self.lean.lean_lag_s)
+            * (found.acceleration_mps2 - self.acceleration_mps2);
+        let lean = self.lean_rad();
+        let lean_sd = self.lean.lean_sd * lean;
+        let sd = self.filter.grade_at_imu_sd_rad();
+        let sd = sqrt(sd * sd + lean_sd * lean_sd);
+        let max_sd = self.lean.max_grade_sd_deg * PI / 180.0;
+        let (innovation, nis) = self.filter.innovation();
+        let grade = |angle: Real| Value {
+            value: angle - lean,
+            sd,
+            valid: is_valid(started, sd, max_sd),
+        };
+        let estimate = Estimate {
+            t,
+            total_mass_kg: self.mass,
+            grade_rad: grade(self.filter.grade_at_imu_rad()),
+            effective_grade_rad: grade(found.pitch_rad),
+            speed_mps: Value {
+                value: found.speed_mps,
+                sd: found.speed_sd_mps,
+                valid: started,
+            },
+            innovation,
+            nis,
+            flags: Flags {
+                moving: found.speed_mps.abs() > self.standstill_mps,
+                excited: false,
+                saturated: false,
+            },
+        };
+        self.validity.publish(estimate, false)
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let x = &self.filter.belief().x;
+        copy_into(values, &[x[1], x[2], x[3], x[7], x[8], self.lean_rad()]);
+    }
+
+    const AID_SOURCES: &'static [&'static str] = AttitudeFilter::AID_SOURCES;
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        copy_into(status, &self.filter.aid_status());
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+
+impl AttitudePipeline {
+    fn lean_rad(&self) -> Real {
+        self.lean.pitch_lean_rad_per_mps2 * self.acceleration_mps2
+    }
+}
+
+state!(AttitudePipeline { filter, acceleration_mps2; lean, mass, standstill_mps, validity });

@@ -1,0 +1,268 @@
+//! Rail fusion: slope, effective grade and mass of a train on a rail from gyro, accelerometer, wheels and motor torques.
+//!
+//! A cascade without feedback:
+//!
+//! 1. [attitude filter](crate::grade::attitude): pitch, roll, speed and biases from IMU and wheels, at every sample
+//! 2. [rail memory](crate::models::rail_memory): what was read of the rail, by place
+//! 3. [force balance](crate::mass::swing_balance) with a swinging load: mass and running resistance, twice a second
+//! 4. [effective grade](effective): mean over the masses, and by the force where the rail was not read
+//!
+//! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
+//! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
+
+mod effective;
+
+use crate::api::aid::AidStatus;
+use crate::api::estimator::Internal;
+use crate::api::mass_layout::MassLayout;
+use crate::api::params::{param_groups, params};
+use crate::api::real::{GRAVITY, PI, sin};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::snapshot::{Archive, State, state};
+use crate::grade::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::grade::attitude::{Attitude, AttitudeFilter};
+use crate::mass::swing_balance::SwingMass;
+use crate::mass::swing_balance::balance::{ANGLE, D, ETA, LENGTH, MASS, Nominal, R0};
+use crate::mass::swing_balance::block::BlockInput;
+use crate::mass::swing_balance::params::{SwingBalanceParams, SwingSupervision};
+use crate::mass::swing_balance::torque_monitor::TorqueMonitor;
+use crate::models::force_balance::ForceBalance;
+use crate::models::rail_memory::RailMemory;
+use crate::models::train_means::TrainOnRail;
+use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::front_end::Reading;
+use crate::{Real, Time};
+use effective::EffectiveGrade;
+
+params! {
+    /// Validity of the published grades.
+    FusionParams {
+        max_grade_sd_deg ["deg"] = 0.6, 0.01 => 45.0, "Standard deviation below which a grade is valid.";
+    }
+}
+
+params! {
+    /// The gate of published values.
+    FusionSupervision {
+        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: all estimated values are.";
+    }
+}
+
+param_groups! {
+    /// Parameters of the rail fusion.
+    Params {
+        attitude: AttitudeParams,
+        balance: SwingBalanceParams,
+        fusion: FusionParams,
+        attitude_supervision: AttitudeSupervision,
+        balance_supervision: SwingSupervision,
+        fusion_supervision: FusionSupervision,
+    }
+}
+
+/// Speed below which no horizontal curvature is read, m/s.
+const MIN_BEND_SPEED_MPS: Real = 0.1;
+/// Lag of the brake, s.
+const BRAKE_LAG_S: Real = 0.3;
+
+/// The pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RailFusion {
+    fusion: FusionParams,
+    validity_gate: bool,
+    nominal: Nominal,
+    standstill_mps: Real,
+    air: ForceBalance,
+    attitude: AttitudeFilter,
+    rail: RailMemory,
+    torques: TorqueMonitor,
+    mass: SwingMass,
+    effective: EffectiveGrade,
+    brake: Real,
+}
+
+/// From the vehicle's nominal values and the parameters.
+pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
+    let layout = layout(vehicle);
+    let train = TrainOnRail::new(&layout, params.balance_supervision.depth);
+    let nominal = Nominal::new(vehicle, &layout, params.balance.mass0_kg);
+    let [front, rear] = train.span_m();
+    RailFusion {
+        fusion: params.fusion,
+        validity_gate: params.fusion_supervision.validity_gate,
+        nominal,
+        standstill_mps: vehicle.standstill_mps(None),
+        air: ForceBalance::new(vehicle),
+        attitude: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
+        rail: RailMemory::new(rear - front),
+        torques: TorqueMonitor::new(
+            vehicle,
+            &params.balance,
+            params.balance_supervision.torque_monitor,
+        ),
+        mass: SwingMass::new(
+            nominal,
+            train,
+            params.balance,
+            params.balance_supervision,
+            vehicle.drives,
+        ),
+        effective: EffectiveGrade::default(),
+        brake: 0.0,
+    }
+}
+
+/// The layout by the drawings, scaled to the tare; without drawings an even spread that does not swing.
+fn layout(vehicle: &Vehicle) -> MassLayout {
+    match vehicle.layout {
+        Some(layout) => layout.scaled_to(vehicle.tare_kg),
+        None => MassLayout::even(vehicle.tare_kg, vehicle.tare_span_m, vehicle.load_span_m),
+    }
+}
+
+impl RailFusion {
+    fn fuse(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) {
+        let v = attitude.speed_mps;
+        let bend = if v.abs() > MIN_BEND_SPEED_MPS {
+            (attitude.yaw_rate_radps / v).abs()
+        } else {
+            0.0
+        };
+        let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
+        self.rail.step(v * dt, [u, bend]);
+        self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
+        let drag = self.air.drag(v);
+        let traction = self
+            .torques
+            .traction(&reading.channels, v, dt)
+            .map(|[force, variance]| [force - drag, variance]);
+        let [used, rejected] = attitude.wheels;
+        let input = BlockInput {
+            speed_mps: v,
+            acceleration_mps2: attitude.acceleration_mps2,
+            traction,
+            bend_per_m: bend,
+            brake: self.brake,
+            sound: attitude.imu && (used > 0 || reading.new_speed_mps.is_none()),
+            slip: rejected > 0,
+            doubt: self.torques.doubt(),
+        };
+        if let Some(block) = self.mass.step(&input, &self.rail, dt) {
+            self.effective
+                .correct(&block, &self.mass, &self.nominal, &self.rail);
+        }
+        self.effective
+            .step(attitude, &self.mass, &self.rail, dt);
+    }
+
+    fn estimate(&self, t: Time, started: bool, moving: bool) -> Estimate {
+        let found = self.attitude.found();
+        let max_sd = self.fusion.max_grade_sd_deg * PI / 180.0;
+        let gate = |basis: bool| basis || !self.validity_gate;
+        let sd = self.attitude.grade_at_imu_sd_rad();
+        let (innovation, nis) = self.attitude.innovation();
+        let mut effective = self.effective.value(started, max_sd);
+        effective.valid = gate(effective.valid);
+        Estimate {
+            t,
+            total_mass_kg: Value {
+                value: self.mass.mass_kg(),
+                sd: self.mass.mass_sd_kg(),
+                valid: gate(started && self.mass.is_known()),
+            },
+            grade_rad: Value {
+                value: self.attitude.grade_at_imu_rad(),
+                sd,
+                valid: gate(started && sd < max_sd),
+            },
+            effective_grade_rad: effective,
+            speed_mps: Value {
+                value: found.speed_mps,
+                sd: found.speed_sd_mps,
+                valid: gate(started && found.speed_sd_mps < MAX_SPEED_SD_MPS),
+            },
+            innovation,
+            nis,
+            flags: Flags {
+                moving,
+                excited: self.mass.is_known(),
+                saturated: false,
+            },
+        }
+    }
+}
+
+/// Standard deviation of a valid speed, m/s.
+const MAX_SPEED_SD_MPS: Real = 0.1;
+
+impl Pipeline for RailFusion {
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("pitch_rad", "rad"),
+        Internal::new("roll_rad", "rad"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("accel_bias_sd_mps2", "m/s²"),
+        Internal::new("curvature_per_m", "1/m"),
+        Internal::new("resistance_n", "N"),
+        Internal::new("resistance_constant_n", "N"),
+        Internal::new("swing_rad", "rad"),
+        Internal::new("unmodelled_force_n", "N"),
+        Internal::new("grade_behind_rad", "rad"),
+        Internal::new("pendulum_length_ln", "-"),
+        Internal::new("load_filter_sd_kg", "kg"),
+        Internal::new("force_correction_rad", "rad"),
+        Internal::new("load_changes", "-"),
+    ];
+
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        let attitude = self.attitude.step(&reading.channels, dt);
+        if let Some(attitude) = attitude {
+            self.fuse(reading, &attitude, dt);
+        }
+        let moving = attitude.is_some_and(|found| found.speed_mps.abs() > self.standstill_mps);
+        self.estimate(t, attitude.is_some(), moving)
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let found = self.attitude.found();
+        let belief = self.mass.filter().belief();
+        let (x, P) = (&belief.x, &belief.P);
+        let bias_variance = self.attitude.belief().P[(3, 3)];
+        copy_into(
+            values,
+            &[
+                found.pitch_rad,
+                found.roll_rad,
+                found.bias_mps2,
+                crate::api::real::sqrt(bias_variance),
+                found.curvature_per_m,
+                self.mass.resistance_n(&self.nominal, found.speed_mps),
+                x[R0],
+                x[ANGLE],
+                x[D],
+                x[ETA],
+                x[LENGTH],
+                crate::api::real::sqrt(P[(MASS, MASS)]),
+                self.effective.correction_rad(),
+                self.mass.changes() as Real,
+            ],
+        );
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &[
+        "wheel_speed",
+        "lateral_force",
+        "vertical_force",
+        "force_balance",
+    ];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        let [wheels, lateral, vertical] = self.attitude.aid_status();
+        copy_into(status, &[wheels, lateral, vertical, self.mass.status()]);
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+
+state!(RailFusion { attitude, rail, torques, mass, effective, brake; fusion, validity_gate, nominal, standstill_mps, air });
