@@ -251,6 +251,18 @@ impl<const R: usize, const C: usize> State for SMatrix<Real, R, C> {
     }
 }
 
+/// A symmetric matrix: its lower triangle.
+pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive: &mut Archive) {
+    for j in 0..N {
+        for i in j..N {
+            if let Some(number) = matrix.get_mut((i, j)) {
+                number.visit(archive);
+            }
+        }
+    }
+    matrix.fill_upper_triangle_with_lower_triangle();
+}
+
 /// A part that is there or not by how the estimator was built.
 pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     if let Some(part) = part {

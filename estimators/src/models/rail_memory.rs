@@ -3,18 +3,18 @@
 //! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal curvature without its sign. u is
 //! the sum that is observed well: whoever wants the grade takes today's bias off, so old nodes get better as the bias does.
 //!
-//! Nodes are written by linear interpolation where the middle of the unit passes them. Numbers are kept in single precision (6 × 10⁻⁸ of
-//! a grade), the way run as a whole number of nodes and a rest, which stays exact however far a train runs.
+//! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in steps of 2 × 10⁻⁵ (0.001°),
+//! curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest, which stays exact however far a train runs.
 
 use crate::Real;
 use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 
 /// Nodes remembered.
-pub const NODES: usize = 224;
+pub const NODES: usize = 460;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 14.0;
+const SPARE_M: Real = 64.0;
 /// Share of what a later visit reads.
 const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
@@ -39,15 +39,55 @@ pub struct Spot {
     pub behind_m: Real,
 }
 
+/// Steps of what is kept, and the steepest u and sharpest bend that can be.
+const U_STEP: Real = 2e-5;
+const BEND_STEP: Real = 1e-3;
+const MAX_U_STEPS: Real = 32_000.0;
+const MAX_BEND_STEPS: Real = 255.0;
+
+/// What is kept of a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Node {
+    u: i16,
+    bend: u8,
+}
+
+impl Node {
+    fn of([u, bend]: [Real; 2]) -> Self {
+        let steps = |value: Real, step: Real, low: Real, high: Real| {
+            within(floor(value / step + 0.5), low, high)
+        };
+        Self {
+            u: steps(u, U_STEP, -MAX_U_STEPS, MAX_U_STEPS) as i16,
+            bend: steps(bend.abs(), BEND_STEP, 0.0, MAX_BEND_STEPS) as u8,
+        }
+    }
+
+    fn value(self) -> [Real; 2] {
+        [Real::from(self.u) * U_STEP, Real::from(self.bend) * BEND_STEP]
+    }
+}
+
+impl State for Node {
+    fn visit(&mut self, archive: &mut Archive) {
+        let [low, high] = self.u.to_le_bytes();
+        let [low, high, bend] = archive.raw([low, high, self.bend]);
+        *self = Self {
+            u: i16::from_le_bytes([low, high]),
+            bend,
+        };
+    }
+}
+
 /// The memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailMemory {
     pitch_m: Real,
-    nodes: [[f32; 2]; NODES],
+    nodes: [Node; NODES],
     /// First and last node read.
     known: Option<[i64; 2]>,
     here: Place,
-    last: Option<[Real; 2]>,
+    last: Option<(Place, [Real; 2])>,
 }
 
 impl RailMemory {
@@ -55,7 +95,7 @@ impl RailMemory {
     pub fn new(span_m: Real) -> Self {
         Self {
             pitch_m: ((span_m + SPARE_M) / NODES as Real).max(MIN_PITCH_M),
-            nodes: [[0.0; 2]; NODES],
+            nodes: [Node::default(); NODES],
             known: None,
             here: Place::default(),
             last: None,
@@ -83,27 +123,26 @@ impl RailMemory {
         self.ahead(a, 0.5 * way)
     }
 
-    /// Moves on by `way_m` and reads `now` = [u, curvature] there.
-    pub fn step(&mut self, way_m: Real, now: [Real; 2]) {
-        let start = self.here;
-        self.here = self.ahead(start, way_m);
-        let before = self.last.replace(now).unwrap_or(now);
-        let from = start.node;
-        let to = self.here.node;
-        if self.known.is_none() {
+    /// Moves on by `way_m` and reads `now` = [u, curvature] there; `None` if it cannot be read. Nodes passed meanwhile are filled by
+    /// a straight line, once there is something to read again.
+    pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
+        self.here = self.ahead(self.here, way_m);
+        let Some(now) = now else { return };
+        let (start, before) = self.last.replace((self.here, now)).unwrap_or((self.here, now));
+        let (from, to) = (start.node, self.here.node);
+        let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
+        if self.known.is_none() || (to - from).abs() > NODES as i64 {
             self.write(to, now);
         } else if to > from {
             // Nodes passed forwards: from + 1 … to.
-            let steps = (to - from).min(NODES as i64);
-            for k in 1..=steps {
+            for k in 1..=to - from {
                 let way = k as Real * self.pitch_m - start.rest_m;
-                self.write(from + k, mix(before, now, way / way_m));
+                self.write(from + k, mix(before, now, way / whole));
             }
         } else if to < from {
-            let steps = (from - to).min(NODES as i64);
-            for k in 0..steps {
+            for k in 0..from - to {
                 let way = k as Real * self.pitch_m + start.rest_m;
-                self.write(from - k, mix(before, now, way / -way_m));
+                self.write(from - k, mix(before, now, way / -whole));
             }
         }
     }
@@ -118,8 +157,7 @@ impl RailMemory {
             .filter(|[low, high]| node >= low - 1 && node <= high + 1);
         let share = if seen { REVISIT } else { 1.0 };
         if let Some(place) = self.nodes.get_mut(slot(node)) {
-            let old = place.map(Real::from);
-            *place = mix(old, value, share).map(|number| number as f32);
+            *place = Node::of(mix(place.value(), value, share));
         }
         self.known = Some(match near {
             None => [node, node],
@@ -132,7 +170,7 @@ impl RailMemory {
     fn node(&self, node: i64) -> [Real; 2] {
         self.nodes
             .get(slot(node))
-            .map_or([0.0; 2], |node| node.map(Real::from))
+            .map_or([0.0; 2], |node| node.value())
     }
 
     /// By how much u grows per metre at the front end.
@@ -236,7 +274,7 @@ mod tests {
         let way = (to_m - from_m) / steps as Real;
         for k in 1..=steps {
             let s = from_m + k as Real * way;
-            memory.step(way, [0.05 * (0.3 * s).sin(), 0.01 * s.abs()]);
+            memory.step(way, Some([0.05 * (0.3 * s).sin(), 0.01 * s.abs()]));
         }
     }
 
@@ -264,7 +302,7 @@ mod tests {
     fn beyond_its_ends_it_goes_on_and_says_how_far() {
         let mut memory = RailMemory::new(18.0);
         for k in 0..500 {
-            memory.step(0.01, [0.002 * k as Real * 0.01, 0.0]);
+            memory.step(0.01, Some([0.002 * k as Real * 0.01, 0.0]));
         }
         let gradient = memory.end_gradient();
         assert!((gradient - 0.002).abs() < 1e-5, "{gradient}");
@@ -278,7 +316,7 @@ mod tests {
     fn it_forgets_the_far_end() {
         let mut memory = RailMemory::new(18.0);
         run(&mut memory, 0.0, 100.0);
-        assert!(memory.at(memory.here(), -31.0, 0.0).behind_m < 0.5);
-        assert!(memory.at(memory.here(), -40.0, 0.0).behind_m > 5.0);
+        assert!(memory.at(memory.here(), -75.0, 0.0).behind_m < 0.5);
+        assert!(memory.at(memory.here(), -90.0, 0.0).behind_m > 5.0);
     }
 }

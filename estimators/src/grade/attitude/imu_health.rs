@@ -47,10 +47,63 @@ impl StuckVector {
     }
 }
 
+/// Jump of the accelerometer from one sample to the next that is a shock, m/s².
+const SHOCK_MPS2: Real = 1.5;
+/// Jump of the gyro beyond which a sample must be confirmed by the next one: at least, rad/s; over the mean jump of late; memory of that,
+/// samples.
+const MIN_JUMP_RADPS: Real = 0.1;
+const JUMP_FACTOR: Real = 6.0;
+const JUMP_MEMORY: Real = 20.0;
+
+/// Spike gate of the gyro: a sample that jumps is held back until the next one confirms it. What was held back of a jump that is real is then
+/// added, so that the integral loses nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpikeGate {
+    last: Option<[Real; 3]>,
+    pending: Option<[Real; 3]>,
+    jump: Real,
+}
+
+/// Largest difference of two vectors on an axis.
+fn apart(a: [Real; 3], b: [Real; 3]) -> Real {
+    a.iter()
+        .zip(&b)
+        .fold(0.0, |most: Real, (a, b)| most.max((a - b).abs()))
+}
+
+impl SpikeGate {
+    /// Takes a sample and returns what is to be used.
+    fn take(&mut self, sample: [Real; 3]) -> [Real; 3] {
+        let Some(last) = self.last else {
+            self.last = Some(sample);
+            return sample;
+        };
+        let limit = (JUMP_FACTOR * self.jump).max(MIN_JUMP_RADPS);
+        let jump = apart(sample, last);
+        let pending = self.pending.take();
+        if jump <= limit {
+            self.jump += (jump - self.jump) / JUMP_MEMORY;
+            self.last = Some(sample);
+            return sample;
+        }
+        let Some(before) = pending.filter(|before| apart(sample, *before) <= limit) else {
+            self.pending = Some(sample);
+            return last;
+        };
+        self.jump += (jump - self.jump) / JUMP_MEMORY;
+        self.last = Some(sample);
+        let ([x, y, z], [x1, y1, z1], [x0, y0, z0]) = (sample, before, last);
+        [x + x1 - x0, y + y1 - y0, z + z1 - z0]
+    }
+}
+
 /// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
     gate: bool,
+    spike_gate: bool,
+    spikes: SpikeGate,
+    last_force: Option<[Real; 3]>,
     force: StuckVector,
     rate: StuckVector,
     norm_error_mps2: Real,
@@ -58,10 +111,13 @@ pub struct ImuHealth {
 }
 
 impl ImuHealth {
-    /// With the gate on |f| on or off.
-    pub fn new(gate: bool) -> Self {
+    /// With the gate on |f|, and that for spikes, on or off.
+    pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
             gate,
+            spike_gate,
+            spikes: SpikeGate::default(),
+            last_force: None,
             force: StuckVector::default(),
             rate: StuckVector::default(),
             norm_error_mps2: 0.0,
@@ -79,14 +135,24 @@ impl ImuHealth {
         dt: Real,
     ) -> Inputs {
         let [new_force, new_rate] = z.new;
+        let raw = z.angular_rate_radps.filter(|_| gyro);
+        let rate = match raw {
+            Some(raw) if self.spike_gate && new_rate => Some(self.spikes.take(raw)),
+            Some(raw) if self.spike_gate => self.spikes.last.or(Some(raw)),
+            Some(raw) => Some(raw),
+            None => {
+                self.spikes = SpikeGate::default();
+                None
+            }
+        };
         let mut u = Inputs {
             force: z.specific_force_mps2,
-            rate: z.angular_rate_radps.filter(|_| gyro),
-            stuck: false,
+            rate,
+            ..Inputs::default()
         };
-        if let Some(rate) = u.rate {
+        if let (Some(rate), Some(raw)) = (u.rate, z.angular_rate_radps) {
             let stuck = match new_rate {
-                true => self.rate.take(rate),
+                true => self.rate.take(raw),
                 false => self.rate.is_stuck(),
             };
             u.stuck |= stuck;
@@ -96,6 +162,8 @@ impl ImuHealth {
             });
         }
         if let Some(force) = u.force {
+            let last = self.last_force.replace(force);
+            u.shock = last.is_some_and(|last| apart(force, last) > SHOCK_MPS2);
             let stuck = match new_force {
                 true => self.force.take(force),
                 false => self.force.is_stuck(),
@@ -123,4 +191,5 @@ impl ImuHealth {
 }
 
 state!(StuckVector { last, run, changes, repeats; });
-state!(ImuHealth { force, rate, norm_error_mps2, out_s; gate });
+state!(SpikeGate { last, pending, jump; });
+state!(ImuHealth { spikes, last_force, force, rate, norm_error_mps2, out_s; gate, spike_gate });

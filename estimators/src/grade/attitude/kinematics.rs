@@ -3,14 +3,14 @@
 //! v̇ = f_x − b_x − g sin θ + l_x (q² + r²),  θ̇ = −(q cos φ − r sin φ),  φ̇ = p − tan θ (q sin φ + r cos φ)
 //!
 //! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), the biases of p and q
-//! taken off. l_x is how far the IMU is ahead of the unit's middle: its centripetal share is 0.08° of slope in a bend of 6 m.
+//! taken off. Without a gyro θ̇ = κ v with a curvature κ that is a first-order process in way. l_x is how far the IMU is ahead of the unit's middle: its centripetal share is 0.08° of slope in a bend of 6 m.
 
 use nalgebra::{SMatrix, SVector};
 
 use super::params::AttitudeParams;
-use super::{BIAS_X, GYRO_X, GYRO_Y, Lever, N, PHI, THETA, V};
+use super::{BIAS_X, GYRO_X, GYRO_Y, KAPPA, Lever, N, PHI, THETA, V};
 use crate::Real;
-use crate::api::real::{GRAVITY, cos, sin};
+use crate::api::real::{GRAVITY, cos, exp, sin};
 use crate::filters::gaussian::Gaussian;
 
 /// Inputs of a step: what is `None` is out of use.
@@ -22,6 +22,8 @@ pub struct Inputs {
     pub rate: Option<[Real; 3]>,
     /// Whether something is out of use because it is stuck.
     pub stuck: bool,
+    /// Whether the accelerometer jumps: an outlier, or a rail joint.
+    pub shock: bool,
 }
 
 /// Derivatives of the state, with what the Jacobian needs.
@@ -33,13 +35,18 @@ pub struct Motion {
     pub theta_dot: Real,
     /// See above.
     pub phi_dot: Real,
+    speed_mps: Real,
+    curvature_per_m: Real,
     sin_cos: [[Real; 2]; 2],
 }
 
 /// Process noise of speed without an accelerometer, m²/s³.
 const BLIND_SPEED_WALK: Real = 0.25;
-/// Way that the grade's random walk goes on with while the vehicle stands and there is no gyro, m per s.
-const BLIND_CREEP_MPS: Real = 0.05;
+/// Random walk of roll without a gyro, rad²/s, and of pitch beyond the curvature's.
+const BLIND_ROLL_WALK: Real = 1e-3;
+const BLIND_PITCH_WALK: Real = 1e-8;
+/// Way that the curvature's process goes on with while the vehicle stands, m per s.
+const BLIND_CREEP_MPS: Real = 0.02;
 
 /// f(x, u).
 pub fn motion(x: &SVector<Real, N>, u: &Inputs, lever: Lever) -> Motion {
@@ -50,7 +57,12 @@ pub fn motion(x: &SVector<Real, N>, u: &Inputs, lever: Lever) -> Motion {
         v_dot: u.force.map_or(0.0, |[fx, _, _]| {
             fx - x[BIAS_X] - GRAVITY * st + lever.ahead_m * (q * q + r * r)
         }),
-        theta_dot: r * sp - q * cp,
+        theta_dot: match u.rate {
+            Some(_) => r * sp - q * cp,
+            None => x[KAPPA] * x[V],
+        },
+        speed_mps: x[V],
+        curvature_per_m: x[KAPPA],
         phi_dot: p - st / ct * (q * sp + r * cp),
         sin_cos: [[st, ct], [sp, cp]],
     }
@@ -73,6 +85,9 @@ fn jacobian(motion: &Motion, u: &Inputs) -> SMatrix<Real, 3, N> {
         A[(PHI, PHI)] = -tan * nod;
         A[(PHI, GYRO_X)] = -1.0;
         A[(PHI, GYRO_Y)] = tan * sp;
+    } else {
+        A[(THETA, KAPPA)] = motion.speed_mps;
+        A[(THETA, V)] = motion.curvature_per_m;
     }
     A
 }
@@ -99,11 +114,19 @@ pub fn predict(
     left += AP.transpose();
     let mut corner = belief.P.fixed_view_mut::<3, 3>(0, 0);
     corner += APA;
-    let q_angle = match u.rate {
-        Some(_) => params.angle_random_walk * params.angle_random_walk,
-        None => params.grade_walk_without_gyro * (BLIND_CREEP_MPS + speed),
-    };
     let walk = |sd: Real| sd * sd;
+    let [q_pitch, q_roll] = match u.rate {
+        Some(_) => [walk(params.angle_random_walk); 2],
+        None => {
+            let way = (BLIND_CREEP_MPS + speed) * dt / params.curvature_length_m;
+            let keep = exp(-way);
+            x[KAPPA] *= keep;
+            belief.P.column_mut(KAPPA).scale_mut(keep);
+            belief.P.row_mut(KAPPA).scale_mut(keep);
+            belief.P[(KAPPA, KAPPA)] += walk(params.curvature_sd_per_m) * (1.0 - keep * keep);
+            [BLIND_PITCH_WALK, BLIND_ROLL_WALK]
+        }
+    };
     let q_v = match u.force {
         Some(_) => walk(params.velocity_random_walk) + walk(params.speed_walk),
         None => BLIND_SPEED_WALK,
@@ -111,13 +134,14 @@ pub fn predict(
     let (bias, gyro) = (walk(params.accel_bias_walk), walk(params.gyro_bias_walk));
     let Q = [
         q_v,
-        q_angle,
-        q_angle + walk(params.roll_walk),
+        q_pitch,
+        q_roll + walk(params.roll_walk),
         bias,
         bias,
         bias,
         gyro,
         gyro,
+        0.0,
         0.0,
     ];
     for (i, q) in Q.iter().enumerate() {
@@ -125,4 +149,5 @@ pub fn predict(
             *p += q * dt;
         }
     }
+    belief.symmetrise();
 }

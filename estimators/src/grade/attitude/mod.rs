@@ -1,7 +1,7 @@
 //! Attitude and speed of the body that carries the IMU, from gyro, accelerometer and wheels: an extended Kalman filter with biases.
 //!
-//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w]: speed along the body, pitch (nose up), roll (left side up), accelerometer biases, gyro
-//! biases of roll and pitch rate, mean scale error of the wheels. The gyro is the input of the attitude, the accelerometer that of the
+//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w, κ]: speed along the body, pitch (nose up), roll (left side up), accelerometer biases, gyro
+//! biases of roll and pitch rate, mean scale error of the wheels, and for times without a gyro the curvature of the way. The gyro is the input of the attitude, the accelerometer that of the
 //! speed ([`kinematics`]); wheels ([`wheel_aiding`]), f_y and f_z ([`gravity_aiding`]) are the measurements.
 //!
 //! It uses no force: no fault of torque, load or running resistance can reach the slope. What makes the accelerometer's bias observable is
@@ -9,6 +9,7 @@
 //! f_x = v̇ + g sin θ + b_x tells b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those of common practice
 //! (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
 
+pub mod arm_error;
 pub mod gravity_aiding;
 pub mod imu_health;
 pub mod kinematics;
@@ -21,10 +22,11 @@ use nalgebra::{SVector, Vector3};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt};
 use crate::api::signals::Vehicle;
-use crate::api::snapshot::state;
+use crate::api::snapshot::{Archive, State, state};
 use crate::filters::gaussian::Gaussian;
 use crate::preprocess::front_end::Channels;
 use crate::Real;
+use arm_error::ArmError;
 use gravity_aiding::GravityAiding;
 use imu_health::ImuHealth;
 use kinematics::Inputs;
@@ -50,14 +52,20 @@ pub const GYRO_X: usize = 6;
 pub const GYRO_Y: usize = 7;
 /// Scale error of the wheels.
 pub const SCALE: usize = 8;
+/// Vertical curvature of the rail or road, in use without a gyro.
+pub const KAPPA: usize = 9;
 /// Number of states.
-pub const N: usize = 9;
+pub const N: usize = 10;
 
+/// Standard deviation of the pitch up to which the arm's error is measured, rad.
+const MAX_ARM_SD_RAD: Real = 0.003;
+/// Standard deviation of the curvature when the gyro is lost, 1/m.
+const LOST_CURVATURE_SD_PER_M: Real = 0.005;
 /// Largest speed, m/s, and angle, rad, that the state may have.
 const MAX_SPEED_MPS: Real = 100.0;
 const MAX_ANGLE_RAD: Real = 0.5 * PI - 0.3;
 /// Largest standard deviations of the state.
-const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3];
+const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3];
 /// Uncertainty of v̇ at the first sample, m/s²: of a vehicle that stands, and of one that runs.
 const FIRST_ACCELERATION_SD_MPS2: [Real; 2] = [0.02, 0.5];
 
@@ -87,6 +95,8 @@ pub struct Attitude {
     pub roll_rad: Real,
     /// Bias of the accelerometer along the body, m/s².
     pub bias_mps2: Real,
+    /// Standard deviation of what the rail memory keeps, sin θ + b/g.
+    pub sum_sd: Real,
     /// Rate of the heading, rad/s.
     pub yaw_rate_radps: Real,
     /// Vertical curvature of the rail under the unit, 1/m.
@@ -110,6 +120,7 @@ pub struct AttitudeFilter {
     wheels: WheelAiding,
     gravity: GravityAiding,
     curvature: RailCurvature,
+    arm: ArmError,
     found: Attitude,
     innovation: Real,
     nis: Real,
@@ -138,10 +149,11 @@ impl AttitudeFilter {
             standstill_mps: vehicle.standstill_mps(None),
             started: false,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
-            health: ImuHealth::new(supervision.accelerometer_gate),
+            health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelAiding::new(drives, &params, &supervision),
             gravity: GravityAiding::new(&params),
             curvature: RailCurvature::default(),
+            arm: ArmError::new(vehicle.imu_arm_m),
             found: Attitude::default(),
             innovation: 0.0,
             nis: 0.0,
@@ -162,21 +174,25 @@ impl AttitudeFilter {
             self.supervision.gyro,
             dt,
         );
-        let motion = kinematics::motion(&x, &inputs, self.lever);
+        self.carry_curvature(inputs.rate.is_some());
+        let motion = kinematics::motion(&self.belief.x, &inputs, self.lever);
         kinematics::predict(&mut self.belief, &motion, &inputs, &self.params, dt);
-        let lever_mps = if inputs.rate.is_some() {
-            self.lever.below_m * motion.theta_dot
-        } else {
-            0.0
-        };
+        let lever_mps = self.lever.below_m * motion.theta_dot;
+        if inputs.shock {
+            self.wheels.shock();
+        }
         let outcome = self.aid_by_wheels(z, lever_mps, dt);
         self.aid_by_gravity(&inputs, dt);
         self.limit(z, dt)?;
         let x = self.belief.x;
         let speed = x[V] - lever_mps;
-        if inputs.rate.is_some() {
-            self.curvature.step(speed, motion.theta_dot, dt);
+        match inputs.rate {
+            Some(_) => self.curvature.step(speed, motion.theta_dot, dt),
+            None => self.curvature.set(x[KAPPA]),
         }
+        let known = self.belief.P[(THETA, THETA)] < MAX_ARM_SD_RAD * MAX_ARM_SD_RAD;
+        self.arm
+            .step(speed * dt, known.then_some(x[THETA]), self.curvature.per_m());
         let [_, q, r] = inputs.rate.unwrap_or_default();
         self.found = Attitude {
             speed_mps: speed,
@@ -186,6 +202,7 @@ impl AttitudeFilter {
             pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]),
             roll_rad: x[PHI],
             bias_mps2: x[BIAS_X],
+            sum_sd: self.sum_sd(),
             yaw_rate_radps: (q * sin(x[PHI]) + r * cos(x[PHI])) / cos(x[THETA]),
             curvature_per_m: self.curvature.per_m(),
             imu: inputs.force.is_some() && (inputs.rate.is_some() || !self.supervision.gyro),
@@ -222,8 +239,8 @@ impl AttitudeFilter {
         let scale = p.wheel_scale_sd / sqrt(count);
         let gyro = p.gyro_bias_sd_radps;
         let speed = 2.0 * p.wheel_speed_sd_mps + scale * v.abs();
-        let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let sd = SVector::from([speed, angle, angle, bias, bias, bias, gyro, gyro, scale]);
+        let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let sd = SVector::from([speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0]);
         self.belief = Gaussian::independent(x, sd);
         for (angle, bias_at) in [(THETA, BIAS_X), (PHI, BIAS_Y)] {
             self.belief.P[(angle, bias_at)] = -bias * bias / g_theta;
@@ -231,6 +248,23 @@ impl AttitudeFilter {
         }
         self.started = true;
         Some(())
+    }
+
+    /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
+    fn carry_curvature(&mut self, gyro: bool) {
+        let known = self.belief.P[(KAPPA, KAPPA)] > 0.0;
+        if gyro == known {
+            for i in 0..N {
+                self.belief.P[(i, KAPPA)] = 0.0;
+                self.belief.P[(KAPPA, i)] = 0.0;
+            }
+            self.belief.x[KAPPA] = if gyro { 0.0 } else { self.curvature.per_m() };
+            self.belief.P[(KAPPA, KAPPA)] = if gyro {
+                0.0
+            } else {
+                LOST_CURVATURE_SD_PER_M * LOST_CURVATURE_SD_PER_M
+            };
+        }
     }
 
     fn aid_by_wheels(&mut self, z: &Channels, lever_mps: Real, dt: Real) -> WheelOutcome {
@@ -281,6 +315,7 @@ impl AttitudeFilter {
         x[V] = x[V].clamp(-MAX_SPEED_MPS, MAX_SPEED_MPS);
         x[THETA] = x[THETA].clamp(-MAX_ANGLE_RAD, MAX_ANGLE_RAD);
         x[PHI] = x[PHI].clamp(-MAX_ANGLE_RAD, MAX_ANGLE_RAD);
+        x[KAPPA] = x[KAPPA].clamp(-0.13, 0.13);
         self.belief
             .limit_variance(&SVector::from(MAX_SD.map(|sd| sd * sd)));
         let positive = self.belief.P.diagonal().iter().all(|p| *p >= 0.0);
@@ -299,6 +334,21 @@ impl AttitudeFilter {
     /// Whether it has started.
     pub fn started(&self) -> bool {
         self.started
+    }
+
+    fn sum_sd(&self) -> Real {
+        let (P, c) = (&self.belief.P, cos(self.belief.x[THETA]));
+        let by_bias = 1.0 / GRAVITY;
+        sqrt(
+            P[(THETA, THETA)] * c * c
+                + 2.0 * P[(THETA, BIAS_X)] * c * by_bias
+                + P[(BIAS_X, BIAS_X)] * by_bias * by_bias,
+        )
+    }
+
+    /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
+    pub fn monitor(&self) -> Real {
+        self.wheels.test()
     }
 
     /// State and covariance.
@@ -323,16 +373,45 @@ impl AttitudeFilter {
 
     /// Its standard deviation, rad.
     pub fn grade_at_imu_sd_rad(&self) -> Real {
-        let arm = ARM_SD_M * self.found.curvature_per_m;
+        let arm = self.arm.sd_rad(self.found.curvature_per_m);
         let pitch = self.found.pitch_sd_rad;
         sqrt(pitch * pitch + arm * arm + MODEL_SD_RAD * MODEL_SD_RAD)
     }
 }
 
-/// Uncertainty of the arm over which the curvature is carried forward, m: the curvature itself lags by 0.05 m of way.
-const ARM_SD_M: Real = 0.05;
 /// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
 const MODEL_SD_RAD: Real = 0.0003;
 
-state!(Attitude { speed_mps, speed_sd_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, yaw_rate_radps, curvature_per_m, imu, wheels; });
-state!(AttitudeFilter { started, belief, health, wheels, gravity, curvature, found, innovation, nis, status; params, supervision, lever, standstill_mps });
+state!(Attitude { speed_mps, speed_sd_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, yaw_rate_radps, curvature_per_m, imu, wheels; });
+impl State for AttitudeFilter {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            params: _,
+            supervision: _,
+            lever: _,
+            standstill_mps: _,
+            started,
+            belief,
+            health,
+            wheels,
+            gravity,
+            curvature,
+            arm,
+            found,
+            innovation,
+            nis,
+            status,
+        } = self;
+        started.visit(archive);
+        belief.visit_lower(archive);
+        health.visit(archive);
+        wheels.visit(archive);
+        gravity.visit(archive);
+        curvature.visit(archive);
+        arm.visit(archive);
+        found.visit(archive);
+        innovation.visit(archive);
+        nis.visit(archive);
+        status.visit(archive);
+    }
+}

@@ -17,7 +17,8 @@ params! {
         roll_walk ["rad/√s"] = 2e-4, 0.0 => 0.1, "Random walk of the roll that the gyro does not measure (play of the guide wheels).";
         lateral_force_sd_mps2 ["m/s²"] = 0.05, 1e-4 => 10.0, "Standard deviation of the lateral force's model (side slip, guide wheels).";
         force_noise_factor ["-"] = 5.0, 1.0 => 1e3, "Factor on the variance of the vertical force's noise: bounce.";
-        grade_walk_without_gyro ["rad²/m"] = 0.01, 1e-8 => 1.0, "Variance by which the grade changes per metre, for times without a gyro.";
+        curvature_sd_per_m ["1/m"] = 0.03, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
+        curvature_length_m ["m"] = 5.0, 0.1 => 1e4, "Way over which the curvature becomes another.";
         wheel_gate ["-"] = 5.0, 1.0 => 100.0, "Standard deviations beyond which a wheel is taken to slip.";
     }
 }
@@ -27,6 +28,7 @@ params! {
     AttitudeSupervision {
         slip_gate [flag] = true, "Wheels beyond the gate do not count; off: all do.";
         accelerometer_gate [flag] = true, "The accelerometer is out of use while |f| is not g or it is stuck; off: it is always used.";
+        spike_gate [flag] = true, "Single outliers of the gyro are left out; off: they are not.";
         gyro_monitor [flag] = true, "The pitch is doubted while wheels that agree contradict it; off: it is not.";
         vertical_force [flag] = true, "The vertical force is a measurement (bias by |f| = g); off: it is not used.";
         gyro [flag] = true, "The gyro is used; off: grade changes are a random walk.";

@@ -27,6 +27,11 @@ impl RailCurvature {
         }
     }
 
+    /// It is known from elsewhere.
+    pub fn set(&mut self, per_m: Real) {
+        self.per_m = within(per_m, -MAX_CURVATURE_PER_M, MAX_CURVATURE_PER_M);
+    }
+
     /// 1/m, + where the grade grows.
     pub fn per_m(&self) -> Real {
         self.per_m

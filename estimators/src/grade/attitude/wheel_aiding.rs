@@ -23,11 +23,16 @@ const MAX_COAST_S: Real = 8.0;
 const REOPEN: Real = 1.0;
 /// Coasting, the speed's variance grows by this from 1 s on, m²/s² per s.
 const COAST: Real = 4e-4;
-/// Gyro monitor: memory of the normalised innovation squared, s; its threshold; time after a rejected wheel for which it rests, s.
-const NIS_MEMORY_S: Real = 0.4;
-const NIS_THRESHOLD: Real = 3.5;
+/// Gyro monitor: memory of the innovation, s; threshold of the square of its mean over its variance, and largest excess taken; time after a rejected
+/// wheel for which it rests, s.
+const MONITOR_S: Real = 0.3;
+const MONITOR_THRESHOLD: Real = 30.0;
+const MAX_EXCESS: Real = 20.0;
+/// Time that the test must be above its threshold, s: slip is rejected sooner.
+const MONITOR_WAIT_S: Real = 0.25;
 const NIS_REST_S: Real = 1.5;
-const MAX_NIS: Real = 25.0;
+/// The same after a shock of the accelerometer.
+const SHOCK_REST_S: Real = 0.5;
 /// Standard deviations within which wheels agree, and the pitch variance it adds per unit of excess, rad²/s.
 const AGREE_SD: Real = 7.0;
 const DOUBT_RAD2PS: Real = 1.6e-5;
@@ -44,7 +49,9 @@ pub struct WheelAiding {
     monitor: bool,
     scale: [Real; MAX_DRIVES],
     coast_s: Real,
-    nis: Real,
+    mean: Real,
+    test: Real,
+    above_s: Real,
     rest_s: Real,
 }
 
@@ -84,7 +91,9 @@ impl WheelAiding {
             monitor: supervision.gyro_monitor,
             scale: [0.0; MAX_DRIVES],
             coast_s: 0.0,
-            nis: 1.0,
+            mean: 0.0,
+            test: 0.0,
+            above_s: 0.0,
             rest_s: 0.0,
         }
     }
@@ -121,7 +130,7 @@ impl WheelAiding {
         let innovation = vote.mean - predicted;
         let R = self.sd_mps * self.sd_mps / vote.used as Real;
         let S = belief.P[(V, V)] + R;
-        self.watch_gyro(belief, &vote, innovation * innovation / S, dt);
+        self.watch_gyro(belief, &vote, [innovation, S], dt);
         let mut h = SVector::<Real, N>::zeros();
         h[V] = 1.0 + belief.x[SCALE];
         h[SCALE] = speed;
@@ -171,6 +180,11 @@ impl WheelAiding {
         }
     }
 
+    /// The accelerometer has had a shock: the speed has jumped, which is no sign of a wrong pitch.
+    pub fn shock(&mut self) {
+        (self.mean, self.rest_s) = (0.0, self.rest_s.max(SHOCK_REST_S));
+    }
+
     /// No wheel: the speed is that of the accelerometer; after a long time without, wheels that were right all along are let in again.
     fn coast(&mut self, belief: &mut Gaussian<N>, dt: Real) {
         self.coast_s += dt;
@@ -182,21 +196,31 @@ impl WheelAiding {
         }
     }
 
-    /// Wheels that agree with each other and contradict the filter: then the pitch, the gyro's integral, is wrong.
-    fn watch_gyro(&mut self, belief: &mut Gaussian<N>, vote: &Vote, nis: Real, dt: Real) {
+    /// Wheels that agree with each other and contradict the filter: then the pitch, the gyro's integral, is wrong. The mean of the innovations finds
+    /// that much sooner than the mean of their squares: with the wheels' noise white, its variance is S dt/(2 τ).
+    fn watch_gyro(&mut self, belief: &mut Gaussian<N>, vote: &Vote, innovation: [Real; 2], dt: Real) {
         let range = AGREE_SD * self.sd_mps + SPREAD * vote.mean.abs();
         let agree = vote.rejected == 0 && (vote.used == 1 || vote.range < range);
+        let [y, S] = innovation;
         if agree {
-            self.nis += (dt / NIS_MEMORY_S).min(1.0) * (nis.min(MAX_NIS) - self.nis);
+            self.mean += (dt / (MONITOR_S + dt)) * (y - self.mean);
         } else {
-            (self.nis, self.rest_s) = (1.0, NIS_REST_S);
+            (self.mean, self.rest_s) = (0.0, NIS_REST_S);
         }
         self.rest_s = (self.rest_s - dt).max(0.0);
-        let excess = self.nis - NIS_THRESHOLD;
+        self.test = self.mean * self.mean / (S * dt / (2.0 * MONITOR_S)).max(Real::MIN_POSITIVE);
+        let excess = (self.test - MONITOR_THRESHOLD).min(MAX_EXCESS);
         let moving = belief.x[V].abs() > MONITOR_SPEED_MPS;
-        if self.monitor && moving && excess > 0.0 && self.rest_s <= 0.0 {
+        let above = moving && excess > 0.0 && self.rest_s <= 0.0;
+        self.above_s = if above { self.above_s + dt } else { 0.0 };
+        if self.monitor && self.above_s > MONITOR_WAIT_S {
             belief.P[(THETA, THETA)] += DOUBT_RAD2PS * excess * dt;
         }
+    }
+
+    /// Square of the mean innovation over its variance.
+    pub fn test(&self) -> Real {
+        self.test
     }
 
     fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
@@ -209,4 +233,4 @@ impl WheelAiding {
     }
 }
 
-state!(WheelAiding { scale, coast_s, nis, rest_s; drives, sd_mps, gate, slip_gate, monitor });
+state!(WheelAiding { scale, coast_s, mean, test, above_s, rest_s; drives, sd_mps, gate, slip_gate, monitor });

@@ -18,7 +18,7 @@ use crate::Real;
 use crate::api::mass_layout::MassLayout;
 use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::Vehicle;
-use crate::api::snapshot::state;
+use crate::api::snapshot::{Archive, State};
 use crate::filters::gaussian::Gaussian;
 use crate::models::swing::{SUBSTEPS, SwingBlock};
 use crate::models::train_means::TrainMeans;
@@ -48,6 +48,8 @@ pub const N: usize = 10;
 
 /// Distance at which η is the grade that the rail behind differs by, m.
 const ETA_M: Real = 9.0;
+/// Mean way behind the rail remembered over which η becomes another, m.
+const ETA_MEMORY_M: Real = 2.0;
 /// Memory of the unmodelled force, s.
 const FORCE_MEMORY_S: Real = 2.0;
 /// Change of the length for its derivative.
@@ -146,6 +148,7 @@ pub struct SwingBalance {
     belief: Gaussian<N>,
     inflation: Real,
     last_grade: Real,
+    last_behind_m: Real,
 }
 
 impl SwingBalance {
@@ -190,6 +193,7 @@ impl SwingBalance {
             belief: Gaussian::independent(x, sd),
             inflation: 1.0,
             last_grade: 0.0,
+            last_behind_m: 0.0,
         }
     }
 
@@ -394,7 +398,14 @@ impl SwingBalance {
             * (p.force_sd_mps2
                 + GRAVITY * turn * p.place_sd_m
                 + p.bend_force_sd * means.bend_per_m);
+        // Going back over rail that is no longer remembered: its grade is another.
+        let behind_m = (means.behind_tare_kgm + x[MASS] * means.behind_load_m) / mass;
+        let onto_m = (behind_m - self.last_behind_m).max(0.0);
+        self.last_behind_m = behind_m;
+        let same = exp(-onto_m / ETA_MEMORY_M);
+        let new_grade = of(p.eta_sd_rad) * (1.0 - same * same);
         let P = &mut self.belief.P;
+        P[(ETA, ETA)] += new_grade;
         P[(ANGLE, ANGLE)] += of(p.swing_damping) * amplitude * T + 0.1 * of(p.swing_walk) * T;
         P[(RATE, RATE)] +=
             of(p.swing_damping) * amplitude * T * GRAVITY / length + of(p.swing_walk) * T;
@@ -420,7 +431,24 @@ impl SwingBalance {
         P[(R0, R0)] += 0.01 * P0[(R0, R0)];
         P[(B, B)] += 0.01 * P0[(B, B)];
         self.inflation = 1.0;
+        self.belief.symmetrise();
     }
 }
 
-state!(SwingBalance { belief, inflation, last_grade; nominal, params, supervision });
+impl State for SwingBalance {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            belief,
+            inflation,
+            last_grade,
+            last_behind_m,
+            nominal: _,
+            params: _,
+            supervision: _,
+        } = self;
+        belief.visit_lower(archive);
+        inflation.visit(archive);
+        last_grade.visit(archive);
+        last_behind_m.visit(archive);
+    }
+}

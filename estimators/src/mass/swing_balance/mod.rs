@@ -13,19 +13,23 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::snapshot::{Archive, State, state};
 use crate::models::rail_memory::RailMemory;
-use crate::models::train_means::TrainOnRail;
+use crate::models::train_means::{TrainMeans, TrainOnRail};
 use balance::{MASS, Nominal, R0, SwingBalance, Update};
 use block::{Block, BlockBuilder, BlockInput};
 use params::{SwingBalanceParams, SwingSupervision};
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
-const BLOCKS: usize = 36;
+const BLOCKS: usize = 32;
 /// Speed from which a block is of use, m/s; time after standing, s; share of the brake beyond which it is not.
 const MIN_SPEED_MPS: Real = 0.06;
 const SETTLE_S: Real = 0.3;
 const MAX_BRAKE: f32 = 0.01;
+/// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
+const MIN_WAIT_MPS: Real = 0.05;
 /// Way ahead of the rail read up to which a block is of use, m.
 const MAX_AHEAD_M: Real = 0.8;
+/// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
+const MAX_BEHIND_M: Real = 0.3;
 /// Load-change detector: allowance and threshold of the CUSUM, memory of the square of the residuals by which they are scaled, s; largest
 /// residual and square taken; pause after an alarm, s.
 const ALLOWANCE: Real = 1.2;
@@ -165,7 +169,7 @@ impl SwingMass {
             let full = self.written - self.taken >= BLOCKS as u64 - 1;
             let waits = self.supervision.wait_for_rail
                 && !full
-                && z.speed_mps.abs() > 0.05
+                && z.speed_mps > MIN_WAIT_MPS
                 && !rail.read_up_to(block.place, self.front_m);
             if !waits {
                 self.taken += 1;
@@ -176,8 +180,11 @@ impl SwingMass {
     }
 
     /// Why a block is of no use; `None` if it is.
-    fn refusal(&self, block: &Block, ahead_m: Real) -> Option<AidOutcome> {
+    fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
         let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
+        // Going back over rail that is no longer remembered, or never was.
+        let onto_unknown = block.speed_mps < 0.0
+            && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
         if !moving || self.settle_s > 0.0 || block.brake > MAX_BRAKE {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
         } else if !block.sound {
@@ -186,7 +193,7 @@ impl SwingMass {
             Some(AidOutcome::Rejected(Rejection::Slip))
         } else if block.doubt {
             Some(AidOutcome::Rejected(Rejection::Gate))
-        } else if ahead_m > MAX_AHEAD_M {
+        } else if means.ahead_m > MAX_AHEAD_M || onto_unknown {
             Some(AidOutcome::Rejected(Rejection::NotExcited))
         } else {
             None
@@ -200,7 +207,7 @@ impl SwingMass {
             true => (self.settle_s - block.length_s()).max(0.0),
             false => SETTLE_S,
         };
-        let refusal = self.refusal(block, means.ahead_m);
+        let refusal = self.refusal(block, &means);
         let update = self.filter.step(block, &means, refusal.is_none());
         self.status = status(refusal, update);
         if let Some(update) = update {

@@ -28,7 +28,7 @@ pub struct TorqueMonitor {
     per_nm: Real,
     efficiency: Real,
     smooth: [Real; MAX_DRIVES],
-    commanded: [Real; MAX_DRIVES],
+    commanded: Real,
     used: u32,
     doubt: bool,
 }
@@ -44,7 +44,7 @@ impl TorqueMonitor {
             per_nm: vehicle.gear_ratio / vehicle.wheel_radius_m,
             efficiency: vehicle.efficiency,
             smooth: [0.0; MAX_DRIVES],
-            commanded: [0.0; MAX_DRIVES],
+            commanded: 0.0,
             used: 0,
             doubt: false,
         }
@@ -53,11 +53,11 @@ impl TorqueMonitor {
     /// Traction at the rims, N, and its variance; `None` while fewer than half of the drives are known.
     pub fn traction(&mut self, z: &Channels, speed_mps: Real, dt: Real) -> Option<[Real; 2]> {
         let share = dt / (LAG_S + dt);
-        let drives = self.smooth.iter_mut().zip(&mut self.commanded);
-        let samples = z.motor_torque_nm.iter().zip(&z.commanded_torque_nm);
-        for ((smooth, commanded), (torque, command)) in drives.zip(samples) {
+        let drives = self.drives.max(1) as Real;
+        let commands = z.commanded_torque_nm.iter().take(self.drives);
+        self.commanded += share * (commands.sum::<Real>() / drives - self.commanded);
+        for (smooth, torque) in self.smooth.iter_mut().zip(&z.motor_torque_nm) {
             *smooth += share * (torque.unwrap_or(*smooth) - *smooth);
-            *commanded += share * (command - *commanded);
         }
         let median = self.median(z);
         let limit = self.limit(median);
@@ -124,8 +124,7 @@ impl TorqueMonitor {
     }
 
     fn contradicts_command(&self, median: Real) -> bool {
-        let drives = self.drives.max(1) as Real;
-        let command = self.commanded.iter().take(self.drives).sum::<Real>() / drives;
+        let command = self.commanded;
         // Without a command there is nothing to compare with.
         command != 0.0 && (median - command).abs() > self.limit(command)
     }

@@ -14,7 +14,7 @@ use crate::models::train_means::TrainMeans;
 /// Time between two looks at the memory, s.
 const PERIOD_S: Real = 0.1;
 /// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
-const AHEAD_RAD_PER_M: Real = 0.012;
+const AHEAD_RAD_PER_M: Real = 0.02;
 const AHEAD_M: Real = 0.7;
 /// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
 const FORCE_SD_RAD: Real = 0.001;

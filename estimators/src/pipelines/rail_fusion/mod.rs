@@ -62,6 +62,8 @@ param_groups! {
 
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
+/// Standard deviation of sin θ + b/g up to which the rail is read.
+const MAX_SUM_SD: Real = 0.003;
 /// Lag of the brake, s.
 const BRAKE_LAG_S: Real = 0.3;
 
@@ -129,7 +131,8 @@ impl RailFusion {
             0.0
         };
         let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
-        self.rail.step(v * dt, [u, bend]);
+        let readable = attitude.sum_sd < MAX_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        self.rail.step(v * dt, readable.then_some([u, bend]));
         self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
         let traction = self
@@ -209,7 +212,7 @@ impl Pipeline for RailFusion {
         Internal::new("grade_behind_rad", "rad"),
         Internal::new("pendulum_length_ln", "-"),
         Internal::new("load_filter_sd_kg", "kg"),
-        Internal::new("force_correction_rad", "rad"),
+        Internal::new("gyro_monitor", "-"),
         Internal::new("load_changes", "-"),
     ];
 
@@ -242,7 +245,7 @@ impl Pipeline for RailFusion {
                 x[ETA],
                 x[LENGTH],
                 crate::api::real::sqrt(P[(MASS, MASS)]),
-                self.effective.correction_rad(),
+                self.attitude.monitor(),
                 self.mass.changes() as Real,
             ],
         );
