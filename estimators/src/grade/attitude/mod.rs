@@ -371,11 +371,17 @@ impl AttitudeFilter {
         self.found.pitch_rad + self.lever.ahead_m * self.found.curvature_per_m
     }
 
+    /// Standard deviation of the IMU's mounting, rad: common to all grades.
+    pub fn mount_sd_rad(&self) -> Real {
+        self.params.mount_sd_deg * PI / 180.0
+    }
+
     /// Its standard deviation, rad.
     pub fn grade_at_imu_sd_rad(&self) -> Real {
         let arm = self.arm.sd_rad(self.found.curvature_per_m);
         let pitch = self.found.pitch_sd_rad;
-        sqrt(pitch * pitch + arm * arm + MODEL_SD_RAD * MODEL_SD_RAD)
+        let mount = self.mount_sd_rad();
+        sqrt(pitch * pitch + arm * arm + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD)
     }
 }
 

@@ -8,6 +8,7 @@ params! {
         accel_bias_sd_mps2 ["m/s²"] = 0.00978, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, by its sheet.";
         velocity_random_walk ["m/s/√s"] = 6.94e-4, 1e-8 => 1.0, "Velocity random walk of the accelerometer: its noise density over √2.";
         accel_bias_walk ["m/s²/√s"] = 1.5e-4, 0.0 => 0.1, "Random walk of the accelerometer's bias (warm-up).";
+        mount_sd_deg ["deg"] = 0.0, 0.0 => 10.0, "Standard deviation of the pitch of the IMU against its unit: it goes into the grade, nothing can see it.";
         gyro_bias_sd_radps ["rad/s"] = 2.424e-6, 0.0 => 0.1, "Standard deviation of the gyro's bias, by its sheet.";
         gyro_bias_walk ["rad/s/√s"] = 0.0, 0.0 => 0.1, "Random walk of the gyro's bias.";
         angle_random_walk ["rad/√s"] = 4.072e-5, 1e-9 => 0.1, "Angle random walk of the gyro.";

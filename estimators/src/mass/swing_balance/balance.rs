@@ -4,10 +4,10 @@
 //! force (first-order, 2 s), grade of the rail behind the one read (rad at 9 m), bias of the accelerometer, length of the pendulum.
 //!
 //! y = F − J a − (m₀ − m_g) a − m_g a_L − g Σ m S* − m₀ μ' g c s
-//! ŷ = m_L (a_L + g S*_L + μ' g c s) + s (r + c_v |v| + q_c κ) + d + η g Σ m x/9 m − M b,  a_L = −g φ̄ cos θ (1 + h κ_L)
+//! ŷ = m_L (a_L + g S*_L + μ' g c s) + s (r c' + c_v |v| + q_c κ) + d + η g Σ m x/9 m − M b,  a_L = −g φ̄ cos θ (1 + h κ_L)
 //!
 //! with the load's acceleration a_L by the mean swing φ̄ ([`SwingBlock`]), m_g the gear that swings with the load, s the sign of the speed, c the
-//! cosine of the grade, μ' the part of the resistance that grows with the load. b stays a constant of its own: taking the bias of the attitude
+//! cosine of the grade (c' of its share), μ' the part of the resistance that grows with the load. b stays a constant of its own: taking the bias of the attitude
 //! filter, which improves, off the regressor scatters the end mass by 0.4 %.
 
 use nalgebra::{SMatrix, SVector};
@@ -88,6 +88,8 @@ pub struct Nominal {
     pub mu: Real,
     /// See above.
     pub mu_load: Real,
+    /// Share of the latter.
+    pub load_share: Real,
     /// Chains, m; depth of their upper ends, m; give of the couplings, m/N.
     pub chain_m: Real,
     /// See above.
@@ -113,6 +115,7 @@ impl Nominal {
             load0_kg,
             mu: vehicle.running_resistance,
             mu_load: vehicle.running_resistance * layout.load_share_of_resistance,
+            load_share: layout.load_share_of_resistance,
             chain_m: layout.load.chain_m,
             hook_depth_m: layout.load.hook_depth_m,
             give_mpn: layout
@@ -289,7 +292,8 @@ impl SwingBalance {
             + GRAVITY / ETA_M * means.behind_load_m * x[ETA]
             + h[LENGTH] * self.length_by_mass()
             - x[B];
-        h[R0] = s;
+        let normal = 1.0 - n.load_share * (1.0 - means.load_cos);
+        h[R0] = s * normal;
         h[CV] = v; // s |v|
         h[QC] = s * means.bend_per_m;
         h[D] = 1.0;
@@ -301,7 +305,7 @@ impl SwingBalance {
             - GRAVITY * means.tare_deep_kg
             - n.tare_kg * friction;
         let predicted = x[MASS] * regressor
-            + s * (x[R0] + x[CV] * v.abs() + x[QC] * means.bend_per_m)
+            + s * (normal * x[R0] + x[CV] * v.abs() + x[QC] * means.bend_per_m)
             + x[D]
             + x[ETA] * behind
             - mass * x[B];
@@ -412,6 +416,12 @@ impl SwingBalance {
         P[(D, D)] += of(force) * (1.0 - keep * keep);
         P[(R0, R0)] += of(RESISTANCE_WALK * mass) * T;
         P[(LENGTH, LENGTH)] += of(p.length_walk) * T;
+    }
+
+    /// Sets the load's mass to start from.
+    pub fn start_from(&mut self, load_kg: Real) {
+        let least = MIN_START * self.nominal.max_load_kg;
+        self.belief.x[MASS] = load_kg.clamp(0.2 * least, self.nominal.max_load_kg);
     }
 
     /// Another load: the mass as at the start, the swing open, resistance and bias a little.

@@ -30,6 +30,13 @@ const MIN_WAIT_MPS: Real = 0.05;
 const MAX_AHEAD_M: Real = 0.8;
 /// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
+/// Blocks after which a start is looked at for the first and for the last time; share of the load by which it may have been wrong, with a share of
+/// the tare; how often it is gone back to.
+const FIRST_LOOK_BLOCKS: u32 = 10;
+const SETTLED_BLOCKS: u32 = 20;
+const MAX_START_ERROR: Real = 0.1;
+const START_FLOOR: Real = 0.05;
+const MAX_ROUNDS: u32 = 4;
 /// Load-change detector: allowance and threshold of the CUSUM, memory of the square of the residuals by which they are scaled, s; largest
 /// residual and square taken; pause after an alarm, s.
 const ALLOWANCE: Real = 1.2;
@@ -85,8 +92,11 @@ struct Calm {
     filter: SwingBalance,
     /// The block that comes next.
     next: u64,
-    /// Whether it has been gone back to already.
+    /// Whether it has been gone back to already, for another load.
     spent: bool,
+    /// Load that the filter started from there, kg, and how often it has started.
+    start_kg: Real,
+    rounds: u32,
 }
 
 /// The estimator of the mass.
@@ -109,6 +119,9 @@ pub struct SwingMass {
     settle_s: Real,
     changes: u32,
     used: u32,
+    /// Block up to which what is published stays as it is, and what is: mass and its standard deviation, kg.
+    catch_up: u64,
+    published: [Real; 2],
     status: AidStatus,
 }
 
@@ -128,14 +141,18 @@ impl SwingMass {
             supervision,
             train,
             tare_kg: nominal.tare_kg,
-            gain_sd: params.torque_gain_sd / crate::api::real::sqrt(drives.max(1) as Real),
+            gain_sd: params.gain_sd(drives),
             front_m: -front_m,
             filter,
             calm: Calm {
                 filter,
                 next: 0,
                 spent: false,
+                start_kg: nominal.load0_kg,
+                rounds: 0,
             },
+            catch_up: 0,
+            published: [nominal.tare_kg + nominal.load0_kg, 0.25 * nominal.max_load_kg],
             watch: LoadWatch::new(),
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
@@ -174,6 +191,8 @@ impl SwingMass {
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
+                self.relinearise();
+                self.publish();
             }
         }
         new
@@ -222,12 +241,49 @@ impl SwingMass {
         if !moving {
             self.watch.clear();
         }
-        if self.watch.at_rest() {
+        let settled = self.used == 0 || self.used > SETTLED_BLOCKS;
+        if self.watch.at_rest() && settled {
             self.calm = Calm {
                 filter: self.filter,
                 next: self.taken,
                 spent: false,
+                start_kg: self.filter.belief().x[MASS],
+                rounds: 0,
             };
+        }
+    }
+
+    /// The swing weighs what hangs on the chains, so the balance is not linear in the mass: a filter that started far from it goes over its first
+    /// blocks again, from where it has come to.
+    fn relinearise(&mut self) {
+        let due = self.used == FIRST_LOOK_BLOCKS || self.used == SETTLED_BLOCKS;
+        let kept = self.written.saturating_sub(self.calm.next) < BLOCKS as u64;
+        let load_kg = self.filter.belief().x[MASS];
+        let moved = (load_kg - self.calm.start_kg).abs();
+        let far = moved > MAX_START_ERROR * (load_kg + START_FLOOR * self.tare_kg);
+        if !due || !kept || !far || self.calm.rounds >= MAX_ROUNDS || !self.supervision.relinearise {
+            return;
+        }
+        self.filter = self.calm.filter;
+        if self.calm.spent {
+            self.filter.reset_load();
+        }
+        self.filter.start_from(load_kg);
+        self.calm.start_kg = load_kg;
+        self.calm.rounds += 1;
+        self.catch_up = self.catch_up.max(self.taken);
+        self.taken = self.calm.next;
+        self.watch = LoadWatch::new();
+        self.settle_s = 0.0;
+        self.used = 0;
+    }
+
+    fn publish(&mut self) {
+        if self.taken >= self.catch_up {
+            let gain = self.gain_sd * self.filter.mass_kg();
+            let variance = self.filter.belief().P[(MASS, MASS)];
+            let sd = crate::api::real::sqrt(variance + gain * gain);
+            self.published = [self.filter.mass_kg(), sd];
         }
     }
 
@@ -237,10 +293,15 @@ impl SwingMass {
         let kept = self.written.saturating_sub(self.calm.next) < BLOCKS as u64;
         if !self.calm.spent && kept {
             self.filter = self.calm.filter;
+            self.catch_up = self.catch_up.max(self.taken);
             self.taken = self.calm.next;
-            self.calm.spent = true;
+        } else {
+            (self.calm.filter, self.calm.next) = (self.filter, self.taken);
         }
+        self.calm.spent = true;
         self.filter.reset_load();
+        self.calm.start_kg = self.filter.belief().x[MASS];
+        self.calm.rounds = 0;
         self.watch = LoadWatch {
             pause_s: PAUSE_S,
             ..LoadWatch::new()
@@ -260,11 +321,10 @@ impl SwingMass {
         self.filter.mass_kg()
     }
 
-    /// Its standard deviation with that of the torque's gain, kg.
-    pub fn mass_sd_kg(&self) -> Real {
-        let gain = self.gain_sd * self.mass_kg();
-        let variance = self.filter.belief().P[(MASS, MASS)];
-        crate::api::real::sqrt(variance + gain * gain)
+    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was while the filter goes over
+    /// blocks again.
+    pub fn published(&self) -> [Real; 2] {
+        self.published
     }
 
     /// Tare, kg.
@@ -279,7 +339,9 @@ impl SwingMass {
 
     /// Whether the mass has been measured at all, and is known closely enough.
     pub fn is_known(&self) -> bool {
-        self.used > 0 && self.mass_sd_kg() < self.params.max_mass_sd * self.mass_kg()
+        let [mass, sd] = self.published;
+        let looked = self.used >= FIRST_LOOK_BLOCKS || self.taken < self.catch_up;
+        looked && sd < self.params.max_mass_sd * mass
     }
 
     /// Loads found to be another.
@@ -334,7 +396,7 @@ fn slot(block: u64) -> usize {
 }
 
 state!(LoadWatch { up, down, square, pause_s; });
-state!(Calm { filter, next, spent; });
+state!(Calm { filter, next, spent, start_kg, rounds; });
 
 impl State for SwingMass {
     fn visit(&mut self, archive: &mut Archive) {
@@ -355,6 +417,8 @@ impl State for SwingMass {
             settle_s,
             changes,
             used,
+            catch_up,
+            published,
             status,
         } = self;
         filter.visit(archive);
@@ -367,6 +431,8 @@ impl State for SwingMass {
         settle_s.visit(archive);
         changes.visit(archive);
         used.visit(archive);
+        catch_up.visit(archive);
+        published.visit(archive);
         status.visit(archive);
         archive.require(*taken <= *written && *written < u64::MAX / 2);
     }

@@ -67,7 +67,7 @@ impl EffectiveGrade {
             block.mean_acceleration(),
         );
         let resistance = nominal.mu_load * GRAVITY * means.load_cos * M
-            + x[R0]
+            + x[R0] * (1.0 - nominal.load_share * (1.0 - means.load_cos))
             + x[CV] * v.abs()
             + x[QC] * means.bend_per_m;
         let uphill =
@@ -85,7 +85,14 @@ impl EffectiveGrade {
     }
 
     /// One step.
-    pub fn step(&mut self, attitude: &Attitude, mass: &SwingMass, rail: &RailMemory, dt: Real) {
+    pub fn step(
+        &mut self,
+        attitude: &Attitude,
+        mount_sd_rad: Real,
+        mass: &SwingMass,
+        rail: &RailMemory,
+        dt: Real,
+    ) {
         self.age_s += dt;
         if self.looked && self.age_s < PERIOD_S - 1e-6 {
             return;
@@ -99,7 +106,7 @@ impl EffectiveGrade {
             + x[ETA] * behind
             + self.correction;
         let pitch = attitude.pitch_sd_rad;
-        self.variance = pitch * pitch + unread_variance(&means, mass, rail);
+        self.variance = pitch * pitch + mount_sd_rad * mount_sd_rad + unread_variance(&means, mass, rail);
     }
 
     /// The effective grade; `valid` is whether what it rests on is there.

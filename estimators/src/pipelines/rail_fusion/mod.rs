@@ -155,7 +155,7 @@ impl RailFusion {
                 .correct(&block, &self.mass, &self.nominal, &self.rail);
         }
         self.effective
-            .step(attitude, &self.mass, &self.rail, dt);
+            .step(attitude, self.attitude.mount_sd_rad(), &self.mass, &self.rail, dt);
     }
 
     fn estimate(&self, t: Time, started: bool, moving: bool) -> Estimate {
@@ -164,13 +164,14 @@ impl RailFusion {
         let gate = |basis: bool| basis || !self.validity_gate;
         let sd = self.attitude.grade_at_imu_sd_rad();
         let (innovation, nis) = self.attitude.innovation();
+        let [mass, mass_sd] = self.mass.published();
         let mut effective = self.effective.value(started, max_sd);
         effective.valid = gate(effective.valid);
         Estimate {
             t,
             total_mass_kg: Value {
-                value: self.mass.mass_kg(),
-                sd: self.mass.mass_sd_kg(),
+                value: mass,
+                sd: mass_sd,
                 valid: gate(started && self.mass.is_known()),
             },
             grade_rad: Value {
