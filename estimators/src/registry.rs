@@ -46,16 +46,29 @@ use crate::pipelines::{attitude, rail_fusion};
 #[cfg(feature = "resistance")]
 use crate::pipelines::resistance_robust;
 use crate::pipelines::runner::Runner;
+#[cfg(feature = "baseline")]
+use crate::pipelines::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "liu2023")]
 use crate::pipelines::{ffrls_robust, joint_ekf_robust};
 #[cfg(feature = "printed")]
 use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::{Error, Real};
 
+/// What a named estimator claims to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Made for use: its marks go by the validity rule ([`crate::supervise::validity`]).
+    Supervised,
+    /// A published method with its errata corrected and nothing else: it marks what it has found at all.
+    Published,
+    /// A published method letter by letter.
+    Printed,
+}
+
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
     (
-        { $($(#[doc = $about:literal])* $name:literal in $family:literal => $module:ident::$pipeline:ident,)* }
+        { $($(#[doc = $about:literal])* $name:literal in $family:literal as $kind:ident => $module:ident::$pipeline:ident,)* }
         as printed:
         { $($(#[doc = $print_about:literal])* $print_name:literal => $print_module:ident::$print:ident,)* }
     ) => {
@@ -70,6 +83,15 @@ macro_rules! registry {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(<$module::Params as Parameters>::GROUPS),)*
                 $(#[cfg(feature = "printed")] $print_name => Some(<$print_module::Params as Parameters>::GROUPS),)*
+                _ => None,
+            }
+        }
+
+        /// Of which kind a named estimator is; `None` if there is no such estimator.
+        pub fn kind(name: &str) -> Option<Kind> {
+            match name {
+                $(#[cfg(feature = $family)] $name => Some(Kind::$kind),)*
+                $(#[cfg(feature = "printed")] $print_name => Some(Kind::Printed),)*
                 _ => None,
             }
         }
@@ -140,83 +162,87 @@ macro_rules! registry {
 
 registry! {{
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    "dffrls_aekf" in "liu2023" => dffrls_aekf::DffrlsAekfPublished,
+    "dffrls_aekf" in "liu2023" as Published => dffrls_aekf::DffrlsAekfPublished,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
-    "rls_ekf" in "liu2023" => rls_ekf::RlsEkfPublished,
+    "rls_ekf" in "liu2023" as Published => rls_ekf::RlsEkfPublished,
     /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
-    "ffrls" in "liu2023" => ffrls::FfrlsPublished,
+    "ffrls" in "liu2023" as Published => ffrls::FfrlsPublished,
     /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
-    "joint_ekf" in "liu2023" => joint_ekf::JointEkfPublished,
+    "joint_ekf" in "liu2023" as Published => joint_ekf::JointEkfPublished,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
-    "dffrls_aukf" in "huainan" => dffrls_aukf::DffrlsAukfPublished,
+    "dffrls_aukf" in "huainan" as Published => dffrls_aukf::DffrlsAukfPublished,
     /// The same with fixed noise.
-    "dffrls_ukf" in "huainan" => dffrls_ukf::DffrlsUkfPublished,
+    "dffrls_ukf" in "huainan" as Published => dffrls_ukf::DffrlsUkfPublished,
     /// The adaptive one with an extended filter.
-    "dffrls_aekf_inclination" in "huainan" => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
+    "dffrls_aekf_inclination" in "huainan" as Published => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
     /// The adaptive one with constant forgetting.
-    "ffrls_aukf" in "huainan" => ffrls_aukf::FfrlsAukfPublished,
+    "ffrls_aukf" in "huainan" as Published => ffrls_aukf::FfrlsAukfPublished,
     /// The adaptive one with multiple forgetting.
-    "rls_mff_aukf" in "huainan" => rls_mff_aukf::RlsMffAukfPublished,
+    "rls_mff_aukf" in "huainan" as Published => rls_mff_aukf::RlsMffAukfPublished,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
-    "imm_stf" in "guo2024" => imm_stf::ImmStfPublished,
+    "imm_stf" in "guo2024" as Published => imm_stf::ImmStfPublished,
     /// The same with fixed transitions between the models.
-    "imm_stf_fixed" in "guo2024" => imm_stf_fixed::ImmStfFixedPublished,
+    "imm_stf_fixed" in "guo2024" as Published => imm_stf_fixed::ImmStfFixedPublished,
     /// The same without correction for bends.
-    "imm_stf_no_lateral" in "guo2024" => imm_stf_no_lateral::ImmStfNoLateralPublished,
+    "imm_stf_no_lateral" in "guo2024" as Published => imm_stf_no_lateral::ImmStfNoLateralPublished,
     /// The same with plain Kalman filters.
-    "imm_ekf" in "guo2024" => imm_ekf::ImmEkfPublished,
+    "imm_ekf" in "guo2024" as Published => imm_ekf::ImmEkfPublished,
     /// Plain Kalman filters, fixed transitions.
-    "imm_ekf_fixed" in "guo2024" => imm_ekf_fixed::ImmEkfFixedPublished,
+    "imm_ekf_fixed" in "guo2024" as Published => imm_ekf_fixed::ImmEkfFixedPublished,
     /// The kinematic model of `imm_stf` alone.
-    "kinematic_stf" in "guo2024" => kinematic_stf::KinematicStfPublished,
+    "kinematic_stf" in "guo2024" as Published => kinematic_stf::KinematicStfPublished,
     /// The dynamic model of `imm_stf` alone.
-    "dynamic_stf" in "guo2024" => dynamic_stf::DynamicStfPublished,
+    "dynamic_stf" in "guo2024" as Published => dynamic_stf::DynamicStfPublished,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
-    "mmrls_sh_stf" in "patent" => mmrls_sh_stf::MmrlsShStfPublished,
+    "mmrls_sh_stf" in "patent" as Published => mmrls_sh_stf::MmrlsShStfPublished,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls" in "resistance" => resistance_dffrls::ResistancePublished,
+    "resistance_dffrls" in "resistance" as Published => resistance_dffrls::ResistancePublished,
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    "dffrls_aekf_robust" in "liu2023" => dffrls_aekf_robust::DffrlsAekf,
+    "dffrls_aekf_robust" in "liu2023" as Supervised => dffrls_aekf_robust::DffrlsAekf,
     /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
-    "rls_ekf_robust" in "liu2023" => rls_ekf_robust::RlsEkf,
+    "rls_ekf_robust" in "liu2023" as Supervised => rls_ekf_robust::RlsEkf,
     /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
-    "ffrls_robust" in "liu2023" => ffrls_robust::Ffrls,
+    "ffrls_robust" in "liu2023" as Supervised => ffrls_robust::Ffrls,
     /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
-    "joint_ekf_robust" in "liu2023" => joint_ekf_robust::JointEkf,
+    "joint_ekf_robust" in "liu2023" as Supervised => joint_ekf_robust::JointEkf,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
-    "dffrls_aukf_robust" in "huainan" => dffrls_aukf_robust::DffrlsAukf,
+    "dffrls_aukf_robust" in "huainan" as Supervised => dffrls_aukf_robust::DffrlsAukf,
     /// The same with fixed noise.
-    "dffrls_ukf_robust" in "huainan" => dffrls_ukf_robust::DffrlsUkf,
+    "dffrls_ukf_robust" in "huainan" as Supervised => dffrls_ukf_robust::DffrlsUkf,
     /// The adaptive one with an extended filter.
-    "dffrls_aekf_inclination_robust" in "huainan" => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
+    "dffrls_aekf_inclination_robust" in "huainan" as Supervised => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
     /// The adaptive one with constant forgetting.
-    "ffrls_aukf_robust" in "huainan" => ffrls_aukf_robust::FfrlsAukf,
+    "ffrls_aukf_robust" in "huainan" as Supervised => ffrls_aukf_robust::FfrlsAukf,
     /// The adaptive one with multiple forgetting.
-    "rls_mff_aukf_robust" in "huainan" => rls_mff_aukf_robust::RlsMffAukf,
+    "rls_mff_aukf_robust" in "huainan" as Supervised => rls_mff_aukf_robust::RlsMffAukf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
-    "imm_stf_robust" in "guo2024" => imm_stf_robust::ImmStf,
+    "imm_stf_robust" in "guo2024" as Supervised => imm_stf_robust::ImmStf,
     /// The same with fixed transitions between the models.
-    "imm_stf_fixed_robust" in "guo2024" => imm_stf_fixed_robust::ImmStfFixed,
+    "imm_stf_fixed_robust" in "guo2024" as Supervised => imm_stf_fixed_robust::ImmStfFixed,
     /// The same without correction for bends.
-    "imm_stf_no_lateral_robust" in "guo2024" => imm_stf_no_lateral_robust::ImmStfNoLateral,
+    "imm_stf_no_lateral_robust" in "guo2024" as Supervised => imm_stf_no_lateral_robust::ImmStfNoLateral,
     /// The same with plain Kalman filters.
-    "imm_ekf_robust" in "guo2024" => imm_ekf_robust::ImmEkf,
+    "imm_ekf_robust" in "guo2024" as Supervised => imm_ekf_robust::ImmEkf,
     /// Plain Kalman filters, fixed transitions.
-    "imm_ekf_fixed_robust" in "guo2024" => imm_ekf_fixed_robust::ImmEkfFixed,
+    "imm_ekf_fixed_robust" in "guo2024" as Supervised => imm_ekf_fixed_robust::ImmEkfFixed,
     /// The kinematic model of `imm_stf_robust` alone.
-    "kinematic_stf_robust" in "guo2024" => kinematic_stf_robust::KinematicStf,
+    "kinematic_stf_robust" in "guo2024" as Supervised => kinematic_stf_robust::KinematicStf,
     /// The dynamic model of `imm_stf_robust` alone.
-    "dynamic_stf_robust" in "guo2024" => dynamic_stf_robust::DynamicStf,
+    "dynamic_stf_robust" in "guo2024" as Supervised => dynamic_stf_robust::DynamicStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
-    "mmrls_sh_stf_robust" in "patent" => mmrls_sh_stf_robust::MmrlsShStf,
+    "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
-    "resistance_dffrls_robust" in "resistance" => resistance_robust::Resistance,
+    "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::Resistance,
     /// Ours: attitude filter, rail memory, force balance with a swinging load.
-    "rail_fusion" in "rail_fusion" => rail_fusion::RailFusion,
+    "rail_fusion" in "rail_fusion" as Supervised => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
-    "attitude" in "rail_fusion" => attitude::AttitudePipeline,
+    "attitude" in "rail_fusion" as Supervised => attitude::AttitudePipeline,
+    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no mass.
+    "ekf_v_theta_biases" in "baseline" as Supervised => ekf_v_theta_biases::EkfVThetaBiases,
+    /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no mass.
+    "complementary_filter" in "baseline" as Supervised => complementary_filter::ComplementaryFilter,
     /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
-    "regression_bench" in "bench" => regression::Regression,
+    "regression_bench" in "bench" as Supervised => regression::Regression,
 } as printed: {
     /// Liu et al. 2023 as printed.
     "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,

@@ -9,7 +9,8 @@ use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use monorig_estimators::registry::build;
+use monorig_estimators::Setting;
+use monorig_estimators::registry::{build, keys};
 use reference::{Table, assert_agrees};
 
 const DT: f64 = 0.05;
@@ -29,6 +30,8 @@ fn rail() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         layout: None,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     })
     .unwrap()
@@ -103,6 +106,18 @@ fn samples(row: &[f64; 11]) -> (Measurements, Command) {
     (z, u)
 }
 
+/// Off for the comparison with the mathematics: what has laws of its own in `supervise` and `preprocess`.
+fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
+    let known = |key: &&(&str, Setting)| keys(name).unwrap().any(|k| k.name == key.0);
+    let off = [
+        ("innovation_gate", Setting::Flag(false)),
+        ("outlier_hold", Setting::Flag(false)),
+        ("gyro_calibration", Setting::Flag(false)),
+        ("noise", Setting::Choice("told")),
+    ];
+    off.iter().filter(known).copied().collect()
+}
+
 /// Every fourth step of a named pipeline over the recorded drive, as `row` has it from the estimate and the internals named.
 fn drive(
     input: &str,
@@ -113,7 +128,10 @@ fn drive(
     let mut pipeline = build(
         name,
         vehicle,
-        settings.iter().map(|&(key, value)| (key, value.into())),
+        settings
+            .iter()
+            .map(|&(key, value)| (key, value.into()))
+            .chain(bare(name)),
     )
     .unwrap();
     let place = |wanted: &&str| {
@@ -321,6 +339,41 @@ fn patent() {
     let named = ("mmrls_sh_stf_robust", &settings[..], &internals[..]);
     let rows = drive("pipeline_patent_input.csv", &road(), named, traction_row);
     assert_agrees("pipeline_patent", &rows);
+}
+
+/// The textbook baseline with its gate, from the samples on.
+#[test]
+fn baseline() {
+    let mut pipeline = build("ekf_v_theta_biases", &rail(), []).unwrap();
+    let dt = 0.02;
+    let mut rows = Vec::new();
+    let input = Table::read("pipeline_baseline_input.csv").arrays::<5>();
+    for (k, [fresh, t_s, f, pitch, speed]) in input.into_iter().enumerate() {
+        let t = Time::from_s(t_s);
+        let mut z = Measurements::at(t);
+        z.specific_force_mps2 = Some(Sample {
+            t,
+            value: [f, 0.0, 9.81],
+        });
+        z.angular_rate_radps = Some(Sample {
+            t,
+            value: [0.0, -pitch, 0.0],
+        });
+        if fresh != 0.0 {
+            z.wheel_speed_mps[0] = Some(Sample { t, value: speed });
+        }
+        let e = pipeline.step(&z, &Command::default(), dt).unwrap();
+        if k % 4 == 3 {
+            let mut values = [0.0; 4];
+            pipeline.internal_values(&mut values);
+            let [gyro, _, accel, accel_sd] = values;
+            let (grade, speed) = (e.grade_rad, e.speed_mps);
+            let state = vec![grade.value, grade.sd, speed.value, speed.sd];
+            let rest = [e.innovation, e.nis, gyro, accel, accel_sd];
+            rows.push(state.into_iter().chain(rest).collect());
+        }
+    }
+    assert_agrees("pipeline_baseline", &rows);
 }
 
 /// The published methods, errata corrected and nothing else, on the same drives (`tests/reference/published_*.py`).

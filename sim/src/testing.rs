@@ -5,10 +5,13 @@
 
 use crate::config::scenario::Scenario;
 use crate::config::track::TrackFile;
+use crate::plant::rapier::World;
 use crate::plant::road::Car;
+use crate::plant::{Plant, PlantOptions};
 use crate::rail::Rail;
 use crate::rail::profile::Profile;
 use crate::train::{Drive, Mount, Train};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_estimators::api::vehicle::{Vehicle, VehicleData};
 use nalgebra::{Isometry3, Vector3};
 use std::path::{Path, PathBuf};
@@ -131,9 +134,104 @@ pub fn vehicle() -> Vehicle {
         tare_span_m: [0.0; 2],
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     })
     .expect("vehicle")
+}
+
+/// The IMU of a train: its first mount of that name.
+pub fn imu(train: &Train) -> usize {
+    train
+        .mounts
+        .iter()
+        .position(|m| m.name.ends_with("/imu_link"))
+        .expect("imu mount")
+}
+
+/// A start with the front at a chainage (m) and a speed (m/s), with the IMU as the one mount.
+pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> PlantOptions {
+    let imu = imu(train);
+    PlantOptions {
+        front_m,
+        speed_mps,
+        gravity_mps2: G,
+        imu,
+        mounts: vec![imu],
+        ..PlantOptions::default()
+    }
+}
+
+/// A train in rapier, as [`options`] start it.
+pub fn world(train: &Train, rail: &Arc<Rail>, front_m: f64, speed_mps: f64) -> World {
+    World::new(
+        train.clone(),
+        rail.clone(),
+        &options(train, front_m, speed_mps),
+    )
+    .expect("world")
+}
+
+/// All motors at the same torque, clamps at their nominal pressure.
+pub fn torque(train: &Train, nm: f64) -> Command {
+    Command {
+        motor_torque_nm: [nm; MAX_DRIVES],
+        clamp_pressure_mpa: train.drives[0].clamp_mpa,
+        brake: 0.0,
+    }
+}
+
+/// Steps of `dt` (s) under one command.
+pub fn run(w: &mut World, c: &Command, seconds: f64, dt: f64) {
+    for _ in 0..(seconds / dt).round() as usize {
+        w.step(c, dt).expect("step");
+    }
+}
+
+/// A PI speed controller of the tests' own: torque for each motor.
+pub struct Cruise {
+    /// Speed to hold, m/s.
+    pub speed: f64,
+    /// Integral of the speed error, m.
+    pub integral: f64,
+    /// Largest torque of a motor, N·m.
+    pub torque_max: f64,
+    /// Torque per acceleration, N·m·s²/m.
+    pub gain: f64,
+}
+
+impl Cruise {
+    /// For a train and a speed, m/s.
+    pub fn new(train: &Train, speed: f64) -> Self {
+        let d = &train.drives[0];
+        let total: f64 = train.bodies.iter().map(|b| b.mass_kg).sum();
+        let gain = total * d.wheel_radius_m / (d.gear_ratio * train.drives.len() as f64);
+        Self {
+            speed,
+            integral: 0.0,
+            torque_max: d.torque_max_nm,
+            gain,
+        }
+    }
+
+    /// The command of a step of `dt` (s).
+    pub fn command(&mut self, train: &Train, w: &World, dt: f64) -> Command {
+        self.command_at(train, w.truth().speed_mps, dt)
+    }
+
+    /// The same for a train at a speed, m/s.
+    pub fn command_at(&mut self, train: &Train, speed_mps: f64, dt: f64) -> Command {
+        let e = self.speed - speed_mps;
+        self.integral += e * dt;
+        let t = self.gain * (2.0 * e + 0.8 * self.integral);
+        // Downhill the motors alone may not hold the train: the brake takes what is too fast.
+        let brake = ((-e - 0.05) / 0.5).clamp(0.0, 1.0);
+        Command {
+            brake,
+            ..torque(train, t.clamp(-self.torque_max, self.torque_max))
+        }
+    }
 }
 
 fn track_file(yaml: &str) -> TrackFile {

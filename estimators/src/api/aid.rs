@@ -16,6 +16,14 @@ pub struct AidStatus {
     pub outcome: AidOutcome,
 }
 
+impl AidStatus {
+    /// Normalised innovation squared by the filter's own account; `None` where there is no innovation.
+    pub fn nis(&self) -> Option<Real> {
+        let nis = self.innovation * self.innovation / self.innovation_variance;
+        nis.is_finite().then_some(nis)
+    }
+}
+
 /// What was done with a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

@@ -46,6 +46,11 @@ pub struct VehicleData {
     pub imu_arm_m: Real,
     /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are known.
     pub layout: Option<MassLayout>,
+    /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g: 0.01 of a calibrated
+    /// IMU, 0.05 to 0.1 of an uncalibrated one, 0.17 for each degree by which its mount is off. `None`: not known.
+    pub accel_bias_sd_mps2: Option<Real>,
+    /// Standard deviation of the gyro's biases at switch-on, rad/s: 0.01 to 0.07 of an uncalibrated MEMS. `None`: not known.
+    pub gyro_bias_sd_radps: Option<Real>,
     /// What only a road vehicle has; `None` for a train.
     pub road: Option<RoadVehicle>,
 }
@@ -65,6 +70,8 @@ impl Default for VehicleData {
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
             layout: None,
+            accel_bias_sd_mps2: None,
+            gyro_bias_sd_radps: None,
             road: None,
         }
     }
@@ -157,6 +164,14 @@ impl Vehicle {
                 "layout",
                 data.layout.is_none_or(|layout| layout.is_possible()),
             ),
+            (
+                "accel_bias_sd_mps2",
+                data.accel_bias_sd_mps2.is_none_or(not_negative),
+            ),
+            (
+                "gyro_bias_sd_radps",
+                data.gyro_bias_sd_radps.is_none_or(not_negative),
+            ),
         ])?;
         data.road.as_ref().map_or(Ok(()), RoadVehicle::check)?;
         Ok(Self(data))
@@ -192,6 +207,11 @@ impl Vehicle {
         given_mps.unwrap_or(if self.road.is_some() { road } else { rail })
     }
 
+    /// Standard deviation of the accelerometer's bias, m/s²: the one given, that of the sheet, or `otherwise`.
+    pub fn accel_bias_sd(&self, given_mps2: Option<Real>, otherwise: Real) -> Real {
+        given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)
+    }
+
     /// The mass to start from, kg: the one given, or the middle of the mass range; always inside the range.
     pub fn first_mass_kg(&self, given_kg: Option<Real>) -> Real {
         let [low, high] = self.mass_range_kg;
@@ -214,6 +234,8 @@ impl Vehicle {
             load_span_m,
             imu_arm_m,
             layout,
+            accel_bias_sd_mps2,
+            gyro_bias_sd_radps,
             road,
         } = self.0;
         print.add(&drives.to_le_bytes());
@@ -231,6 +253,9 @@ impl Vehicle {
         if let Some(layout) = layout {
             layout.fingerprint(print);
         }
+        // -1: not known.
+        let biases = [accel_bias_sd_mps2, gyro_bias_sd_radps].map(|sd| sd.unwrap_or(-1.0));
+        print.numbers(biases.iter());
         if let Some(road) = road {
             let RoadVehicle {
                 drag_area_m2,

@@ -5,6 +5,7 @@ mod faults;
 mod long;
 mod mass;
 mod slope;
+mod slope_sd;
 mod supervise;
 
 use crate::api::estimator::{Estimator, Internal};

@@ -4,6 +4,8 @@ use super::*;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::signals::{Sample, VehicleData};
 
+const BASELINES: [&str; 2] = ["ekf_v_theta_biases", "complementary_filter"];
+
 fn built(name: &str, vehicle: &Vehicle, switch: &'static str, on: bool) -> AnyEstimator {
     build(name, vehicle, [(switch, Setting::Flag(on))]).unwrap()
 }
@@ -18,8 +20,16 @@ fn with(switch: &'static str) -> impl Iterator<Item = &'static str> {
 fn every_robust_estimator_has_its_switches_and_no_other_has_any() {
     for name in NAMES {
         let robust = name.ends_with("_robust");
-        for switch in ["grade_map", "validity_gate"] {
-            assert_eq!(with(switch).any(|other| other == *name), robust, "{name}");
+        let supervised = kind(name) == Some(Kind::Supervised);
+        let has = |switch| with(switch).any(|other| other == *name);
+        assert_eq!(has("grade_map"), robust, "{name}");
+        for switch in ["validity_gate", "innovation_gate", "nis_monitor", "plausibility"] {
+            assert_eq!(has(switch), supervised, "{name}");
+        }
+        // The baselines take the channels as they come.
+        let conditioned = supervised && !BASELINES.contains(name);
+        for switch in ["outlier_hold", "gyro_calibration", "noise"] {
+            assert_eq!(has(switch), conditioned, "{name}");
         }
     }
     assert_eq!(with("slip_detector").count(), 3);
@@ -79,7 +89,12 @@ fn without_the_load_change_detector_another_load_is_not_learnt() {
 #[test]
 fn while_all_wheels_slip_no_grade_is_valid_but_without_the_slip_detector() {
     let valid = |on: bool| {
-        let estimator = built("dffrls_aekf_robust", &vehicle(), "slip_detector", on);
+        // Alone: gate, consistency and plausibility would find it too.
+        let others = ["innovation_gate", "nis_monitor", "plausibility", "outlier_hold"];
+        let settings = others.map(|switch| (switch, Setting::Flag(false)));
+        let told = [("noise", Setting::Choice("told")), ("slip_detector", Setting::Flag(on))];
+        let settings = settings.into_iter().chain(told);
+        let estimator = build("dffrls_aekf_robust", &vehicle(), settings).unwrap();
         let tamper = |z: &mut Measurements, _: &mut Command| {
             let t = z.t.s() as Real;
             if (40.0..50.0).contains(&t) {
@@ -179,7 +194,7 @@ fn every_robust_estimator_says_what_became_of_wheel_speed() {
             let sample = |value| Some(Sample { t: now, value });
             z.specific_force_mps2 = Some(Sample {
                 t: now,
-                value: [0.2 + 0.01 * random.normal(), 0.0, -9.81],
+                value: [0.2 + 0.01 * random.normal(), 0.0, 9.81],
             });
             for i in 0..8 {
                 z.motor_torque_nm[i] = sample(60.0 + random.normal());

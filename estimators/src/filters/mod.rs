@@ -7,6 +7,7 @@ pub mod ewma_variance;
 pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
+pub mod innovation_gate;
 pub mod low_pass;
 pub mod model;
 pub mod ring_buffer;

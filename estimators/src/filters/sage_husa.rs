@@ -169,8 +169,9 @@ impl<const M: usize> Noise<M> {
 
 impl<const M: usize> State for Noise<M> {
     fn visit(&mut self, archive: &mut Archive) {
-        if let Noise::SageHusa(noise) = self {
-            noise.visit(archive);
+        match self {
+            Noise::Known(R) => R.visit(archive),
+            Noise::SageHusa(noise) => noise.visit(archive),
         }
     }
 }

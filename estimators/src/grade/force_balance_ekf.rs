@@ -14,12 +14,16 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::snapshot::{Archive, State, visit_built};
+use crate::preprocess::conditioning::LearntNoise;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::Model;
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
+use crate::supervise::gate::{Gate, Judgement};
+use crate::supervise::validity::Integrity;
+use crate::filters::innovation_gate::Passage;
 
 params! {
     /// Parameters of the slope filter.
@@ -137,13 +141,23 @@ pub struct ForceBalanceEkf {
     process: Real,
     started: bool,
     saturated: bool,
-    last: Option<Correction<1, 2>>,
+    /// Innovation and NIS of the last measurement.
+    last: Option<(Real, Real)>,
+    gate: Gate,
+    /// Standard deviation of wheel speed that was told, and the one in use before any adaptation, m/s.
+    told_sd: Real,
+    unadapted_sd: Real,
 }
 
 impl ForceBalanceEkf {
-    /// From the balance, the parameters and the way to adapt. The adapted variance of wheel speed stays between a hundredth and
-    /// a hundred times the nominal one.
-    pub fn new(balance: ForceBalance, params: GradeParams, adaptation: Adaptation) -> Self {
+    /// From the balance, the parameters, the way to adapt and the innovation gate. The adapted variance of wheel speed stays between a
+    /// hundredth and a hundred times the nominal one.
+    pub fn new(
+        balance: ForceBalance,
+        params: GradeParams,
+        adaptation: Adaptation,
+        integrity: &Integrity,
+    ) -> Self {
         let sd = params.wheel_speed_sd_mps;
         let rad = PI / 180.0;
         let x = vector![0.0, params.grade0_deg * rad];
@@ -183,12 +197,24 @@ impl ForceBalanceEkf {
             started: false,
             saturated: false,
             last: None,
+            gate: Gate::new(integrity),
+            told_sd: sd,
+            unadapted_sd: sd,
+        }
+    }
+
+    /// Takes the noise of wheel speed that the samples show, for the gate and where the noise is not adapted.
+    pub fn learn_noise(&mut self, learnt: &LearntNoise) {
+        self.unadapted_sd = learnt.wheel_speed(self.told_sd);
+        if let Noise::Known(R) = &mut self.aekf.noise {
+            R.x = self.unadapted_sd * self.unadapted_sd;
         }
     }
 
     /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says nothing: the
     /// slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
+        self.gate.tick(dt);
         let Ekf { model, belief } = &mut self.aekf.filter;
         let Some(drive) = drive else {
             belief.P.m12 = 0.0;
@@ -208,26 +234,45 @@ impl ForceBalanceEkf {
         P.m22 = (P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
     }
 
-    /// Corrects by a wheel speed. `adapt` lets the measurement noise learn from it.
+    /// Corrects by a wheel speed, if the innovation gate lets it. `adapt` lets the measurement noise learn from it.
     ///
-    /// Returns what the measurement did; `None`, if the numbers allowed no correction.
-    pub fn update(&mut self, wheel_speed_mps: Real, adapt: bool) -> Option<Correction<1, 2>> {
+    /// What the gate says, and what the measurement did: `None`, if it was rejected or the numbers allowed no correction.
+    pub fn update(
+        &mut self,
+        wheel_speed_mps: Real,
+        adapt: bool,
+    ) -> (Judgement, Option<Correction<1, 2>>) {
+        let belief = &mut self.aekf.filter.belief;
         if !self.started {
-            self.aekf.filter.belief.x.x = wheel_speed_mps;
+            belief.x.x = wheel_speed_mps;
             self.started = true;
         }
+        let y = wheel_speed_mps - belief.x.x;
+        let variance = belief.P.m11 + self.unadapted_sd * self.unadapted_sd;
+        let judgement = self.gate.judge(y, variance);
+        match judgement.passage {
+            Passage::Reject => {
+                self.last = Some((y, judgement.nis));
+                return (judgement, None);
+            }
+            Passage::Reopen => belief.P.m11 += y * y,
+            Passage::Fuse => {}
+        }
+        (judgement, self.fuse(wheel_speed_mps, adapt))
+    }
+
+    fn fuse(&mut self, wheel_speed_mps: Real, adapt: bool) -> Option<Correction<1, 2>> {
         let z = vector![wheel_speed_mps];
         let tracking = adapt && self.track(wheel_speed_mps);
         (self.carried, self.process) = (Matrix2::identity(), 0.0);
         let correction = self.aekf.update(z)?;
-        self.last = Some(correction);
+        self.last = Some((correction.y.x, correction.nis));
         let x = &mut self.aekf.filter.belief.x;
         let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = inside != x.y;
         x.y = inside;
         if adapt && !tracking {
             self.aekf.adapt(z);
-            self.saturated |= self.aekf.noise.limited();
         }
         Some(correction)
     }
@@ -264,7 +309,12 @@ impl ForceBalanceEkf {
 
     /// Innovation (m/s) and NIS of the last measurement.
     pub fn innovation(&self) -> (Real, Real) {
-        self.last.map_or((0.0, 0.0), |c| (c.y.x, c.nis))
+        self.last.unwrap_or((0.0, 0.0))
+    }
+
+    /// Whether it has had a wheel speed.
+    pub fn started(&self) -> bool {
+        self.started
     }
 
     /// Standard deviation of wheel speed in use, m/s.
@@ -272,14 +322,24 @@ impl ForceBalanceEkf {
         sqrt(self.aekf.noise.R().x)
     }
 
+    /// Adapted over un-adapted standard deviation of wheel speed.
+    pub fn adapted_ratio(&self) -> Real {
+        self.measurement_sd() / self.unadapted_sd
+    }
+
     /// Fading factor of the last update, 1 while strong tracking is off.
     pub fn fading(&self) -> Real {
         self.fading
     }
 
+    /// Whether the grade is held at the steepest there is.
+    pub fn clamped(&self) -> bool {
+        self.saturated
+    }
+
     /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
     pub fn saturated(&self) -> bool {
-        self.saturated
+        self.saturated || self.aekf.noise.limited()
     }
 
     /// Traction that keeps the speed at the estimated slope, N: what the slope's uncertainty is reckoned at.
@@ -300,6 +360,9 @@ impl State for ForceBalanceEkf {
             started,
             saturated,
             last,
+            gate,
+            told_sd: _,
+            unadapted_sd,
         } = self;
         aekf.visit(archive);
         visit_built(tracking, archive);
@@ -309,6 +372,8 @@ impl State for ForceBalanceEkf {
         started.visit(archive);
         saturated.visit(archive);
         last.visit(archive);
+        gate.visit(archive);
+        unadapted_sd.visit(archive);
     }
 }
 
@@ -323,6 +388,7 @@ mod tests {
             ForceBalance::new(&vehicle()),
             GradeParams::default(),
             adaptation,
+            &Integrity::default(),
         )
     }
 

@@ -37,9 +37,14 @@ use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
 use crate::preprocess::front_end::Reading;
-use crate::supervise::Supervision;
+use crate::api::aid::AidOutcome;
+use crate::filters::innovation_gate::Passage;
+use crate::preprocess::conditioning::ConditioningParams;
+use crate::supervise::Supervisors;
 use crate::supervise::control::{self, Control};
-use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
+use crate::supervise::gate::{Gate, Judgement};
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Source, Validity};
 use crate::{Real, Time};
 
 params! {
@@ -50,7 +55,7 @@ params! {
         q_i ["1/s"] = 5e-4, 1e-12 => 1.0, "Process noise of the sine of the grade angle.";
         force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "What the force balance leaves out, divided by the mass, in the dynamic model.";
         accel_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Standard deviation of the specific force, vibration included.";
-        accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filters cannot see.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which the filters cannot see; not set: that of the vehicle's sheet, or 0.01.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
@@ -73,6 +78,9 @@ params! {
         alarm ["-"] = 3.0, 1.0 => 1e6, "Smoothed normalised innovation squared above which strong tracking acts.";
     }
 }
+
+/// Variance of a wheel speed that is not to enter, m²/s².
+const REJECTED_VARIANCE: Real = 1e6;
 
 /// Sine of the steepest grade.
 const MAX_GRADE_RAD: Real = 0.87;
@@ -118,7 +126,13 @@ pub struct SlopeModels<const K: usize> {
     started: bool,
     saturated: bool,
     last: Option<Correction<2, 3>>,
-    validity: ValidityGate,
+    validity: Validity,
+    conditioning: ConditioningParams,
+    bias_sd_mps2: Real,
+    /// Of wheel speed and of specific force.
+    gates: [Gate; 2],
+    /// Time since the last difference of the mass regression, s.
+    since_difference_s: Real,
     /// What became of the last wheel speed and specific force, which are fused as one measurement.
     aids: [AidStatus; 2],
 }
@@ -191,7 +205,7 @@ impl<const K: usize> SlopeModels<K> {
         params: ModelParams,
         mass: DifferencedParams,
         choice: Choice<K>,
-        supervision: &Supervision,
+        supervision: &Supervisors,
     ) -> Self {
         let rad = PI / 180.0;
         let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
@@ -222,7 +236,18 @@ impl<const K: usize> SlopeModels<K> {
             started: false,
             saturated: false,
             last: None,
-            validity: ValidityGate::new(supervision.validity_gate),
+            validity: Validity::new(
+                vehicle,
+                supervision.integrity,
+                Instruments {
+                    accelerometer: true,
+                    gyro: false,
+                },
+            ),
+            conditioning: supervision.conditioning,
+            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.01),
+            gates: [Gate::new(&supervision.integrity); 2],
+            since_difference_s: 0.0,
             aids: [AidStatus::default(); 2],
         }
     }
@@ -271,19 +296,54 @@ impl<const K: usize> SlopeModels<K> {
         }
     }
 
+    /// Gates a wheel speed and a specific force, each against what all models together predict by the kinematic model, and takes what is
+    /// not to enter, or not with its full weight, out by its noise `R`.
+    fn gate(&mut self, z: &Vector2<Real>, R: &mut Matrix2<Real>, dt: Real) -> [Judgement; 2] {
+        let Gaussian { x, P } = self.imm.combined();
+        let [q_v, q_a, q_i] = [self.params.q_v, self.params.q_a, self.params.q_i].map(|q| q * dt);
+        let of_speed = P.m11 + dt * (2.0 * P.m12 + dt * P.m22) + q_v + R.m22;
+        let of_force =
+            P.m22 + GRAVITY * (2.0 * P.m23 + GRAVITY * (P.m33 + q_i)) + q_a + R.m11;
+        let [speed_gate, force_gate] = &mut self.gates;
+        let speed = speed_gate.judge(z.y - x.x - dt * x.y, of_speed);
+        let force = force_gate.judge(z.x - x.y - GRAVITY * x.z, of_force);
+        match speed.passage {
+            Passage::Fuse => {}
+            Passage::Reject => R.m22 = REJECTED_VARIANCE,
+            Passage::Reopen => {
+                let (y, _) = speed.innovation;
+                for belief in &mut self.imm.beliefs {
+                    belief.P.m11 += y * y;
+                }
+            }
+        }
+        // Huber (1964): a specific force beyond the gate moves the state as far as one on it. Rejected, it would keep the acceleration
+        // from following the brakes.
+        if force.test_ratio > 1.0 {
+            R.m11 += (force.test_ratio - 1.0) * of_force;
+        }
+        for (source, judgement) in [(Source::WheelSpeed, speed), (Source::Accelerometer, force)] {
+            self.validity
+                .innovation(source, judgement.nis, judgement.period_s);
+        }
+        [speed, force]
+    }
+
     /// One cycle of interacting models on the specific force and a wheel speed.
-    fn cycle(&mut self, push: &Option<Push>, z: &Vector2<Real>, dt: Real) {
+    fn cycle(&mut self, reading: &Reading, push: &Option<Push>, z: &Vector2<Real>, dt: Real) {
         let params = self.params;
-        let R = Matrix2::from_diagonal(&vector![
-            params.accel_sd_mps2 * params.accel_sd_mps2,
-            params.wheel_speed_sd_mps * params.wheel_speed_sd_mps
-        ]);
+        let [force_sd, speed_sd] = [
+            reading.noise.specific_force(params.accel_sd_mps2),
+            reading.noise.wheel_speed(params.wheel_speed_sd_mps),
+        ];
+        let mut R = Matrix2::from_diagonal(&vector![force_sd * force_sd, speed_sd * speed_sd]);
         if !self.started {
             for belief in &mut self.imm.beliefs {
                 belief.x.x = z.y;
             }
             self.started = true;
         }
+        let [speed, force] = self.gate(z, &mut R, dt);
         self.imm.mix();
         let mut logs = SVector::<Real, K>::repeat(Real::NEG_INFINITY);
         let filters = self
@@ -322,9 +382,14 @@ impl<const K: usize> SlopeModels<K> {
             }
         }
         let fused = self.last.filter(|_| best.is_finite());
+        let by_speed = fused.map(|c| (c.y.y, c.S.m22));
+        let mut of_force = force.status(fused.map(|c| (c.y.x, c.S.m11)));
+        if fused.is_some() && force.test_ratio > 1.0 {
+            of_force.outcome = AidOutcome::Deweighted;
+        }
         self.aids = [
-            control::fused(fused.map(|c| (c.y.y, c.S.m22))),
-            control::fused(fused.map(|c| (c.y.x, c.S.m11))),
+            speed.status(by_speed.filter(|_| speed.passage != Passage::Reject)),
+            of_force,
         ];
         self.imm.weigh(&logs);
         self.saturated = false;
@@ -357,31 +422,42 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
-        self.mass.step(reading, &self.balance, running, dt);
+        self.validity.observe(reading, dt);
+        self.since_difference_s += dt;
+        if let Some(nis) = self.mass.step(reading, &self.balance, running, dt) {
+            self.validity
+                .innovation(Source::ForceBalance, nis, self.since_difference_s);
+            self.since_difference_s = 0.0;
+        }
 
         self.since_s += dt;
+        self.gates.iter_mut().for_each(|gate| gate.tick(dt));
         self.control(reading);
         if let Some((speed, f)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
             let push = self.push_now(reading, running, speed);
             let z = vector![f + self.mass.bend().drift_mps2, speed];
-            self.cycle(&push, &z, period);
+            self.cycle(reading, &push, &z, period);
         }
 
         let Gaussian { x, P } = self.imm.combined();
-        let (params, theta) = (self.params, asin(x.z));
+        let theta = asin(x.z);
         let cosine = sqrt(1.0 - x.z * x.z).max(0.1);
-        let bias = params.accel_bias_sd_mps2 / GRAVITY;
+        let bias = self.bias_sd_mps2 / GRAVITY;
         let sd = sqrt(P.m33 + bias * bias) / cosine;
-        let known = self.started && self.since_s < 0.5;
+        let known = self.started
+            && self.since_s < 0.5
+            && !self.saturated
+            && reading.speed_mps.is_some()
+            && reading.specific_force_mps2.is_some();
         let ahead = self.mass.ahead();
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(sd * sd + doubt * doubt);
             Value {
                 value: steeper(theta, by),
                 sd,
-                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
+                valid: known,
             }
         };
         let estimate = Estimate {
@@ -403,6 +479,10 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
             },
         };
         self.validity.publish(estimate, true)
+    }
+
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
     }
 
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "accelerometer", "force_balance"];
@@ -433,7 +513,8 @@ impl<const K: usize> State for SlopeModels<K> {
         let Self {
             params: _,
             models: _,
-            validity: _,
+            conditioning: _,
+            bias_sd_mps2: _,
             balance: _,
             mu: _,
             standstill_mps: _,
@@ -445,6 +526,9 @@ impl<const K: usize> State for SlopeModels<K> {
             started,
             saturated,
             last,
+            validity,
+            gates,
+            since_difference_s,
             aids,
         } = self;
         mass.visit(archive);
@@ -457,6 +541,9 @@ impl<const K: usize> State for SlopeModels<K> {
         started.visit(archive);
         saturated.visit(archive);
         last.visit(archive);
+        validity.visit(archive);
+        gates.visit(archive);
+        since_difference_s.visit(archive);
         aids.visit(archive);
     }
 }

@@ -24,11 +24,16 @@ use crate::filters::ukf::{Spread, Ukf};
 use crate::grade::curvature_rls::Curvature;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
+use crate::pipelines::method::no_mass;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::front_end::Reading;
 use crate::supervise::control::{self, Control};
-use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
-use crate::supervise::{Supervision, mapped};
+use crate::supervise::gate::Gate;
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Source, Validity};
+use crate::supervise::{Supervisors, mapped};
+use crate::filters::innovation_gate::Passage;
+use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::{Real, Time};
 
 params! {
@@ -58,7 +63,7 @@ params! {
         q_theta ["rad²/s"] = 5e-6, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
         q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
-        accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias, which the filter cannot see.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which the filter cannot see; not set: that of the vehicle's sheet, or 0.01.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
         gyro [flag] = false, "The pitch gyro carries the slope forward, not the curvature.";
@@ -72,6 +77,8 @@ pub struct Motion {
     pub specific_force_mps2: Option<Real>,
     /// How the grade angle changes.
     pub turn: Turn,
+    /// Standard deviation of the specific force beyond what the process noise of speed allows for, m/s².
+    pub force_noise_mps2: Real,
 }
 
 /// How the grade angle changes.
@@ -121,7 +128,10 @@ impl Model<2, 1> for InertialModel {
     }
 
     fn Q(&self, u: &Motion, dt: Real) -> Matrix2<Real> {
-        let q_v = u.specific_force_mps2.map_or(BLIND_Q_V, |_| self.q_v);
+        let noise = u.force_noise_mps2 * u.force_noise_mps2 * dt;
+        let q_v = u
+            .specific_force_mps2
+            .map_or(BLIND_Q_V, |_| self.q_v.max(noise));
         let [by_curvature, by_gyro] = self.q_theta;
         let q_theta = match u.turn {
             Turn::Curvature(_) => by_curvature,
@@ -157,8 +167,14 @@ pub struct CurvatureSlope<T, const N: usize> {
     standstill_mps: Real,
     started: bool,
     saturated: bool,
-    last: Option<Correction<1, 2>>,
-    validity: ValidityGate,
+    /// Innovation and NIS of the last wheel speed.
+    last: Option<(Real, Real)>,
+    validity: Validity,
+    conditioning: ConditioningParams,
+    gate: Gate,
+    bias_sd_mps2: Real,
+    /// Standard deviation of wheel speed before any adaptation, m/s.
+    unadapted_sd: Real,
     /// What became of the last wheel speed.
     wheel_speed: AidStatus,
 }
@@ -171,7 +187,7 @@ impl<const N: usize> CurvatureSlope<InertialUkf, N> {
         curvature: Curvature<N>,
         sigma: SigmaParams,
         fading: Option<Real>,
-        supervision: &Supervision,
+        supervision: &Supervisors,
     ) -> Self {
         let filter = Ukf {
             model: model(&params),
@@ -189,7 +205,7 @@ impl<const N: usize> CurvatureSlope<InertialEkf, N> {
         params: InertialParams,
         curvature: Curvature<N>,
         fading: Option<Real>,
-        supervision: &Supervision,
+        supervision: &Supervisors,
     ) -> Self {
         let filter = Ekf::new(model(&params), prior(&params));
         Self::new(vehicle, params, curvature, filter, fading, supervision)
@@ -216,9 +232,8 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         curvature: Curvature<N>,
         filter: T,
         fading: Option<Real>,
-        supervision: &Supervision,
+        supervision: &Supervisors,
     ) -> Self {
-        let [low, high] = vehicle.mass_range_kg;
         let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
         let noise = fading.map_or(Noise::Known(R), |b| {
             Noise::SageHusa(SageHusa::new(R, b, [0.01, 100.0]))
@@ -233,25 +248,34 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
             mass_range_kg: vehicle.mass_range_kg,
             curvature,
             slope: Adaptive { filter, noise },
-            // It estimates no mass: all it says is the vehicle's range (a uniform distribution).
-            mass: Value {
-                value: 0.5 * (low + high),
-                sd: (high - low) / sqrt(12.0),
-                valid: false,
-            },
+            mass: no_mass(vehicle),
             started: false,
             saturated: false,
             last: None,
-            validity: ValidityGate::new(supervision.validity_gate),
+            validity: Validity::new(
+                vehicle,
+                supervision.integrity,
+                Instruments {
+                    accelerometer: true,
+                    gyro: params.gyro,
+                },
+            ),
+            conditioning: supervision.conditioning,
+            gate: Gate::new(&supervision.integrity),
+            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.01),
+            unadapted_sd: params.wheel_speed_sd_mps,
             wheel_speed: AidStatus::default(),
         }
     }
 
     fn predict(&mut self, reading: &Reading, dt: Real) {
         let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro);
+        self.gate.tick(dt);
+        self.learn_noise(&reading.noise);
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
             turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),
+            force_noise_mps2: reading.noise.specific_force_mps2.unwrap_or(0.0),
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
         let _ = self.slope.filter.predict(&motion, dt);
@@ -267,17 +291,41 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         x.y = inside;
     }
 
-    fn update(&mut self, speed: Real) -> Option<Correction<1, 2>> {
+    /// The noise that the samples show, for the gate and where the noise is not adapted.
+    fn learn_noise(&mut self, learnt: &LearntNoise) {
+        self.unadapted_sd = learnt.wheel_speed(self.params.wheel_speed_sd_mps);
+        if let Noise::Known(R) = &mut self.slope.noise {
+            R.x = self.unadapted_sd * self.unadapted_sd;
+        }
+    }
+
+    /// A wheel speed: gate and fuse.
+    fn update(&mut self, speed: Real) {
+        let belief = self.slope.filter.belief_mut();
         if !self.started {
-            self.slope.filter.belief_mut().x.x = speed;
+            belief.x.x = speed;
             self.started = true;
         }
+        let y = speed - belief.x.x;
+        let variance = belief.P.m11 + self.unadapted_sd * self.unadapted_sd;
+        let judgement = self.gate.judge(y, variance);
+        if judgement.passage == Passage::Reopen {
+            belief.P.m11 += y * y;
+        }
+        self.validity
+            .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
+        self.last = Some((y, judgement.nis));
+        let passed = judgement.passage != Passage::Reject;
+        let correction = passed.then(|| self.fuse(speed)).flatten();
+        self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
+    }
+
+    fn fuse(&mut self, speed: Real) -> Option<Correction<1, 2>> {
         let z = vector![speed];
         let correction = self.slope.update(z)?;
-        self.last = Some(correction);
+        self.last = Some((correction.y.x, correction.nis));
         self.limit();
         self.slope.adapt(z);
-        self.saturated |= self.slope.noise.limited();
         Some(correction)
     }
 }
@@ -294,6 +342,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        self.validity.observe(reading, dt);
         self.curvature
             .step(reading, self.slope.filter.belief().x.y, dt);
         let (place, delayed_mps) = self.curvature.at_place();
@@ -301,19 +350,18 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
         self.train.roll(place, delayed_mps, speed, dt);
         self.predict(reading, dt);
         match control::wheel_speed(reading) {
-            Control::New(speed) => {
-                let correction = self.update(speed);
-                self.wheel_speed = control::fused(correction.map(|c| (c.y.x, c.S.x)));
-            }
+            Control::New(speed) => self.update(speed),
             Control::Held => {}
             Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
         let Gaussian { x, P } = *self.slope.filter.belief();
-        let bias_rad = self.params.accel_bias_sd_mps2 / GRAVITY;
+        // g sin θ is read with the bias.
+        let bias_rad = self.bias_sd_mps2 / (GRAVITY * cos(x.y));
         let sd = sqrt(P.m22 + bias_rad * bias_rad);
-        let known = reading.specific_force_mps2.is_some()
+        let known = self.started
+            && reading.specific_force_mps2.is_some()
             && reading.speed_mps.is_some()
-            && x.y.abs() < MAX_GRADE_RAD;
+            && !self.saturated;
         // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
         let ahead = self.train.ahead(self.mass.value);
         let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
@@ -323,7 +371,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
             Value {
                 value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
+                valid: known,
             }
         };
         let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
@@ -337,17 +385,21 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
                 sd: sqrt(P.m11),
                 valid: reading.speed_mps.is_some(),
             },
-            innovation: self.last.map_or(0.0, |c| c.y.x),
-            nis: self.last.map_or(0.0, |c| c.nis),
+            innovation: self.last.map_or(0.0, |(y, _)| y),
+            nis: self.last.map_or(0.0, |(_, nis)| nis),
             flags: Flags {
                 moving: reading
                     .speed_mps
                     .is_some_and(|v| v.abs() > self.standstill_mps),
                 excited: false,
-                saturated: self.saturated,
+                saturated: self.saturated || self.slope.noise.limited(),
             },
         };
         self.validity.publish(estimate, false)
+    }
+
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
     }
 
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
@@ -375,4 +427,4 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
     }
 }
 
-state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, wheel_speed; params, validity, mass_range_kg, standstill_mps });
+state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });

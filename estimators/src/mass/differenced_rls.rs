@@ -28,7 +28,6 @@ use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control::{self, Control};
 use crate::supervise::mapped;
-use crate::supervise::validity::{MAX_COARSE_MASS_SD_SHARE, is_valid};
 
 params! {
     /// Parameters of the differenced mass regression.
@@ -93,8 +92,15 @@ impl DifferencedMass {
         }
     }
 
-    /// One step.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, running: bool, dt: Real) {
+    /// One step. The NIS of the difference that was used in it, if any.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        balance: &ForceBalance,
+        running: bool,
+        dt: Real,
+    ) -> Option<Real> {
+        let mut nis = None;
         if let Control::Out(outcome) = control::force_balance(reading, running, true) {
             self.status = control::without(outcome);
         }
@@ -106,6 +112,7 @@ impl DifferencedMass {
             let now = (next, self.bends.filtered());
             if let Some(before) = self.last.replace(now) {
                 self.difference(&before, &now, balance);
+                nis = self.status.nis();
             }
         }
         if !self.signals.settled() {
@@ -115,6 +122,7 @@ impl DifferencedMass {
                 self.last = None;
             }
         }
+        nis
     }
 
     fn difference(
@@ -168,7 +176,7 @@ impl DifferencedMass {
         Value {
             value,
             sd,
-            valid: is_valid(!self.saturated, sd, MAX_COARSE_MASS_SD_SHARE * value),
+            valid: !self.saturated,
         }
     }
 

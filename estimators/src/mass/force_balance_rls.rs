@@ -24,7 +24,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
-use crate::api::real::{GRAVITY, lag, sqrt, within};
+use crate::api::real::{GRAVITY, cos, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::filters::ewma_variance::EwmaVariance;
@@ -33,12 +33,11 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::two_stage::MassEstimator;
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction};
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control;
 use crate::supervise::excitation_gate::ExcitationGate;
 use crate::supervise::load_change::LoadChangeDetector;
-use crate::supervise::validity::{MAX_MASS_SD_SHARE, is_valid};
 
 choices! {
     /// What stands for the acceleration beside the mass.
@@ -56,7 +55,7 @@ params! {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
-        accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
         acceleration [choice AccelSource] = AccelSource::SpecificForce, "What the regression takes for acceleration: the specific force, or the derivative of wheel speed, which needs a constant slope.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
@@ -107,7 +106,7 @@ impl ForceBalanceRls {
         let mu0 = vehicle.running_resistance;
         // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
         let free_sd = match params.acceleration {
-            AccelSource::SpecificForce => params.accel_bias_sd_mps2,
+            AccelSource::SpecificForce => vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
             AccelSource::Kinematic => 0.1 * GRAVITY,
         };
         let sd = vector![
@@ -258,7 +257,7 @@ impl MassEstimator for ForceBalanceRls {
         Value {
             value,
             sd,
-            valid: is_valid(!self.saturated, sd, MAX_MASS_SD_SHARE * value),
+            valid: !self.saturated,
         }
     }
 
@@ -268,14 +267,15 @@ impl MassEstimator for ForceBalanceRls {
         (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
     }
 
-    /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real {
+    /// With μ = μ₀ + (r + q |κ|)/M.
+    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
-        let by_m = -traction_n / (self.mass0_kg * GRAVITY * m * m)
-            + direction * (x.y + x.w * train.curvature_per_m()) / (m * m);
-        let by_r = -direction / m;
+        let against = steady.direction * cos(steady.theta);
+        let by_m = -steady.traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + against * (x.y + x.w * train.curvature_per_m()) / (m * m);
+        let by_r = -against / m;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
-        sqrt(gradient.dot(&(self.covariance() * gradient)))
+        sqrt(gradient.dot(&(self.covariance() * gradient))) / steady.by_theta()
     }
 
     fn excited(&self) -> bool {

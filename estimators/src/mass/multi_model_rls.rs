@@ -23,7 +23,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
+use crate::api::real::{GRAVITY, PI, cos, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::filters::forgetting::Forgetting;
@@ -32,12 +32,11 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::pipelines::two_stage::MassEstimator;
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control;
 use crate::supervise::load_change::LoadChangeDetector;
-use crate::supervise::validity::{MAX_COARSE_MASS_SD_SHARE, is_valid};
 
 params! {
     /// Parameters of the two-model mass regression.
@@ -45,7 +44,7 @@ params! {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
-        accel_bias_sd_mps2 ["m/s²"] = 0.02, 0.0 => 1.0, "Standard deviation of the accelerometer's bias; only widens what is reported.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which only widens what is reported; not set: that of the vehicle's sheet, or 0.02.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
@@ -75,6 +74,7 @@ pub struct MultiModelMass {
     load: LoadChangeDetector,
     mass0_kg: Real,
     mu: Real,
+    bias_sd_mps2: Real,
     range_kg: [Real; 2],
     saturated: bool,
     outcome: Outcome,
@@ -102,6 +102,7 @@ impl MultiModelMass {
             load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
             mu: vehicle.running_resistance,
+            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
             range_kg: vehicle.mass_range_kg,
             saturated: false,
             outcome: Outcome::default(),
@@ -142,7 +143,7 @@ impl MultiModelMass {
     fn level_error(&self) -> Real {
         let [first, second] = self.sums;
         let resistance_sd = self.params.mu_sd * self.mu * GRAVITY;
-        let bias_sd = self.params.accel_bias_sd_mps2;
+        let bias_sd = self.bias_sd_mps2;
         let level_sd = sqrt(resistance_sd * resistance_sd + bias_sd * bias_sd);
         // The prior counts as a² of its own: before any sample the level does nothing.
         let noise = self.params.residual_sd_mps2 / self.params.mass_sd;
@@ -257,7 +258,7 @@ impl MassEstimator for MultiModelMass {
         Value {
             value,
             sd,
-            valid: is_valid(!self.saturated, sd, MAX_COARSE_MASS_SD_SHARE * value),
+            valid: !self.saturated,
         }
     }
 
@@ -266,11 +267,11 @@ impl MassEstimator for MultiModelMass {
     }
 
     /// Errors of mass and of resistance, taken as independent.
-    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
-        let by_mass = traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
-        let by_resistance = self.params.mu_sd * self.mu;
-        sqrt(by_mass * by_mass + by_resistance * by_resistance)
+        let by_mass = steady.traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
+        let by_resistance = self.params.mu_sd * self.mu * cos(steady.theta);
+        sqrt(by_mass * by_mass + by_resistance * by_resistance) / steady.by_theta()
     }
 
     fn bend_n(&self) -> Real {
@@ -295,7 +296,7 @@ impl MassEstimator for MultiModelMass {
 }
 
 state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, saturated, outcome;
-    params, start, mass0_kg, mu, range_kg });
+    params, start, mass0_kg, mu, bias_sd_mps2, range_kg });
 
 #[cfg(test)]
 mod tests {

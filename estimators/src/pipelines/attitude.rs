@@ -6,15 +6,16 @@
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
-use crate::api::real::{PI, lag, sqrt};
+use crate::api::real::{lag, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::attitude::AttitudeFilter;
 use crate::grade::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::pipelines::method::no_mass;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::front_end::Reading;
-use crate::supervise::Supervision;
-use crate::supervise::validity::{ValidityGate, is_valid};
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Integrity, Source, Validity};
 use crate::{Real, Time};
 
 params! {
@@ -23,7 +24,6 @@ params! {
         pitch_lean_rad_per_mps2 ["rad/(m/s²)"] = 0.0, -0.1 => 0.1, "Pitch of the body against the road, nose up, per forward acceleration.";
         lean_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the lean, as a share of it.";
         lean_lag_s ["s"] = 0.2, 0.001 => 5.0, "Lag of the body behind the acceleration.";
-        max_grade_sd_deg ["deg"] = 1.0, 0.01 => 45.0, "Standard deviation below which the grade is valid.";
     }
 }
 
@@ -33,7 +33,7 @@ param_groups! {
         attitude: AttitudeParams,
         lean: LeanParams,
         attitude_supervision: AttitudeSupervision,
-        supervision: Supervision,
+        integrity: Integrity,
     }
 }
 
@@ -43,24 +43,25 @@ pub struct AttitudePipeline {
     lean: LeanParams,
     mass: Value,
     standstill_mps: Real,
-    validity: ValidityGate,
+    validity: Validity,
     filter: AttitudeFilter,
     acceleration_mps2: Real,
 }
 
 /// From the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
-    let [low, high] = vehicle.mass_range_kg;
     AttitudePipeline {
         lean: params.lean,
-        // It estimates no mass: all it says is the vehicle's range (a uniform distribution).
-        mass: Value {
-            value: 0.5 * (low + high),
-            sd: (high - low) / sqrt(12.0),
-            valid: false,
-        },
+        mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
-        validity: ValidityGate::new(params.supervision.validity_gate),
+        validity: Validity::new(
+            vehicle,
+            params.integrity,
+            Instruments {
+                accelerometer: true,
+                gyro: params.attitude_supervision.gyro,
+            },
+        ),
         filter: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
         acceleration_mps2: 0.0,
     }
@@ -77,7 +78,11 @@ impl Pipeline for AttitudePipeline {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        self.validity.observe(reading, dt);
         let found = self.filter.step(&reading.channels, dt);
+        if let Some(nis) = self.filter.new_nis() {
+            self.validity.innovation(Source::WheelSpeed, nis, dt);
+        }
         let started = found.is_some();
         let found = found.unwrap_or_default();
         self.acceleration_mps2 += lag(dt, self.lean.lean_lag_s)
@@ -86,12 +91,11 @@ impl Pipeline for AttitudePipeline {
         let lean_sd = self.lean.lean_sd * lean;
         let sd = self.filter.grade_at_imu_sd_rad();
         let sd = sqrt(sd * sd + lean_sd * lean_sd);
-        let max_sd = self.lean.max_grade_sd_deg * PI / 180.0;
         let (innovation, nis) = self.filter.innovation();
         let grade = |angle: Real| Value {
             value: angle - lean,
             sd,
-            valid: is_valid(started, sd, max_sd),
+            valid: started,
         };
         let estimate = Estimate {
             t,
@@ -136,4 +140,4 @@ impl AttitudePipeline {
     }
 }
 
-state!(AttitudePipeline { filter, acceleration_mps2; lean, mass, standstill_mps, validity });
+state!(AttitudePipeline { validity, filter, acceleration_mps2; lean, mass, standstill_mps });

@@ -27,9 +27,9 @@ use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise;
 use crate::supervise::Supervision;
 use crate::supervise::control::{self, Control};
-use crate::supervise::validity::{
-    MAX_COARSE_MASS_SD_SHARE, MAX_GRADE_SD_RAD, ValidityGate, is_valid,
-};
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Integrity, Source, Validity};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 params! {
@@ -50,7 +50,7 @@ params! {
 
 param_groups! {
     /// Parameters of `ffrls_robust`.
-    Params { own: Own, supervision: Supervision }
+    Params { own: Own, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams }
 }
 
 /// The pipeline.
@@ -71,7 +71,10 @@ pub struct Ffrls {
     speed_mps: Real,
     saturated: bool,
     outcome: Outcome,
-    validity: ValidityGate,
+    validity: Validity,
+    conditioning: ConditioningParams,
+    /// Time since the last sample, s.
+    since_sample_s: Real,
     /// What became of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
 }
@@ -100,7 +103,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Ffrls {
         speed_mps: 0.0,
         saturated: false,
         outcome: Outcome::default(),
-        validity: ValidityGate::new(params.supervision.validity_gate),
+        validity: Validity::new(vehicle, params.integrity, Instruments::default()),
+        conditioning: params.conditioning,
+        since_sample_s: 0.0,
         aids: [AidStatus::default(); 2],
     }
 }
@@ -144,6 +149,8 @@ impl Pipeline for Ffrls {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
+        self.validity.observe(reading, dt);
+        self.since_sample_s += dt;
         let sample = self.signals.step(reading, &self.balance, running, dt);
         // It has no use for the rail ahead: its slope is the effective one by itself. Only the grade at the IMU asks for it.
         self.train.step(&self.signals, None, reading, running, dt);
@@ -154,6 +161,12 @@ impl Pipeline for Ffrls {
         }
         if let Some(sample) = sample {
             let status = self.sample(sample);
+            if let Some(nis) = status.nis() {
+                for source in [Source::ForceBalance, Source::WheelSpeed] {
+                    self.validity.innovation(source, nis, self.since_sample_s);
+                }
+                self.since_sample_s = 0.0;
+            }
             let [_, force_balance] = &mut self.aids;
             *force_balance = status;
         }
@@ -168,23 +181,23 @@ impl Pipeline for Ffrls {
         let theta = asin(x.y) - self.direction * asin(self.mu / sqrt(1.0 + self.mu * self.mu));
         let theta_sd = widened(sqrt(P.m22), self.params.sine_sd)
             / sqrt(1.0 - sin(theta) * sin(theta)).max(0.1);
-        let known = is_valid(!self.saturated, mass_sd, MAX_COARSE_MASS_SD_SHARE * mass);
+        let total_mass_kg = self.validity.mass(Value {
+            value: mass,
+            sd: mass_sd,
+            valid: !self.saturated,
+        });
         let ahead = self.train.ahead(mass);
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(theta_sd * theta_sd + doubt * doubt);
             Value {
                 value: steeper(theta, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: is_valid(running && known, sd, MAX_GRADE_SD_RAD),
+                valid: running && total_mass_kg.valid,
             }
         };
         let estimate = Estimate {
             t,
-            total_mass_kg: Value {
-                value: mass,
-                sd: mass_sd,
-                valid: known,
-            },
+            total_mass_kg,
             grade_rad: grade(ahead.imu, ahead.sd),
             effective_grade_rad: grade(0.0, 0.0),
             speed_mps: Value {
@@ -203,6 +216,10 @@ impl Pipeline for Ffrls {
         self.validity.publish(estimate, true)
     }
 
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
+    }
+
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
@@ -219,4 +236,4 @@ impl Pipeline for Ffrls {
         State::visit(self, archive);
     }
 }
-state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome, aids; params, validity, standstill_mps, balance, mu, mass0_kg, range_kg });
+state!(Ffrls { rls, signals, train, direction, speed_mps, saturated, outcome, aids, validity, since_sample_s; params, conditioning, standstill_mps, balance, mu, mass0_kg, range_kg });

@@ -19,46 +19,48 @@ use crate::grade::imm::{
     Acceleration, Choice, ImmParams, ModelParams, SlopeModels, TrackingParams,
 };
 use crate::mass::differenced_rls::DifferencedParams;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::Supervision;
+use crate::supervise::validity::Integrity;
 
 variants! {
     /// `imm_stf_robust`: the method.
     imm_stf_robust: ImmStf = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, Some(p.tracking)), &p.supervision);
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, Some(p.tracking)), &p.supervision.with(p.integrity, p.conditioning));
     /// `imm_stf_fixed_robust`: fixed transition probabilities.
     imm_stf_fixed_robust: ImmStfFixed = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let choice = Choice { time_varying: false, ..both(&p.imm, Some(p.tracking)) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `imm_stf_no_lateral_robust`: bends taken for straights.
     imm_stf_no_lateral_robust: ImmStfNoLateral = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let choice = Choice { lateral: false, ..both(&p.imm, Some(p.tracking)) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `imm_ekf_robust`: plain Kalman filters.
     imm_ekf_robust: ImmEkf = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, None), &p.supervision);
+        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, both(&p.imm, None), &p.supervision.with(p.integrity, p.conditioning));
     /// `imm_ekf_fixed_robust`: plain Kalman filters, fixed transition probabilities.
     imm_ekf_fixed_robust: ImmEkfFixed = SlopeModels<2>,
-        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision },
+        { imm: ImmParams, models: ModelParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let choice = Choice { time_varying: false, ..both(&p.imm, None) };
-            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision)
+            SlopeModels::new(vehicle, p.models, p.mass, choice, &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `kinematic_stf_robust`: the kinematic model alone.
     kinematic_stf_robust: KinematicStf = SlopeModels<1>,
-        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Kinematic, p.tracking), &p.supervision);
+        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Kinematic, p.tracking), &p.supervision.with(p.integrity, p.conditioning));
     /// `dynamic_stf_robust`: the dynamic model alone.
     dynamic_stf_robust: DynamicStf = SlopeModels<1>,
-        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Dynamic, p.tracking), &p.supervision);
+        { models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, alone(Acceleration::Dynamic, p.tracking), &p.supervision.with(p.integrity, p.conditioning));
 }
 
 /// Both models with time-varying transitions, corrected for bends.

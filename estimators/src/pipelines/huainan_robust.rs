@@ -22,7 +22,9 @@ use crate::grade::inertial::{
     CurvatureSlope, InertialEkf, InertialParams, InertialUkf, SigmaParams,
 };
 
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::Supervision;
+use crate::supervise::validity::Integrity;
 
 params! {
     /// How the inertial slope filter adapts.
@@ -50,38 +52,38 @@ params! {
 variants! {
     /// `dffrls_aukf_robust`: the method.
     dffrls_aukf_robust: DffrlsAukf = CurvatureSlope<InertialUkf, 1>,
-        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
+        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `dffrls_ukf_robust`: fixed noise.
     dffrls_ukf_robust: DffrlsUkf = CurvatureSlope<InertialUkf, 1>,
-        { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
+        { slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, None, &p.supervision)
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, None, &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `dffrls_aekf_inclination_robust`: extended in place of unscented.
     dffrls_aekf_inclination_robust: DffrlsAekfInclination = CurvatureSlope<InertialEkf, 1>,
-        { adaptive: AdaptiveParams, slope: InertialParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision },
+        { adaptive: AdaptiveParams, slope: InertialParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, p.forgetting.policy());
-            CurvatureSlope::extended(vehicle, p.slope, curvature, Some(p.adaptive.b), &p.supervision)
+            CurvatureSlope::extended(vehicle, p.slope, curvature, Some(p.adaptive.b), &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `ffrls_aukf_robust`: constant forgetting.
     ffrls_aukf_robust: FfrlsAukf = CurvatureSlope<InertialUkf, 1>,
-        { own: ConstantForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision },
+        { own: ConstantForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let curvature = Curvature::new(vehicle, p.curvature, 0.0, Forgetting::Constant(p.own.lambda));
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision.with(p.integrity, p.conditioning))
         };
     /// `rls_mff_aukf_robust`: multiple forgetting.
     rls_mff_aukf_robust: RlsMffAukf = CurvatureSlope<InertialUkf, 2>,
-        { own: MultipleForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision },
+        { own: MultipleForgetting, adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
             let policy = Forgetting::Multiple([p.own.lambda_curvature, p.own.lambda_offset]);
             let curvature = Curvature::new(vehicle, p.curvature, p.own.offset_sd_mps3, policy);
-            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision)
+            CurvatureSlope::unscented(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision.with(p.integrity, p.conditioning))
         };
 }

@@ -32,9 +32,11 @@ use crate::supervise;
 use crate::supervise::Supervision;
 use crate::supervise::control::{self, Control};
 use crate::supervise::excitation_gate::ExcitationGate;
-use crate::supervise::validity::{
-    MAX_COARSE_MASS_SD_SHARE, MAX_GRADE_SD_RAD, ValidityGate, is_valid,
-};
+use crate::supervise::gate::Gate;
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Integrity, Source, Validity};
+use crate::filters::innovation_gate::Passage;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 params! {
@@ -55,7 +57,7 @@ params! {
 
 param_groups! {
     /// Parameters of `joint_ekf_robust`.
-    Params { own: Own, supervision: Supervision }
+    Params { own: Own, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams }
 }
 
 /// Corner of the low-pass before the grades along the rail, Hz.
@@ -85,8 +87,12 @@ pub struct JointEkf {
     excited: bool,
     started: bool,
     saturated: bool,
-    last: Option<Correction<1, 3>>,
-    validity: ValidityGate,
+    /// Innovation and NIS of the last wheel speed.
+    last: Option<(Real, Real)>,
+    validity: Validity,
+    gate_of_speed: Gate,
+    /// Standard deviation of wheel speed in use, m/s.
+    wheel_speed_sd: Real,
     /// What became of the last wheel speed.
     wheel_speed: AidStatus,
 }
@@ -129,7 +135,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> JointEkf {
         started: false,
         saturated: false,
         last: None,
-        validity: ValidityGate::new(params.supervision.validity_gate),
+        validity: Validity::new(vehicle, params.integrity, Instruments::default()),
+        gate_of_speed: Gate::new(&params.integrity),
+        wheel_speed_sd: params.own.wheel_speed_sd_mps,
         wheel_speed: AidStatus::default(),
     }
 }
@@ -157,18 +165,36 @@ impl JointEkf {
         self.ekf.predict(&push, dt);
     }
 
-    fn update(&mut self, speed: Real) -> Option<Correction<1, 3>> {
+    /// A wheel speed: gate and fuse.
+    fn update(&mut self, speed: Real, running: bool) {
+        let belief = &mut self.ekf.belief;
         if !self.started {
-            self.ekf.belief.x.x = speed;
+            belief.x.x = speed;
             self.started = true;
         }
-        let sd = self.params.own.wheel_speed_sd_mps;
+        let (y, sd) = (speed - belief.x.x, self.wheel_speed_sd);
+        let judgement = self.gate_of_speed.judge(y, belief.P.m11 + sd * sd);
+        if judgement.passage == Passage::Reopen {
+            belief.P.m11 += y * y;
+        }
+        if running {
+            self.validity
+                .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
+        }
+        self.last = Some((y, judgement.nis));
+        let passed = judgement.passage != Passage::Reject;
+        let correction = passed.then(|| self.fuse(speed)).flatten();
+        self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
+    }
+
+    fn fuse(&mut self, speed: Real) -> Option<Correction<1, 3>> {
+        let sd = self.wheel_speed_sd;
         let before = self.ekf.belief.P.m33;
         let correction = self.ekf.update(vector![speed], &Matrix1::new(sd * sd))?;
         if self.excited && before > 0.0 {
             self.earned *= self.ekf.belief.P.m33 / before;
         }
-        self.last = Some(correction);
+        self.last = Some((correction.y.x, correction.nis));
         let [low, high] = self.range_kg;
         let x = self.ekf.belief.x;
         let theta = within(x.y, -MAX_GRADE_RAD, MAX_GRADE_RAD);
@@ -203,6 +229,9 @@ impl Pipeline for JointEkf {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
+        self.validity.observe(reading, dt);
+        self.gate_of_speed.tick(dt);
+        self.wheel_speed_sd = reading.noise.wheel_speed(self.params.own.wheel_speed_sd_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, running, dt);
         if let Some(speed) = reading.speed_mps {
@@ -211,10 +240,7 @@ impl Pipeline for JointEkf {
         self.excited = running && self.gate.excited();
         self.predict(reading, running, dt);
         match control::wheel_speed(reading) {
-            Control::New(speed) => {
-                let correction = self.update(speed);
-                self.wheel_speed = control::fused(correction.map(|c| (c.y.x, c.S.x)));
-            }
+            Control::New(speed) => self.update(speed, running),
             Control::Held => {}
             Control::Out(outcome) => self.wheel_speed = control::without(outcome),
         }
@@ -223,23 +249,24 @@ impl Pipeline for JointEkf {
         let mass = within(SCALE / x.z, low, high);
         let mass_sd = mass * sqrt(self.known()) / self.w();
         let grade_sd = sqrt(P.m22);
-        let mass_known = is_valid(!self.saturated, mass_sd, MAX_COARSE_MASS_SD_SHARE * mass);
+        let total_mass_kg = self.validity.mass(Value {
+            value: mass,
+            sd: mass_sd,
+            // Mass and slope rest on the same innovations.
+            valid: self.started && !self.saturated && self.validity.consistent(),
+        });
         let ahead = self.train.ahead(mass);
         let grade = |by: Real, doubt: Real| {
             let sd = sqrt(grade_sd * grade_sd + doubt * doubt);
             Value {
                 value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd,
-                valid: is_valid(running && mass_known, sd, MAX_GRADE_SD_RAD),
+                valid: running && total_mass_kg.valid,
             }
         };
         let estimate = Estimate {
             t,
-            total_mass_kg: Value {
-                value: mass,
-                sd: mass_sd,
-                valid: mass_known,
-            },
+            total_mass_kg,
             grade_rad: grade(ahead.imu, ahead.sd),
             effective_grade_rad: grade(0.0, 0.0),
             speed_mps: Value {
@@ -247,8 +274,8 @@ impl Pipeline for JointEkf {
                 sd: sqrt(P.m11),
                 valid: reading.speed_mps.is_some(),
             },
-            innovation: self.last.map_or(0.0, |c| c.y.x),
-            nis: self.last.map_or(0.0, |c| c.nis),
+            innovation: self.last.map_or(0.0, |(y, _)| y),
+            nis: self.last.map_or(0.0, |(_, nis)| nis),
             flags: Flags {
                 moving,
                 excited: self.excited,
@@ -256,6 +283,10 @@ impl Pipeline for JointEkf {
             },
         };
         self.validity.publish(estimate, true)
+    }
+
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.params.conditioning)
     }
 
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
@@ -275,4 +306,4 @@ impl Pipeline for JointEkf {
     }
 }
 
-state!(JointEkf { ekf, signals, train, earned, gate, excited, started, saturated, last, wheel_speed; params, standstill_mps, balance, mu, range_kg, validity });
+state!(JointEkf { ekf, signals, train, earned, gate, excited, started, saturated, last, validity, gate_of_speed, wheel_speed_sd, wheel_speed; params, standstill_mps, balance, mu, range_kg });

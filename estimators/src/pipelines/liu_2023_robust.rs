@@ -18,7 +18,9 @@ use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
-use crate::supervise::TwoStageSupervision;
+use crate::preprocess::conditioning::ConditioningParams;
+use crate::supervise::{Supervisors, TwoStageSupervision};
+use crate::supervise::validity::Integrity;
 
 params! {
     /// How `dffrls_aekf_robust` forgets and adapts.
@@ -33,7 +35,7 @@ params! {
 variants! {
     /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
     dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
-        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision },
+        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| two_stage(
             vehicle,
             &p.mass,
@@ -44,13 +46,13 @@ variants! {
             },
             &p.slope,
             Adaptation::sage_husa(p.forgetting.kappa),
-            &p.supervision,
+            &p.supervision.with(p.integrity, p.conditioning),
         );
     /// `rls_ekf_robust`: no forgetting, fixed noise. A comparison with `dffrls_aekf_robust` shows what forgetting and adaptation do, and
     /// nothing else. With a load that never changes, no forgetting is the best forgetting.
     rls_ekf_robust: RlsEkf = TwoStage<ForceBalanceRls>,
-        { mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision },
-        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None, &p.supervision);
+        { mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None, &p.supervision.with(p.integrity, p.conditioning));
 }
 
 fn two_stage(
@@ -59,13 +61,13 @@ fn two_stage(
     forgetting: Forgetting<4>,
     slope: &GradeParams,
     adaptation: Adaptation,
-    supervision: &TwoStageSupervision,
+    supervision: &Supervisors,
 ) -> TwoStage<ForceBalanceRls> {
     TwoStage::new(
         vehicle,
         ForceBalanceRls::resampler(mass),
         ForceBalanceRls::new(vehicle, *mass, forgetting),
-        ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation),
+        ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation, &supervision.integrity),
         supervision,
         mass.standstill_mps,
     )

@@ -168,6 +168,16 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
     }
 }
 
+/// The mass of a method that finds none: what the vehicle's range says (a uniform distribution), not valid.
+pub fn no_mass(vehicle: &Vehicle) -> Value {
+    let [low, high] = vehicle.mass_range_kg;
+    Value {
+        value: 0.5 * (low + high),
+        sd: (high - low) / sqrt(12.0),
+        valid: false,
+    }
+}
+
 /// What the wheels' speed is taken for where a method says nothing of it, m/s.
 const WHEEL_SPEED_SD_MPS: Real = 0.01;
 

@@ -35,6 +35,10 @@ macro_rules! variants {
 
 #[cfg(feature = "rail_fusion")]
 pub mod attitude;
+#[cfg(feature = "baseline")]
+pub mod complementary_filter;
+#[cfg(feature = "baseline")]
+pub mod ekf_v_theta_biases;
 #[cfg(feature = "liu2023")]
 pub mod ffrls_robust;
 #[cfg(feature = "guo2024")]
@@ -56,11 +60,13 @@ pub mod liu_2023_resistance;
 #[cfg(feature = "liu2023")]
 pub mod liu_2023_robust;
 #[cfg(any(
+    feature = "baseline",
     feature = "liu2023",
     feature = "huainan",
     feature = "guo2024",
     feature = "patent",
-    feature = "resistance"
+    feature = "resistance",
+    feature = "rail_fusion"
 ))]
 pub mod method;
 #[cfg(feature = "patent")]

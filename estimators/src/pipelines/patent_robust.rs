@@ -10,7 +10,9 @@ use crate::grade::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::mass::multi_model_rls::{MultiModelMass, MultiModelParams};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::TwoStageSupervision;
+use crate::supervise::validity::Integrity;
 
 params! {
     /// How `mmrls_sh_stf_robust` adapts.
@@ -25,13 +27,13 @@ params! {
 variants! {
     /// `mmrls_sh_stf_robust`: the method.
     mmrls_sh_stf_robust: MmrlsShStf = TwoStage<MultiModelMass>,
-        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, supervision: TwoStageSupervision },
+        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| TwoStage::new(
             vehicle,
             MultiModelMass::resampler(&p.mass),
             MultiModelMass::new(vehicle, p.mass),
-            ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation()),
-            &p.supervision,
+            ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity),
+            &p.supervision.with(p.integrity, p.conditioning),
             p.mass.standstill_mps,
         );
 }

@@ -22,10 +22,11 @@ use crate::mass::force_balance_rls::AccelSource;
 use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
-use crate::pipelines::two_stage::{MassEstimator, TwoStage};
+use crate::pipelines::two_stage::{MassEstimator, SteadyTraction, TwoStage};
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::supervise::validity::{MAX_MASS_SD_SHARE, is_valid};
+use crate::supervise::validity::Integrity;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::{TwoStageSupervision, control};
 
 choices! {
@@ -73,7 +74,7 @@ params! {
 
 param_groups! {
     /// Parameters of `regression_bench`.
-    Params { regression: RegressionParams, slope: GradeParams }
+    Params { regression: RegressionParams, slope: GradeParams, integrity: Integrity, conditioning: ConditioningParams }
 }
 
 /// The pipeline.
@@ -87,12 +88,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Regression {
     let supervision = TwoStageSupervision {
         grade_map: false,
         ..TwoStageSupervision::default()
-    };
+    }
+    .with(params.integrity, params.conditioning);
     TwoStage::new(
         vehicle,
         Resampler::new(own.cutoff_hz, own.regression_hz, own.settle_s),
         OneRegression::new(vehicle, *own),
-        ForceBalanceEkf::new(balance, params.slope, Adaptation::None),
+        ForceBalanceEkf::new(balance, params.slope, Adaptation::None, &params.integrity),
         &supervision,
         own.standstill_mps,
     )
@@ -291,7 +293,7 @@ impl MassEstimator for OneRegression {
         Value {
             value,
             sd,
-            valid: is_valid(!self.saturated, sd, MAX_MASS_SD_SHARE * value),
+            valid: !self.saturated,
         }
     }
 
@@ -302,10 +304,10 @@ impl MassEstimator for OneRegression {
         }
     }
 
-    /// sin θ + s μ c = F/(M g) at steady speed.
-    fn slope_sd_rad(&self, traction_n: Real, _: Real, _: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
-        traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value)
+        let by_mass = steady.traction_n.abs() / (mass.value * GRAVITY) * (mass.sd / mass.value);
+        by_mass / steady.by_theta()
     }
 
     fn saturated(&self) -> bool {

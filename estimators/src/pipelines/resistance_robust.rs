@@ -34,7 +34,9 @@ use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise;
 use crate::supervise::Supervision;
 use crate::supervise::control::{self, Control};
-use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Integrity, Source, Validity};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Error, Real, Time};
 
 params! {
@@ -42,7 +44,7 @@ params! {
     ResistanceParams {
         known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         known_mass_sd ["-"] = 0.01, 0.0 => 1.0, "Standard deviation of mass and torque together, as a share; only widens what is reported.";
-        accel_bias_sd_mps2 ["m/s²"] = 0.01, 0.0 => 1.0, "Standard deviation of the accelerometer's bias (of g times the slope in a survey); only widens what is reported.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias (of g times the slope in a survey), which only widens what is reported; not set: that of the vehicle's sheet, or 0.01.";
         resistance0 ["-"] = 0.0, 0.0 => 1.0, "Running-resistance coefficient at the start.";
         resistance0_sd ["-"] = 0.5, 1e-4 => 1.0, "Its standard deviation.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
@@ -58,7 +60,7 @@ params! {
 
 param_groups! {
     /// Parameters of `resistance_dffrls_robust`.
-    Params { resistance: ResistanceParams, supervision: Supervision }
+    Params { resistance: ResistanceParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams }
 }
 
 /// Largest size of the coefficient: beyond it the rail would brake harder than the train weighs.
@@ -79,7 +81,11 @@ pub struct Resistance {
     /// |F|/(M g) of the last sample: what a share of mass or torque makes of μ.
     load: Real,
     outcome: Outcome,
-    validity: ValidityGate,
+    validity: Validity,
+    conditioning: ConditioningParams,
+    bias_sd_mps2: Real,
+    /// Time since the last sample of the regression, s.
+    since_sample_s: Real,
     /// What became of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
 }
@@ -104,7 +110,17 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
         waiting: RingBuffer::new(),
         load: 0.0,
         outcome: Outcome::default(),
-        validity: ValidityGate::new(params.supervision.validity_gate),
+        validity: Validity::new(
+            vehicle,
+            params.integrity,
+            Instruments {
+                accelerometer: true,
+                gyro: false,
+            },
+        ),
+        conditioning: params.conditioning,
+        bias_sd_mps2: vehicle.accel_bias_sd(own.accel_bias_sd_mps2, 0.01),
+        since_sample_s: 0.0,
         aids: [AidStatus::default(); 2],
     }
 }
@@ -113,7 +129,7 @@ impl Resistance {
     /// μ and its standard deviation, with what is taken as known in it.
     pub fn coefficient(&self) -> (Real, Real) {
         let x = self.rls.belief.x;
-        let bias = self.params.accel_bias_sd_mps2 / GRAVITY;
+        let bias = self.bias_sd_mps2 / GRAVITY;
         let by_mass = self.params.known_mass_sd * self.load;
         let variance = self.rls.widened().x + bias * bias + by_mass * by_mass;
         (x.x, sqrt(variance))
@@ -139,6 +155,11 @@ impl Resistance {
         let oldest = new.and_then(|new| self.waiting.push(new));
         if let Some(next) = oldest.or_else(|| self.next(running)) {
             let status = self.sample(next);
+            if let Some(nis) = status.nis() {
+                self.validity
+                    .innovation(Source::ForceBalance, nis, self.since_sample_s);
+                self.since_sample_s = 0.0;
+            }
             let [_, force_balance] = &mut self.aids;
             *force_balance = status;
         }
@@ -190,15 +211,17 @@ impl Resistance {
             let (mean, doubt) = felt.whole(self.train.tare_kg(), self.mass_kg);
             (mean, doubt, here)
         });
-        let bias = self.params.accel_bias_sd_mps2;
+        let bias = self.bias_sd_mps2;
         let known = felt.is_some() && reading.speed_mps.is_some();
         let grade = |u: Real, doubt: Real| {
             let noise = self.params.residual_sd_mps2;
-            let sd = sqrt(bias * bias + noise * noise + doubt * doubt) / GRAVITY;
+            let sine = (u / GRAVITY).clamp(-0.85, 0.85);
+            let u_sd = sqrt(bias * bias + noise * noise + doubt * doubt);
+            let sd = u_sd / (GRAVITY * sqrt(1.0 - sine * sine));
             Value {
-                value: asin((u / GRAVITY).clamp(-0.85, 0.85)),
+                value: asin(sine),
                 sd,
-                valid: is_valid(known, sd, MAX_GRADE_SD_RAD),
+                valid: known,
             }
         };
         Estimate {
@@ -235,9 +258,15 @@ impl Pipeline for Resistance {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        self.validity.observe(reading, dt);
+        self.since_sample_s += dt;
         let motion = self.step(reading, false, dt);
         let estimate = self.estimate(reading, motion, t);
         self.validity.publish(estimate, true)
+    }
+
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
     }
 
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
@@ -343,4 +372,4 @@ impl SpeedPrediction {
         self.speed_mps
     }
 }
-state!(Resistance { rls, signals, train, waiting, load, outcome, aids; params, validity, standstill_mps, balance, mass_kg });
+state!(Resistance { rls, signals, train, waiting, load, outcome, aids, validity, since_sample_s; params, conditioning, bias_sd_mps2, standstill_mps, balance, mass_kg });

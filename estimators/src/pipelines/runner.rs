@@ -7,6 +7,7 @@ use crate::api::params::Parameters;
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::{self, Archive, Origin, SnapshotError, State};
 use crate::api::vehicle::Vehicle;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::{Error, Real, Time};
 
@@ -20,6 +21,11 @@ pub trait Pipeline: Copy {
 
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);
+
+    /// Conditioning of its channels; a published method has none.
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        None
+    }
 
     /// Sources of measurements it uses.
     const AID_SOURCES: &'static [&'static str] = &[];
@@ -52,13 +58,14 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
         vehicle: &Vehicle,
         params: &Q,
     ) -> Self {
+        let pipeline = build(vehicle, params);
         Self {
             name,
             build,
             vehicle: *vehicle,
             params: *params,
-            signals: FrontEnd::new(vehicle),
-            pipeline: build(vehicle, params),
+            signals: front_end(&pipeline, vehicle),
+            pipeline,
         }
     }
 
@@ -109,8 +116,8 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     }
 
     fn reset(&mut self) {
-        self.signals = FrontEnd::new(&self.vehicle);
         self.pipeline = (self.build)(&self.vehicle, &self.params);
+        self.signals = front_end(&self.pipeline, &self.vehicle);
     }
 
     fn internals(&self) -> &[Internal] {
@@ -138,6 +145,14 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
         snapshot::read(bytes, &self.origin(), &mut restored)?;
         *self = restored;
         Ok(())
+    }
+}
+
+/// The front end that a pipeline asks for.
+fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
+    match pipeline.conditioning() {
+        Some(params) => FrontEnd::conditioned(vehicle, params),
+        None => FrontEnd::new(vehicle),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
-use crate::api::real::sqrt;
+use crate::api::real::{cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
@@ -14,8 +14,10 @@ use crate::preprocess::resampler::Resampler;
 use crate::supervise::control::{self, Control};
 use crate::supervise::observability::GradeObservability;
 use crate::supervise::slip::SlipDetector;
-use crate::supervise::validity::{MAX_GRADE_SD_RAD, ValidityGate, is_valid};
-use crate::supervise::{self, TwoStageSupervision};
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Source, Validity};
+use crate::supervise::{self, Supervisors};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -25,6 +27,26 @@ pub const BRAKE_RELEASED: Real = 0.001;
 pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
     let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
     (moving, moving && reading.brake <= BRAKE_RELEASED)
+}
+
+/// The traction that keeps the speed on a grade: sin θ + s μ cos θ = F/(M g).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SteadyTraction {
+    /// Traction F at the rims, N.
+    pub traction_n: Real,
+    /// Grade angle θ, rad.
+    pub theta: Real,
+    /// Direction of travel s, ±1.
+    pub direction: Real,
+    /// Running-resistance coefficient μ.
+    pub mu: Real,
+}
+
+impl SteadyTraction {
+    /// ∂(sin θ + s μ cos θ)/∂θ: an error of F/(M g) divided by it is one of θ. Not below 0.1, which no grade of a rail comes near.
+    pub fn by_theta(&self) -> Real {
+        (cos(self.theta) - self.direction * self.mu * sin(self.theta)).max(0.1)
+    }
 }
 
 /// A first stage: something that learns the mass while the train runs.
@@ -69,8 +91,8 @@ pub trait MassEstimator: Copy {
     fn running_resistance(&self, train: &DistributedTrain) -> Real;
 
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
-    /// with the traction (N) and the direction of travel, ±1.
-    fn slope_sd_rad(&self, traction_n: Real, direction: Real, train: &DistributedTrain) -> Real;
+    /// with the traction of `steady`.
+    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
 
     /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
     fn bend_n(&self) -> Real {
@@ -108,11 +130,14 @@ pub struct TwoStage<M> {
     slope: ForceBalanceEkf,
     slip: SlipDetector,
     observability: GradeObservability,
-    validity: ValidityGate,
+    validity: Validity,
+    conditioning: ConditioningParams,
     /// Speed below which the train counts as standing, m/s.
     standstill_mps: Real,
     /// What became of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
+    /// Time since the last sample of the force balance, s.
+    since_sample_s: Real,
 }
 
 impl<M: MassEstimator> TwoStage<M> {
@@ -122,7 +147,7 @@ impl<M: MassEstimator> TwoStage<M> {
         signals: Resampler,
         mass: M,
         slope: ForceBalanceEkf,
-        supervision: &TwoStageSupervision,
+        supervision: &Supervisors,
         standstill_mps: Option<Real>,
     ) -> Self {
         let mapped = supervise::mapped(vehicle, supervision.grade_map);
@@ -130,13 +155,22 @@ impl<M: MassEstimator> TwoStage<M> {
             balance: ForceBalance::new(vehicle),
             signals,
             train: DistributedTrain::new(&mapped, standstill_mps),
+            validity: Validity::new(
+                vehicle,
+                supervision.integrity,
+                Instruments {
+                    accelerometer: mass.needs_accelerometer(),
+                    gyro: false,
+                },
+            ),
+            conditioning: supervision.conditioning,
             mass,
-            slip: SlipDetector::new(supervision.slip_detector, slope.measurement_sd()),
+            slip: SlipDetector::new(supervision.slip_detector),
             slope,
             observability: GradeObservability::default(),
-            validity: ValidityGate::new(supervision.validity_gate),
             standstill_mps: vehicle.standstill_mps(standstill_mps),
             aids: [AidStatus::default(); 2],
+            since_sample_s: 0.0,
         }
     }
 
@@ -152,8 +186,14 @@ impl<M: MassEstimator> TwoStage<M> {
         self.mass
             .step(reading, balance, &self.signals, grade_rad, dt);
         let next = self.train.step(&self.signals, sample, reading, running, dt);
+        self.since_sample_s += dt;
         if let Some(next) = next {
             let status = self.mass.sample(&next, &self.balance, &self.train);
+            if let Some(nis) = status.nis() {
+                self.validity
+                    .innovation(Source::ForceBalance, nis, self.since_sample_s);
+                self.since_sample_s = 0.0;
+            }
             self.note(FORCE_BALANCE, status);
         }
         if !self.signals.settled() {
@@ -182,6 +222,7 @@ impl<M: MassEstimator> TwoStage<M> {
         (moving, running): (bool, bool),
         dt: Real,
     ) {
+        self.slope.learn_noise(&reading.noise);
         self.slope.predict(drive, dt);
         if moving && drive.is_none() {
             self.slope.drift(dt);
@@ -189,12 +230,16 @@ impl<M: MassEstimator> TwoStage<M> {
         }
         match control::wheel_speed(reading) {
             Control::New(speed) => {
-                let correction = self.slope.update(speed, running);
+                let (judgement, correction) = self.slope.update(speed, running);
                 if correction.is_some() {
                     self.observability.update(self.slope.belief().P.m22);
                 }
-                let innovation = correction.map(|c| (c.y.x, c.S.x));
-                self.note(WHEEL_SPEED, control::fused(innovation));
+                if running {
+                    self.validity
+                        .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
+                }
+                let fused = correction.map(|c| (c.y.x, c.S.x));
+                self.note(WHEEL_SPEED, judgement.status(fused));
             }
             Control::Held => {}
             Control::Out(outcome) => self.note(WHEEL_SPEED, control::without(outcome)),
@@ -212,22 +257,27 @@ impl<M: MassEstimator> TwoStage<M> {
     fn effective_grade(&self, reading: &Reading, drive: Option<Drive>, running: bool) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
-            let traction_n = self.slope.steady_traction_n(&drive);
-            self.mass
-                .slope_sd_rad(traction_n, direction(reading), &self.train)
+            let direction = direction(reading);
+            let steady = SteadyTraction {
+                traction_n: self.slope.steady_traction_n(&drive),
+                theta: belief.x.y,
+                direction,
+                mu: drive.resistance * direction,
+            };
+            self.mass.slope_sd_rad(&steady, &self.train)
         });
         let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
         let basis = running
-            && self.mass.mass_kg().valid
-            && self
-                .slip
-                .wheel_speed_consistent(self.slope.measurement_sd())
+            && self.slope.started()
+            && !self.slope.clamped()
+            && self.validity.mass(self.mass.mass_kg()).valid
+            && self.slip.wheel_speed_consistent(self.slope.adapted_ratio())
             && self.observability.grade_observable();
-        Value {
+        self.validity.grade(Value {
             value: belief.x.y,
             sd,
-            valid: is_valid(basis, sd, MAX_GRADE_SD_RAD),
-        }
+            valid: basis,
+        })
     }
 
     /// Grade at the IMU, by the grade map.
@@ -238,7 +288,7 @@ impl<M: MassEstimator> TwoStage<M> {
         Value {
             value: steeper(effective.value, offset).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
             sd,
-            valid: is_valid(effective.valid, sd, MAX_GRADE_SD_RAD),
+            valid: effective.valid,
         }
     }
 }
@@ -270,6 +320,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
+        self.validity.observe(reading, dt);
         self.learn_mass(reading, running, dt);
         let drive = self.drive(reading, running);
         self.filter_slope(reading, drive, (moving, running), dt);
@@ -302,6 +353,10 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         self.validity.publish(estimate, true)
     }
 
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
+    }
+
     const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
@@ -330,4 +385,4 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
     }
 }
 
-state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, aids; balance, slip, validity, standstill_mps });
+state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, validity, aids, since_sample_s; balance, slip, conditioning, standstill_mps });

@@ -2,7 +2,8 @@
 
 use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
-use crate::api::snapshot::state;
+use crate::api::snapshot::{Archive, State, visit_built};
+use crate::preprocess::conditioning::{Axis, Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::input_check::InputCheck;
 use crate::preprocess::sample_hold::SampleHold;
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
@@ -15,7 +16,8 @@ pub struct Reading {
     pub new_speed_mps: Option<Real>,
     /// Speed by the fresh wheels, m/s ([`WheelSpeedVote`]).
     pub speed_mps: Option<Real>,
-    /// Why that is not known although wheels are sampled: most of them slip, or all are stuck.
+    /// Why there is none, or no new one, although wheels are sampled: most of them slip, all are stuck, or the sample was held out as an
+    /// outlier (the speed is then the last one).
     pub wheel_speed_fault: Option<Rejection>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
@@ -25,10 +27,16 @@ pub struct Reading {
     pub specific_force_mps2: Option<Real>,
     /// Specific force to the left, m/s².
     pub lateral_force_mps2: Option<Real>,
+    /// Specific force upwards, m/s²: g at rest on the level.
+    pub vertical_force_mps2: Option<Real>,
     /// Rate of the pitch angle, rad/s, + when the grade grows.
     pub pitch_rate_radps: Option<Real>,
     /// Rate about the vertical axis, rad/s, + to the left.
     pub yaw_rate_radps: Option<Real>,
+    /// Standard deviation of the gyro's biases that are left, rad/s; 0 without conditioning.
+    pub gyro_bias_sd_radps: Real,
+    /// Noise learnt from the samples.
+    pub noise: LearntNoise,
     /// Steering angle of a road vehicle's front wheels, rad, + to the left.
     pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
@@ -54,10 +62,16 @@ pub struct Channels {
     pub commanded_torque_nm: [Real; MAX_DRIVES],
 }
 
-/// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques.
+/// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques; of a robust one
+/// conditioning of the channels too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontEnd {
     drives: usize,
+    standstill_mps: Real,
+    conditioning: Option<Conditioning>,
+    /// Instant of the last speed, and whether the vehicle stood by it.
+    sampled: Option<Time>,
+    standing: bool,
     vote: WheelSpeedVote,
     check: InputCheck,
     torque: [SampleHold; MAX_DRIVES],
@@ -76,6 +90,10 @@ impl FrontEnd {
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             drives: vehicle.drives.min(MAX_DRIVES),
+            standstill_mps: vehicle.standstill_mps(None),
+            conditioning: None,
+            sampled: None,
+            standing: false,
             vote: WheelSpeedVote::new(vehicle.standstill_mps(None)),
             check: InputCheck::default(),
             torque: Default::default(),
@@ -87,6 +105,14 @@ impl FrontEnd {
             pitch_rate: SampleHold::default(),
             yaw_rate: SampleHold::default(),
             steering: SampleHold::default(),
+        }
+    }
+
+    /// The same with conditioning of the channels.
+    pub fn conditioned(vehicle: &Vehicle, params: ConditioningParams) -> Self {
+        Self {
+            conditioning: Some(Conditioning::new(vehicle, params)),
+            ..Self::new(vehicle)
         }
     }
 
@@ -107,6 +133,7 @@ impl FrontEnd {
         let new_rate = self.pitch_rate.take(axis(rate, |[_, y, _]| -y), now);
         self.roll_rate.take(axis(rate, |[x, _, _]| x), now);
         self.yaw_rate.take(axis(rate, |[_, _, z]| z), now);
+        self.condition_imu(new_force, new_rate, dt);
         self.steering.take(z.steering_angle_rad, now);
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
@@ -126,23 +153,37 @@ impl FrontEnd {
             Some([x?, y?, z?])
         };
         let wheels = self.speed.iter().take(self.drives);
-        let speed_mps = self.vote.speed_mps(
+        let voted = self.vote.speed_mps(
             wheels.filter_map(|held| held.fresh(now, dt)),
             motor_torque_nm.unwrap_or(0.0),
         );
+        let (new_speed_mps, speed_mps, held_out) = self.condition_speed(voted, new_speed, now);
+        let [pitch_bias, yaw_bias] = self
+            .conditioning
+            .as_ref()
+            .map_or([0.0; 2], Conditioning::gyro_bias_radps);
         Ok(Reading {
-            new_speed_mps: speed_mps.filter(|_| new_speed),
+            new_speed_mps,
             speed_mps,
             wheel_speed_fault: match speed_mps {
-                Some(_) => None,
+                Some(_) => held_out.then_some(Rejection::Gate),
                 None => self.wheel_speed_fault(now, dt),
             },
             motor_torque_nm,
             front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
             specific_force_mps2: self.forward.fresh(now, dt),
             lateral_force_mps2: self.left.fresh(now, dt),
-            pitch_rate_radps: self.pitch_rate.fresh(now, dt),
-            yaw_rate_radps: self.yaw_rate.fresh(now, dt),
+            vertical_force_mps2: self.up.fresh(now, dt),
+            pitch_rate_radps: self.pitch_rate.fresh(now, dt).map(|w| w - pitch_bias),
+            yaw_rate_radps: self.yaw_rate.fresh(now, dt).map(|w| w - yaw_bias),
+            gyro_bias_sd_radps: self
+                .conditioning
+                .as_ref()
+                .map_or(0.0, Conditioning::gyro_bias_sd_radps),
+            noise: self
+                .conditioning
+                .as_ref()
+                .map_or(LearntNoise::default(), Conditioning::learnt_noise),
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
             channels: Channels {
@@ -155,6 +196,62 @@ impl FrontEnd {
                 commanded_torque_nm: u.motor_torque_nm,
             },
         })
+    }
+
+    /// Conditions the axes of the IMU that have a new sample, and learns the gyro's biases.
+    fn condition_imu(&mut self, new_force: bool, new_rate: bool, dt: Real) {
+        let Some(conditioning) = &mut self.conditioning else {
+            return;
+        };
+        let standing = self.standing;
+        let mut condition = |axis: Axis, held: &mut SampleHold| {
+            let value = held.value()?;
+            let period_s = held.gap_s().max(dt);
+            let passed = conditioning.axis(axis, value, period_s, standing);
+            held.replace(passed);
+            Some(passed)
+        };
+        if new_force {
+            condition(Axis::Forward, &mut self.forward);
+            condition(Axis::Left, &mut self.left);
+        }
+        let rates = if new_rate {
+            condition(Axis::Pitch, &mut self.pitch_rate)
+                .zip(condition(Axis::Yaw, &mut self.yaw_rate))
+        } else {
+            None
+        };
+        let period_s = self.pitch_rate.gap_s().max(dt);
+        conditioning.calibrate(standing, rates.map(|(pitch, yaw)| [pitch, yaw]), period_s, dt);
+    }
+
+    /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
+    fn condition_speed(
+        &mut self,
+        voted: Option<Real>,
+        new: bool,
+        now: Time,
+    ) -> (Option<Real>, Option<Real>, bool) {
+        let fresh = voted.filter(|_| new);
+        let Some(conditioning) = &mut self.conditioning else {
+            return (fresh, voted, false);
+        };
+        let Some(speed) = fresh else {
+            if voted.is_none() {
+                self.standing = false;
+            }
+            let last = conditioning.last_speed();
+            return (None, voted.map(|voted| last.unwrap_or(voted)), false);
+        };
+        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).clamp(0.0, 1.0);
+        self.sampled = Some(now);
+        match conditioning.speed(speed, period_s, self.standing) {
+            Some(speed) => {
+                self.standing = speed.abs() < self.standstill_mps;
+                (Some(speed), Some(speed), false)
+            }
+            None => (None, conditioning.last_speed(), true),
+        }
     }
 
     /// Why fresh or stuck wheels give no speed; `None` if all are stale.
@@ -183,7 +280,37 @@ impl FrontEnd {
     }
 }
 
-state!(FrontEnd { check, torque, speed, forward, left, up, roll_rate, pitch_rate, yaw_rate, steering; drives, vote });
+impl State for FrontEnd {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            drives: _,
+            standstill_mps: _,
+            vote: _,
+            conditioning,
+            sampled,
+            standing,
+            check,
+            torque,
+            speed,
+            forward,
+            left,
+            up,
+            roll_rate,
+            pitch_rate,
+            yaw_rate,
+            steering,
+        } = self;
+        visit_built(conditioning, archive);
+        sampled.visit(archive);
+        standing.visit(archive);
+        check.visit(archive);
+        torque.visit(archive);
+        speed.visit(archive);
+        for axis in [forward, left, up, roll_rate, pitch_rate, yaw_rate, steering] {
+            axis.visit(archive);
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {

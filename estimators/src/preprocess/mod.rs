@@ -1,7 +1,11 @@
 //! From samples to signals: checks, freshness, one speed out of many wheels, matched filters.
 
+pub mod conditioning;
 pub mod front_end;
+pub mod gyro_calibration;
 pub mod input_check;
+pub mod noise_learning;
+pub mod outlier_hold;
 pub mod resampler;
 pub mod sample_hold;
 pub mod stuck_detector;

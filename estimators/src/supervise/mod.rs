@@ -7,26 +7,37 @@
 //! | [`SlipDetector`](slip::SlipDetector) | `slip_detector` | a grade found with slipping wheels is not valid | it is |
 //! | grade map ([`DistributedTrain`](crate::models::distributed_train::DistributedTrain)) | `grade_map` | means of the grade over where a long train rests | the train is a point |
 //! | [`GradeObservability`](observability::GradeObservability) | – | a grade carried on by dead reckoning is not valid | – |
-//! | [`ValidityGate`](validity::ValidityGate) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
+//! | [`InnovationGate`](crate::filters::innovation_gate::InnovationGate) | `innovation_gate` | keeps outliers out of the filters, and reopens | all measurements enter |
+//! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise told | validity does not ask |
+//! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | validity does not ask |
+//! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
+//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise as told |
 //!
-//! Measurements pass three layers: [`control`] (new, held, or out of use), gate (how far it is to be believed), and fuse (the filter's
+//! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it enters), and fuse (the filter's
 //! update). What became of the last one is published for each source as [`AidStatus`](crate::api::aid::AidStatus).
 
 pub mod control;
 pub mod excitation_gate;
+pub mod gate;
+pub mod gravity_check;
+pub mod gyro_range;
+pub mod kinematic_consistency;
 pub mod load_change;
+pub mod nis_monitor;
 pub mod observability;
+pub mod plausibility;
 pub mod slip;
 pub mod validity;
 
 use crate::api::params::params;
 use crate::api::vehicle::Vehicle;
+use crate::preprocess::conditioning::ConditioningParams;
+use validity::Integrity;
 
 params! {
     /// Which supervisors of an estimator are on.
     Supervision {
         grade_map [flag] = true, "Keep a map of the grade under a long train; off: the train is a point.";
-        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: all estimated values are.";
     }
 }
 
@@ -35,7 +46,43 @@ params! {
     TwoStageSupervision {
         slip_detector [flag] = true, "No grade is valid while wheel speed does not follow the force balance.";
         grade_map [flag] = true, "Keep a map of the grade under a long train; off: the train is a point.";
-        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: all estimated values are.";
+    }
+}
+
+/// The supervisors of an estimator, as its parameters have them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Supervisors {
+    /// Whether a grade map is kept.
+    pub grade_map: bool,
+    /// Whether a slip detector is on.
+    pub slip_detector: bool,
+    /// Innovation gates and validity rule.
+    pub integrity: Integrity,
+    /// Conditioning of the channels.
+    pub conditioning: ConditioningParams,
+}
+
+impl Supervision {
+    /// With innovation gates, validity rule and conditioning.
+    pub fn with(&self, integrity: Integrity, conditioning: ConditioningParams) -> Supervisors {
+        Supervisors {
+            grade_map: self.grade_map,
+            slip_detector: false,
+            integrity,
+            conditioning,
+        }
+    }
+}
+
+impl TwoStageSupervision {
+    /// With innovation gates, validity rule and conditioning.
+    pub fn with(&self, integrity: Integrity, conditioning: ConditioningParams) -> Supervisors {
+        Supervisors {
+            grade_map: self.grade_map,
+            slip_detector: self.slip_detector,
+            integrity,
+            conditioning,
+        }
     }
 }
 

@@ -12,21 +12,17 @@ const MAX_SD_RATIO: Real = 3.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipDetector {
     on: bool,
-    max_sd_mps: Real,
 }
 
 impl SlipDetector {
-    /// For a nominal standard deviation of wheel speed, m/s. If not `on`, wheels never slip.
-    pub fn new(on: bool, nominal_sd_mps: Real) -> Self {
-        Self {
-            on,
-            max_sd_mps: MAX_SD_RATIO * nominal_sd_mps,
-        }
+    /// If not `on`, wheels never slip.
+    pub fn new(on: bool) -> Self {
+        Self { on }
     }
 
-    /// Whether wheel speed, of an adapted standard deviation in m/s, follows the force balance about as closely as its noise says.
-    pub fn wheel_speed_consistent(&self, adapted_sd_mps: Real) -> bool {
-        !self.on || adapted_sd_mps < self.max_sd_mps
+    /// Whether wheel speed, of an adapted over un-adapted standard deviation, follows the force balance about as closely as its noise says.
+    pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
+        !self.on || adapted_ratio < MAX_SD_RATIO
     }
 }
 
@@ -36,9 +32,9 @@ mod tests {
 
     #[test]
     fn three_times_the_nominal_noise_is_slip() {
-        let detector = SlipDetector::new(true, 0.005);
-        assert!(detector.wheel_speed_consistent(0.0149));
-        assert!(!detector.wheel_speed_consistent(0.0151));
-        assert!(SlipDetector::new(false, 0.005).wheel_speed_consistent(1.0));
+        let detector = SlipDetector::new(true);
+        assert!(detector.wheel_speed_consistent(2.99));
+        assert!(!detector.wheel_speed_consistent(3.01));
+        assert!(SlipDetector::new(false).wheel_speed_consistent(100.0));
     }
 }

@@ -14,6 +14,7 @@ use crate::grade::force_balance_ekf::{Drive, ForceBalanceModel};
 use crate::grade::imm::{self, Acceleration, SlopeModel};
 use crate::grade::inertial::{InertialModel, Motion, Turn};
 use crate::models::force_balance::ForceBalance;
+use crate::pipelines::ekf_v_theta_biases::{BiasModel, Inertial};
 use crate::pipelines::guo_2024::{self, RampModel};
 use crate::pipelines::huainan::InclinationModel;
 use crate::pipelines::joint_ekf::{self, JointModel};
@@ -27,6 +28,7 @@ type Case = (&'static str, fn(&mut Random));
 
 /// Every model by the name of its type, sorted, with what draws inputs and states for it.
 const MODELS: &[Case] = &[
+    ("BiasModel", biases),
     ("ClimbModel", climb),
     ("ForceBalanceModel", force_balance),
     ("GradeModel", liu_grade),
@@ -39,6 +41,28 @@ const MODELS: &[Case] = &[
 
 /// Drawn inputs for each model.
 const DRAWS: usize = 200;
+
+fn biases(random: &mut Random) {
+    let model = BiasModel {
+        q: [1e-5, 1e-7, 1e-11, 1e-8],
+    };
+    let (force, rate) = (random.normal(), 0.1 * random.normal());
+    for specific_force_mps2 in [None, Some(force)] {
+        for pitch_rate_radps in [None, Some(rate)] {
+            let inertial = Inertial {
+                specific_force_mps2,
+                pitch_rate_radps,
+            };
+            let grade = speed_and_grade(random);
+            let biases = [0.01 * random.normal(), 0.1 * random.normal()];
+            check(
+                &model,
+                &inertial,
+                vector![grade.x, grade.y, biases[0], biases[1]],
+            );
+        }
+    }
+}
 
 fn climb(random: &mut Random) {
     let model = ClimbModel {
@@ -100,6 +124,7 @@ fn inertial(random: &mut Random) {
             let motion = Motion {
                 specific_force_mps2,
                 turn,
+                force_noise_mps2: 0.0,
             };
             check(&model, &motion, speed_and_grade(random));
         }

@@ -171,7 +171,7 @@ fn standing_never_changes_mass_or_slope() {
             };
             z.specific_force_mps2 = Some(Sample {
                 t: Time::from_s(t_s),
-                value: [random.normal(), 0.0, -9.81],
+                value: [random.normal(), 0.0, 9.81],
             });
             for i in 0..8 {
                 z.motor_torque_nm[i] = Some(Sample {

@@ -25,6 +25,8 @@ pub fn vehicle() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         layout: None,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     })
     .unwrap()
@@ -45,6 +47,8 @@ pub fn car() -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         layout: None,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: Some(RoadVehicle {
             drag_area_m2: 0.332 * 2.574,
             air_density_kgpm3: 1.2258,
@@ -167,6 +171,7 @@ impl Turn {
             yaw_rate_radps: Some(self.yaw_rate),
             steering_angle_rad: Some(self.steer),
             brake: 0.0,
+            ..Reading::default()
         }
     }
 }
@@ -306,7 +311,7 @@ impl World {
             let f = a + 9.81 * theta.sin() + self.accel_bias + self.accel_sd * random.normal();
             z.specific_force_mps2 = Some(Sample {
                 t: Time::from_s(t),
-                value: [f, 0.0, -9.81 * theta.cos()],
+                value: [f, 0.0, 9.81 * theta.cos()],
             });
             let rate = pitch_rate + 1e-4 * random.normal();
             z.angular_rate_radps = Some(Sample {

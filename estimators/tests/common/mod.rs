@@ -77,6 +77,8 @@ pub fn vehicle(drives: usize) -> Vehicle {
         load_span_m: [0.0; 2],
         imu_arm_m: 0.0,
         layout: None,
+        accel_bias_sd_mps2: None,
+        gyro_bias_sd_radps: None,
         road: None,
     })
     .unwrap()
@@ -95,6 +97,8 @@ pub struct Crane {
     pub t_s: Real,
     pub speed_mps: Real,
     pub chainage_m: Real,
+    /// Grade angle of the step before, rad: what the pitch gyro needs.
+    pub last_grade_rad: Option<Real>,
     pub random: Random,
 }
 
@@ -108,6 +112,7 @@ impl Crane {
             t_s: 0.0,
             speed_mps: 0.0,
             chainage_m: 0.0,
+            last_grade_rad: None,
             random: Random::new(seed),
         }
     }
@@ -140,6 +145,8 @@ impl Crane {
         let torque =
             force * vehicle.wheel_radius_m / vehicle.gear_ratio * loss / vehicle.drives as Real;
 
+        let before = self.last_grade_rad.replace(self.grade_rad);
+        let pitch = (self.grade_rad - before.unwrap_or(self.grade_rad)) / dt;
         let (t_s, random) = (self.t_s, &mut self.random);
         let mut z = Measurements {
             t: Time::from_s(t_s),
@@ -148,11 +155,11 @@ impl Crane {
         let f = a + GRAVITY * sine + 0.007 * random.normal();
         z.specific_force_mps2 = Some(Sample {
             t: Time::from_s(t_s),
-            value: [f, 0.0, -GRAVITY * cosine],
+            value: [f, 0.0, GRAVITY * cosine],
         });
         z.angular_rate_radps = Some(Sample {
             t: Time::from_s(t_s),
-            value: [0.0, 1e-4 * random.normal(), 1e-4 * random.normal()],
+            value: [0.0, 1e-4 * random.normal() - pitch, 1e-4 * random.normal()],
         });
         for i in 0..vehicle.drives {
             z.motor_torque_nm[i] = Some(Sample {

@@ -132,11 +132,12 @@ impl World {
             let f = a + G * theta.sin() + self.bias_mps2 + 0.007 * random.normal();
             z.specific_force_mps2 = Some(Sample {
                 t: Time::from_s(t_s),
-                value: [f, self.across_mps2, -G * theta.cos()],
+                value: [f, self.across_mps2, G * theta.cos()],
             });
+            let pitch = ((self.grade)(s) - theta) / DT;
             z.angular_rate_radps = Some(Sample {
                 t: Time::from_s(t_s),
-                value: [0.0, 0.0, if v == 0.0 { 0.0 } else { self.across_mps2 / v }],
+                value: [0.0, -pitch, if v == 0.0 { 0.0 } else { self.across_mps2 / v }],
             });
             for i in 0..2 {
                 let noise = 0.01 * (50.0 + torque.abs()) * random.normal();

@@ -165,6 +165,13 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     (columns.masks.len() == steps && columns.values.len() == values).then_some(columns)
 }
 
+/// Number of a standard deviation that is not known.
+const NOT_KNOWN: f64 = -1.0;
+
+fn known(number: f64) -> Option<f64> {
+    (number >= 0.0).then_some(number)
+}
+
 /// The numbers of a vehicle, in the order [`vehicle_of`] reads them.
 fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
     let VehicleData {
@@ -179,6 +186,9 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         tare_span_m: [tare_near, tare_far],
         load_span_m: [load_near, load_far],
         imu_arm_m,
+        layout,
+        accel_bias_sd_mps2,
+        gyro_bias_sd_radps,
         road,
     } = vehicle.data();
     let mut numbers = vec![
@@ -196,8 +206,12 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         load_near,
         load_far,
         imu_arm_m,
+        accel_bias_sd_mps2.unwrap_or(NOT_KNOWN),
+        gyro_bias_sd_radps.unwrap_or(NOT_KNOWN),
+        if layout.is_some() { 1.0 } else { 0.0 },
         if road.is_some() { 1.0 } else { 0.0 },
     ];
+    numbers.extend(layout.iter().flat_map(MassLayout::numbers));
     if let Some(RoadVehicle {
         drag_area_m2,
         air_density_kgpm3,
@@ -232,9 +246,16 @@ fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
         tare_span_m: [get()?, get()?],
         load_span_m: [get()?, get()?],
         imu_arm_m: get()?,
+        layout: None,
+        accel_bias_sd_mps2: known(get()?),
+        gyro_bias_sd_radps: known(get()?),
         road: None,
     };
-    if get()? != 0.0 {
+    let (layout, road) = (get()?, get()?);
+    if layout != 0.0 {
+        vehicle.layout = Some(MassLayout::from_numbers(&mut *get)?);
+    }
+    if road != 0.0 {
         vehicle.road = Some(RoadVehicle {
             drag_area_m2: get()?,
             air_density_kgpm3: get()?,

@@ -14,6 +14,7 @@ use crate::plant::rapier::World;
 use crate::plant::road::RoadPlant;
 use crate::plant::{Plant, PlantOptions};
 use crate::rail::Rail;
+use crate::sensors::Fitting;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
 use std::path::Path;
@@ -89,7 +90,12 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
             "`.sensors(Sheet::load(…)?)`, or specifications by name",
         ));
     };
-    let sensors = instruments::fit(&scenario, &specs, others, &train, seed)
+    let joints_m: Vec<f64> = rail.joint_chainages().collect();
+    let on = Fitting {
+        joints_m: &joints_m,
+        ..Fitting::new(&train, gravity, seed)
+    };
+    let sensors = instruments::fit(&scenario, &specs, others, &on)
         .map_err(|e| e.in_file(&scenario, &sheet_file))?;
     let imu = sensors
         .imu_mount()

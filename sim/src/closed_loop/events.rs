@@ -57,10 +57,21 @@ impl EventSchedule {
         self.happened.clear();
         while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
             match &now.event {
-                Event::LoadMass { load_mass_kg, .. } => {
-                    plant.set_load_mass(load_mass_kg.get());
+                Event::LoadMass {
+                    load_mass_kg,
+                    load_speed_mps,
+                    ..
+                } => {
+                    let heavier = load_mass_kg.get() > plant.truth().load_mass_kg;
+                    let speed = load_speed_mps.map(f64::from);
+                    plant.set_load_mass(load_mass_kg.get(), speed);
+                    let how = match speed.filter(|_| heavier) {
+                        Some(speed) => format!("hung on at {speed} m/s"),
+                        None if heavier => "hung on at the load's speed".into(),
+                        None => "set down at the load's speed".into(),
+                    };
                     self.happened
-                        .push(format!("load is now {} kg", load_mass_kg.get()));
+                        .push(format!("load is now {} kg, {how}", load_mass_kg.get()));
                 }
                 Event::ClampPressure { clamp_mpa, .. } => {
                     plant.set_clamp_limit(clamp_mpa.get());

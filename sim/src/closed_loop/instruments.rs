@@ -3,8 +3,7 @@
 use crate::config::scenario::Scenario;
 use crate::error::{DataError, Error};
 use crate::sensors::spec::InstrumentSpecs;
-use crate::sensors::{Instrument, KINDS, Suite};
-use crate::train::Train;
+use crate::sensors::{Fitting, Instrument, KINDS, Suite};
 use std::path::Path;
 
 /// What cannot be fitted: said by the data sheet, or by the scenario.
@@ -25,18 +24,16 @@ impl Unfit {
     }
 }
 
-/// The instruments of a data sheet and `others` (of a user's own), fitted to `train`, with the faults of the scenario's events.
+/// The instruments of a data sheet and `others` (of a user's own), fitted to a vehicle, with the faults of the scenario's events.
 pub fn fit(
     scenario: &Scenario,
     specs: &InstrumentSpecs,
     others: Vec<Box<dyn Instrument>>,
-    train: &Train,
-    seed: u64,
+    on: &Fitting<'_>,
 ) -> Result<Suite, Unfit> {
     let file = &scenario.file;
     check_vehicle(specs, file.car.is_some()).map_err(Unfit::Sheet)?;
-    let gravity = file.physics.gravity_mps2.get();
-    let mut suite = Suite::new(specs, train, gravity, seed).map_err(Unfit::Sheet)?;
+    let mut suite = Suite::new(specs, on).map_err(Unfit::Sheet)?;
     for other in others {
         suite.fit(other).map_err(Unfit::Sheet)?;
     }

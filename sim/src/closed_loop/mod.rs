@@ -22,6 +22,7 @@ mod end;
 pub mod estimators;
 pub mod events;
 mod instruments;
+mod mass_layout;
 mod nominal_vehicle;
 mod observer;
 pub mod obstacles;

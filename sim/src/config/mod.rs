@@ -11,7 +11,7 @@
 //! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
 //! | `car_file` | the YAML file of a car |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
-//! | `sensor_sheet_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
+//! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
 
 pub mod car_file;
 pub mod checked;
@@ -21,6 +21,7 @@ pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;
 pub mod sensor_sheet_file;
+pub mod sensor_world_file;
 pub mod stl;
 pub mod track;
 pub mod train;

@@ -3,11 +3,19 @@
 use crate::config::file::{Sets, read_yaml_with, with_sets};
 use crate::config::sensor_sheet_file::SheetFile;
 use crate::error::{DataError, Error};
-use crate::sensors::spec::{Errors, InstrumentSpecs, Mounting, Sampling};
+use crate::sensors::spec::{ClockSpec, Errors, InstrumentSpecs, Mounting, Sampling};
 use std::path::{Path, PathBuf};
 
 /// Longest latency that makes sense; also bounds the memory of the delay line.
 const MAX_LATENCY_MS: f64 = 10_000.0;
+/// Largest offset of a clock that still is one.
+const MAX_CLOCK_OFFSET_MS: f64 = 60_000.0;
+/// Largest drift of a clock, millionths: a clock that loses a tenth.
+const MAX_CLOCK_DRIFT_PPM: f64 = 1e5;
+/// Highest upper corner of a vibration: the physics has steps of milliseconds.
+const MAX_VIBRATION_HZ: f64 = 1000.0;
+/// Largest static pitch of a sprung body.
+const MAX_LEAN_DEG_PER_G: f64 = 30.0;
 /// Largest misalignment that still is one, degrees.
 const MAX_MISALIGNMENT_DEG: f64 = 30.0;
 
@@ -60,8 +68,10 @@ impl Sheet {
         for (name, spec) in all {
             if let Some(spec) = spec {
                 check_sampling(&spec.sampling)
+                    .and_then(|()| check_clock(&spec.sampling.clock))
                     .and_then(|()| check_errors(&spec.errors))
-                    .and_then(|()| check_misalignment(&spec.mounting))
+                    .and_then(|()| check_shake(&spec.errors))
+                    .and_then(|()| check_mounting(&spec.mounting))
                     .map_err(|e| e.under(name))?;
             }
         }
@@ -87,17 +97,78 @@ fn check_sampling(sampling: &Sampling) -> Result<(), DataError> {
             "at most a fifth of the period, so that samples keep their order",
         ));
     }
-    if sampling.latency_ms > MAX_LATENCY_MS {
-        return Err(DataError::new(
-            "sampling.latency_ms",
-            format!(
-                "{} ms is longer than {MAX_LATENCY_MS} ms",
-                sampling.latency_ms
-            ),
-            "the time from taking a value to handing it over, in milliseconds",
-        ));
+    let jitter = sampling.arrival_jitter;
+    for (key, ms) in [
+        ("latency_ms", sampling.latency_ms),
+        ("arrival_jitter.ms", jitter.map_or(0.0, |j| j.longest_ms())),
+        ("bunching_ms", sampling.bunching_ms),
+        (
+            "reordering.delay_ms",
+            sampling.reordering.map_or(0.0, |r| r.delay_ms),
+        ),
+    ] {
+        if ms > MAX_LATENCY_MS {
+            return Err(DataError::new(
+                format!("sampling.{key}"),
+                format!("samples would be {ms} ms late, more than {MAX_LATENCY_MS} ms"),
+                "a time on the way from taking a value to handing it over, in milliseconds",
+            ));
+        }
     }
     Ok(())
+}
+
+fn check_clock(clock: &ClockSpec) -> Result<(), DataError> {
+    for (key, size, limit) in [
+        ("offset_ms", clock.offset_ms, MAX_CLOCK_OFFSET_MS),
+        ("offset_sd_ms", clock.offset_sd_ms, MAX_CLOCK_OFFSET_MS),
+        ("drift_ppm", clock.drift_ppm, MAX_CLOCK_DRIFT_PPM),
+        ("drift_sd_ppm", clock.drift_sd_ppm, MAX_CLOCK_DRIFT_PPM),
+    ] {
+        if size.abs() > limit {
+            return Err(DataError::new(
+                format!("sampling.clock.{key}"),
+                format!("{size} is more than a clock is off by"),
+                format!("at most {limit}"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_shake(errors: &Errors) -> Result<(), DataError> {
+    if let Some([low, high]) = errors.vibration.map(|v| v.band_hz)
+        && (low >= high || high > MAX_VIBRATION_HZ)
+    {
+        return Err(DataError::new(
+            "errors.vibration.band_hz",
+            format!("{low} to {high} Hz is no band"),
+            format!("write [lower, upper] corner, upper at most {MAX_VIBRATION_HZ} Hz"),
+        ));
+    }
+    let hits = errors.hits.map(|h| h.size);
+    for (key, limits) in [
+        ("hits.size", hits),
+        ("switch_on_bias", errors.switch_on_bias),
+    ] {
+        if let Some([least, greatest]) = limits
+            && least > greatest
+        {
+            return Err(DataError::new(
+                format!("errors.{key}"),
+                format!("{least} is above {greatest}"),
+                "write [least, greatest] magnitude",
+            ));
+        }
+    }
+    match errors.hits {
+        Some(h) if !h.at_joints && h.per_m == 0.0 => Err(DataError::new(
+            "errors.hits",
+            "neither joints nor random places hit",
+            "`at_joints: true`, or `per_m` above 0",
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn check_errors(errors: &Errors) -> Result<(), DataError> {
@@ -116,7 +187,16 @@ fn check_errors(errors: &Errors) -> Result<(), DataError> {
     }
 }
 
-fn check_misalignment(mounting: &Mounting) -> Result<(), DataError> {
+fn check_mounting(mounting: &Mounting) -> Result<(), DataError> {
+    if let Some(lean) = mounting.lean
+        && lean.pitch_deg_per_g.abs() > MAX_LEAN_DEG_PER_G
+    {
+        return Err(DataError::new(
+            "lean.pitch_deg_per_g",
+            format!("{}° per g is no suspension any more", lean.pitch_deg_per_g),
+            format!("at most {MAX_LEAN_DEG_PER_G}; cars have 1 to 4"),
+        ));
+    }
     let known = mounting.misalignment_deg;
     let known = known.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let drawn = mounting.misalignment_sd_deg;

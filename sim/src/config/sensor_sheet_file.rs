@@ -5,6 +5,9 @@
 //! of it"; an instrument left out is not fitted. Values are in the instrument's SI unit: m/s² (accelerometer), rad/s (gyro),
 //! N·m (motor torque), m/s (wheel speed), MPa (clamp pressure), rad (steering angle, inclinometer).
 
+pub use super::sensor_world_file::{
+    ArrivalJitterFile, ClockFile, HitsFile, LeanFile, ManyFile, ReorderingFile, VibrationFile,
+};
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use crate::sensors::spec::{self, InstrumentSpec, Mounting};
 use schemars::JsonSchema;
@@ -83,6 +86,12 @@ pub struct InertialSensor {
     /// Standard deviation of a misalignment drawn once a run, each component of the rotation vector, degrees.
     #[serde(default)]
     pub misalignment_sd_deg: Option<NonNegative>,
+    /// Share of `errors.vibration` and `errors.hits` on x, y, z; none = all of it on each.
+    #[serde(default)]
+    pub axis_shake: Option<[NonNegative; 3]>,
+    /// Lean of the body that carries it.
+    #[serde(default)]
+    pub lean: Option<LeanFile>,
 }
 
 /// An instrument with one reading, bolted to a link.
@@ -96,6 +105,9 @@ pub struct MountedSensor {
     /// How values differ from the truth.
     #[serde(default)]
     pub errors: ErrorsFile,
+    /// Lean of the body that carries it.
+    #[serde(default)]
+    pub lean: Option<LeanFile>,
 }
 
 /// An instrument with one reading, which sits where the vehicle has it.
@@ -125,6 +137,21 @@ pub struct SamplingFile {
     /// Probability that a sample is lost.
     #[serde(default = "never")]
     pub dropout: Fraction,
+    /// Further time to arrival, drawn for every sample; a sample waits for those before it.
+    #[serde(default)]
+    pub arrival_jitter: Option<ArrivalJitterFile>,
+    /// Samples are handed over at multiples of this time only, ms; 0 = as they come.
+    #[serde(default = "zero")]
+    pub bunching_ms: NonNegative,
+    /// A share of samples that arrives late and out of order.
+    #[serde(default)]
+    pub reordering: Option<ReorderingFile>,
+    /// Error of the clock that stamps the samples.
+    #[serde(default)]
+    pub clock: ClockFile,
+    /// What is handed over when several samples have arrived within a step.
+    #[serde(default)]
+    pub many: ManyFile,
 }
 
 /// How values differ from the truth. `unit` is the instrument's SI unit; the order of effects is that of the signal path
@@ -143,8 +170,10 @@ pub struct ErrorsFile {
     pub linearity: Fraction,
     /// Known bias, unit.
     pub bias: Finite,
-    /// Standard deviation of a bias drawn once a run (turn-on bias, zero drift), unit.
+    /// Standard deviation of a bias drawn once a run (turn-on repeatability, zero drift), unit.
     pub bias_sd: NonNegative,
+    /// Bias of an instrument that is not calibrated, drawn once a run for each axis: [least, greatest] magnitude, sign at random, unit.
+    pub switch_on_bias: Option<[NonNegative; 2]>,
     /// Growth of a wandering bias, unit/√s.
     pub bias_random_walk: NonNegative,
     /// A bias that wanders within bounds.
@@ -163,6 +192,10 @@ pub struct ErrorsFile {
     pub quantisation: Option<Positive>,
     /// Least and greatest reading, unit.
     pub range: Option<[Finite; 2]>,
+    /// Shaking that grows with the speed.
+    pub vibration: Option<VibrationFile>,
+    /// Hits at rail joints and bumps.
+    pub hits: Option<HitsFile>,
 }
 
 /// First-order Gauss–Markov process.
@@ -212,6 +245,7 @@ impl Default for ErrorsFile {
             linearity: never(),
             bias: Finite::ZERO,
             bias_sd: zero(),
+            switch_on_bias: None,
             bias_random_walk: zero(),
             gauss_markov: None,
             warm_up: None,
@@ -221,6 +255,8 @@ impl Default for ErrorsFile {
             random_walk_of_integral: zero(),
             quantisation: None,
             range: None,
+            vibration: None,
+            hits: None,
         }
     }
 }
@@ -236,6 +272,8 @@ impl From<&InertialSensor> for InstrumentSpec {
                 axis_bias: vector(s.axis_bias),
                 misalignment_deg: vector(s.misalignment_deg),
                 misalignment_sd_deg: s.misalignment_sd_deg.map_or(0.0, |x| x.get()),
+                axis_shake: s.axis_shake.map(|shares| shares.map(|x| x.get())),
+                lean: s.lean.map(spec::LeanSpec::from),
             },
         }
     }
@@ -248,6 +286,7 @@ impl From<&MountedSensor> for InstrumentSpec {
             errors: s.errors.into(),
             mounting: Mounting {
                 link: s.mount.clone(),
+                lean: s.lean.map(spec::LeanSpec::from),
                 ..Mounting::default()
             },
         }
@@ -271,6 +310,11 @@ impl From<SamplingFile> for spec::Sampling {
             latency_ms: s.latency_ms.get(),
             jitter_ms: s.jitter_ms.get(),
             dropout: s.dropout.get(),
+            arrival_jitter: s.arrival_jitter.map(spec::ArrivalJitter::from),
+            bunching_ms: s.bunching_ms.get(),
+            reordering: s.reordering.map(spec::Reordering::from),
+            clock: s.clock.into(),
+            many: s.many.into(),
         }
     }
 }
@@ -284,6 +328,7 @@ impl From<ErrorsFile> for spec::Errors {
             linearity: e.linearity.get(),
             bias: e.bias.get(),
             bias_sd: e.bias_sd.get(),
+            switch_on_bias: e.switch_on_bias.map(|b| b.map(|x| x.get())),
             bias_random_walk: e.bias_random_walk.get(),
             gauss_markov: e.gauss_markov.map(|m| spec::Markov {
                 sd: m.sd.get(),
@@ -300,6 +345,8 @@ impl From<ErrorsFile> for spec::Errors {
             random_walk_of_integral: e.random_walk_of_integral.get(),
             quantisation: e.quantisation.map(f64::from),
             range: e.range.map(|r| r.map(f64::from)),
+            vibration: e.vibration.map(spec::VibrationSpec::from),
+            hits: e.hits.map(spec::HitSpec::from),
         }
     }
 }

@@ -18,6 +18,7 @@ pub mod train;
 
 pub use options::PlantOptions;
 
+use self::train::balance::ForceBalance;
 use crate::error::Error;
 use monorig_estimators::api::signals::Command;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -28,8 +29,10 @@ pub trait Plant {
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error>;
     /// The true state now.
     fn truth(&self) -> &Truth;
-    /// Change the mass of the load during a run (pick-up, set-down), kg.
-    fn set_load_mass(&mut self, mass_kg: f64);
+    /// Change the mass of the load during a run (pick-up, set-down), kg. Mass that is hung on comes with `speed_mps` along the rail,
+    /// without that with the motion of the load that is there; the two then have one velocity, their momentum together. Mass that is
+    /// set down leaves with the motion of the load, so that nothing pushes the train.
+    fn set_load_mass(&mut self, mass_kg: f64, speed_mps: Option<f64>);
     /// Limit the pressure the clamps can reach (a fault), MPa.
     fn set_clamp_limit(&mut self, mpa: f64);
     /// Update the clearance in the truth, which is costly; called before a row is recorded.
@@ -55,7 +58,7 @@ pub struct DriveState {
     pub chainage_m: f64,
     /// Torque at the motor shaft, N·m.
     pub motor_torque_nm: f64,
-    /// Rate of the friction wheels (left, right), rad/s.
+    /// Rate of the friction wheels (left, right) at this instant, rad/s.
     pub wheel_rate_radps: [f64; 2],
     /// Angle of the friction wheels (left, right), rad, for viewing.
     pub wheel_angle_rad: [f64; 2],
@@ -98,10 +101,14 @@ pub struct Truth {
     pub t_s: f64,
     /// Chainage of the IMU, m.
     pub chainage_m: f64,
-    /// Speed of the train along the rail at the IMU, m/s.
+    /// Speed of the train along the rail: the rate of `chainage_m`, m/s. What wheels on the rail measure, and what forces on the rail
+    /// multiply to power. Of a car: speed of its centre of mass along the lane.
     pub speed_mps: f64,
-    /// Mean acceleration along the rail over the last step, m/s².
+    /// Change of `speed_mps` over the last step, m/s².
     pub accel_mps2: f64,
+    /// Speed of the IMU itself along the rail, m/s. Below the rail it differs from `speed_mps` by the share height × vertical
+    /// curvature: less on a crest, more in a sag.
+    pub speed_at_imu_mps: f64,
     /// Grade of the rail at the IMU's chainage, rad, + uphill (the primary slope truth).
     pub grade_at_imu_rad: f64,
     /// Pitch of the body that carries the IMU, rad, + nose up.
@@ -116,14 +123,17 @@ pub struct Truth {
     pub total_mass_kg: f64,
     /// Load mass, kg.
     pub load_mass_kg: f64,
-    /// Sum of friction forces of the driven wheels along the rail, N.
+    /// Sum of friction forces of the driven wheels along the rail, N: after the rolling of the clamped wheels and what turns the wheels.
     pub traction_n: f64,
-    /// Sum of running resistances against the motion, N.
+    /// Sum of running resistances against the motion, N, with the rolling of the clamped wheels, which lessens `traction_n` already:
+    /// forces that add up are in `balance`.
     pub resistance_n: f64,
     /// Sum of clamp-brake forces, N.
     pub brake_n: f64,
     /// resistance / Σ mᵢ g cos θᵢ: the effective running-resistance coefficient.
     pub running_resistance: f64,
+    /// Forces along the rail that add up to the change of momentum; none for a car.
+    pub balance: Option<ForceBalance>,
     /// Swing angle of the load against the vertical of the beam, rad (longitudinal, lateral).
     pub sway_rad: [f64; 2],
     /// Largest distance of a rail-bound body from the rail's line, lateral and vertical, m.

@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::plant::train::adhesion::{self, Zone};
+use crate::plant::train::balance::ForceBalance;
 use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::plant::train::resistance;
 use crate::plant::{DriveState, MountState, Plant, PlantOptions, Truth};
@@ -92,6 +93,7 @@ impl PointMass {
             ],
             drives: vec![DriveState::default(); train.drives.len()],
             poses: vec![(Vector3::zeros(), UnitQuaternion::identity()); train.bodies.len()],
+            balance: Some(ForceBalance::default()),
             clearance_m: f64::INFINITY,
             ..Default::default()
         };
@@ -137,6 +139,7 @@ impl PointMass {
         t.t_s = self.ns as f64 * 1e-9;
         t.chainage_m = f.s;
         t.speed_mps = self.v;
+        t.speed_at_imu_mps = self.v;
         t.accel_mps2 = accel;
         t.grade_at_imu_rad = libm::asin(f.t.z.clamp(-1.0, 1.0));
         t.pitch_at_imu_rad = t.grade_at_imu_rad;
@@ -208,6 +211,25 @@ impl Plant for PointMass {
         // The brake takes away what speed it can within the step, and no more.
         let brake = (-free - v * inertia / dt).clamp(-brake_limit, brake_limit);
         let accel = (free + brake) / inertia;
+        let way = resistance::direction(v);
+        let running = way * res.running_wheel * weight * cos;
+        let air = resistance::air(res, v);
+        self.truth.balance = Some(ForceBalance {
+            // torque beyond adhesion spins the wheels, which are no state here
+            drive_n: traction + rolling,
+            clamped_rolling_n: -rolling,
+            running_rolling_n: -running,
+            guide_rolling_n: 0.0,
+            bearing_n: running + air - against,
+            air_n: -air,
+            brake_n: brake,
+            grade_n: -weight * f.t.z,
+            curve_n: 0.0,
+            contact_n: 0.0,
+            inertia_n: inertia * accel,
+            effective_mass_kg: inertia,
+            speed_mps: v + accel * dt,
+        });
         self.v += accel * dt;
         self.cursor.s += self.v * dt;
         self.ns += libm::round(dt * 1e9) as i64;
@@ -229,7 +251,12 @@ impl Plant for PointMass {
         &self.truth
     }
 
-    fn set_load_mass(&mut self, mass_kg: f64) {
+    fn set_load_mass(&mut self, mass_kg: f64, speed_mps: Option<f64>) {
+        let added = mass_kg - self.load_kg;
+        if let Some(speed) = speed_mps.filter(|_| added > 0.0) {
+            let inertia = self.tare_kg + self.load_kg + self.rotating_kg;
+            self.v = (inertia * self.v + added * speed) / (inertia + added);
+        }
         self.load_kg = mass_kg;
     }
 

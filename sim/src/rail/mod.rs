@@ -122,6 +122,11 @@ impl Rail {
         libm::floor(self.length() * 1e3 + 1e-6) / 1e3
     }
 
+    /// Chainages of its joints, ascending, m.
+    pub fn joint_chainages(&self) -> impl Iterator<Item = f64> + '_ {
+        self.joints.iter().flat_map(Joints::chainages)
+    }
+
     /// Length, m.
     pub fn length(&self) -> f64 {
         self.length

@@ -3,6 +3,7 @@
 use super::Channel;
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::control::{Perception, Reference};
+use crate::plant::train::balance::ForceBalance;
 use crate::plant::{DriveState, RoadState, Truth};
 use crate::sensors::SensorChannel;
 use monorig_estimators::api::aid::AidStatus;
@@ -25,6 +26,7 @@ const TRUTH: &[Column<Truth>] = &[
     column("chainage", "m", |t| t.chainage_m),
     column("speed", "m/s", |t| t.speed_mps),
     column("acceleration", "m/s²", |t| t.accel_mps2),
+    column("speed_at_imu", "m/s", |t| t.speed_at_imu_mps),
     column("grade_at_imu", "rad", |t| t.grade_at_imu_rad),
     column("pitch_at_imu", "rad", |t| t.pitch_at_imu_rad),
     column("grade_effective", "rad", |t| t.grade_effective_rad),
@@ -44,6 +46,23 @@ const TRUTH: &[Column<Truth>] = &[
     column("clearance", "m", |t| finite(t.clearance_m)),
     column("clamp_pressure", "MPa", least_clamp_pressure),
     column("largest_slip", "m/s", largest_slip),
+];
+
+/// `truth/balance/…`, of a train: the forces add up to `inertia`.
+const TRUTH_BALANCE: &[Column<ForceBalance>] = &[
+    column("drive", "N", |b| b.drive_n),
+    column("clamped_rolling", "N", |b| b.clamped_rolling_n),
+    column("running_rolling", "N", |b| b.running_rolling_n),
+    column("guide_rolling", "N", |b| b.guide_rolling_n),
+    column("bearing", "N", |b| b.bearing_n),
+    column("air", "N", |b| b.air_n),
+    column("brake", "N", |b| b.brake_n),
+    column("grade", "N", |b| b.grade_n),
+    column("curve", "N", |b| b.curve_n),
+    column("contact", "N", |b| b.contact_n),
+    column("inertia", "N", |b| b.inertia_n),
+    column("effective_mass", "kg", |b| b.effective_mass_kg),
+    column("speed", "m/s", |b| b.speed_mps),
 ];
 
 /// `truth/drive_1/…`, one group for each drive unit.
@@ -141,6 +160,9 @@ trait Visitor {
 fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
     let truth = row.truth;
     visitor.group(format_args!("truth"), TRUTH, truth);
+    if let Some(balance) = &truth.balance {
+        visitor.group(format_args!("truth/balance"), TRUTH_BALANCE, balance);
+    }
     for (drive, d) in truth.drives.iter().zip(1..) {
         visitor.group(format_args!("truth/drive_{d}"), TRUTH_DRIVE, drive);
     }
@@ -235,6 +257,7 @@ mod tests {
         let truth = Truth {
             drives: vec![DriveState::default(); 3],
             road: Some(RoadState::default()),
+            balance: Some(ForceBalance::default()),
             ..Truth::default()
         };
         let row = RowSource {

@@ -1,6 +1,7 @@
 //! An instrument repeated on every drive unit: motor torque, wheel speed and clamp pressure share this.
 
 use super::fault::FaultWindow;
+use super::shake::Ride;
 use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
 use super::spec::InstrumentSpec;
 use super::{Fitting, Instrument, SensorChannel};
@@ -47,7 +48,7 @@ impl DriveInstruments {
             let name = format!("{}[{i}]", quantity.name);
             DriveInstrument {
                 drive: *drive,
-                path: SignalPath::scalar(&name, SamplingMode::Instant, spec, on.seed),
+                path: SignalPath::scalar(&name, SamplingMode::Instant, spec, on),
                 before: None,
             }
         };
@@ -82,7 +83,11 @@ impl Instrument for DriveInstruments {
         for ((unit, state), sample) in self.units.iter_mut().zip(&truth.drives).zip(samples) {
             let now = (self.quantity.ideal)(state, &unit.drive);
             let before = unit.before.replace(now).unwrap_or(now);
-            unit.path.observe(step, [before], [now])?;
+            let ride = Ride {
+                chainage_m: state.chainage_m,
+                speed_mps: truth.speed_mps,
+            };
+            unit.path.observe(step, ride, [before], [now])?;
             if let Some(new) = scalar(unit.path.deliver(step.to_ns)) {
                 *sample = Some(new);
             }

@@ -47,7 +47,12 @@ impl ErrorModel {
             gain: 1.0 + errors.scale_error + errors.scale_error_sd * stream("scale").normal(),
             linearity: errors.linearity,
             full_scale: range.map_or(f64::INFINITY, |[low, high]| low.abs().max(high.abs())),
-            bias: errors.bias + axis_bias + errors.bias_sd * stream("bias").normal(),
+            bias: errors.bias
+                + axis_bias
+                + errors.bias_sd * stream("bias").normal()
+                + errors
+                    .switch_on_bias
+                    .map_or(0.0, |limits| switch_on(limits, &mut stream("switch_on"))),
             walk: (walk > 0.0).then(|| RandomWalk::new(walk, period_s, stream("walk"))),
             markov: errors
                 .gauss_markov
@@ -88,6 +93,16 @@ impl ErrorModel {
             x = x.clamp(low, high);
         }
         x
+    }
+}
+
+/// A bias whose magnitude is uniform between the limits, of either sign.
+fn switch_on([least, greatest]: [f64; 2], stream: &mut Stream) -> f64 {
+    let magnitude = least + (greatest - least) * stream.uniform();
+    if stream.uniform() < 0.5 {
+        magnitude
+    } else {
+        -magnitude
     }
 }
 
@@ -216,6 +231,29 @@ mod tests {
         let bound = 5.0 * f64::sqrt(2.0 / runs as f64);
         assert!((biases / runs as f64 / 0.09 - 1.0).abs() < bound);
         assert!((gains / runs as f64 / 1e-4 - 1.0).abs() < bound);
+    }
+
+    #[test]
+    fn a_switch_on_bias_is_uniform_between_its_limits_and_of_either_sign() {
+        let errors = Errors {
+            switch_on_bias: Some([0.2, 0.6]),
+            ..Errors::default()
+        };
+        let runs = 20_000;
+        let biases: Vec<f64> = (0..runs)
+            .map(|seed| model(errors, seed).sense(0.0))
+            .collect();
+        assert!(biases.iter().all(|b| (0.2..=0.6).contains(&b.abs())));
+        let n = runs as f64;
+        let up = biases.iter().filter(|b| **b > 0.0).count() as f64 / n;
+        let mean = biases.iter().map(|b| b.abs()).sum::<f64>() / n;
+        assert!((up - 0.5).abs() < 5.0 * 0.5 / n.sqrt());
+        // Standard deviation of the uniform: 0.4/√12.
+        assert!((mean - 0.4).abs() < 5.0 * 0.4 / (12.0 * n).sqrt());
+        let mut sound = model(Errors::default(), 1);
+        let mut biased = model(errors, 1);
+        assert_eq!(biased.sense(1.0) - biased.sense(1.0), 0.0, "it stays");
+        assert_eq!(sound.sense(1.0), 1.0);
     }
 
     /// A signal that crosses many steps gets an error uniform on ± half a step: variance q²/12 (Widrow 1956).

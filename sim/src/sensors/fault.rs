@@ -1,7 +1,7 @@
-//! Faults by event: off, stuck, drift, wrong scale, spikes.
+//! Faults by event: off, stuck, drift, wrong scale, spikes, wrong units and axes.
 //!
 //! Drift, scale and spikes act on the sensed value, before quantisation and saturation: a fault cannot read beyond the
-//! range. Off and stuck act on what is handed over. A fault holds for stamps from ≤ t < to. Its random draws come from a
+//! range. Wrong units, signs and axes are mistakes of the receiver and act behind it; off and stuck act on what is handed over. A fault holds for stamps from ≤ t < to. Its random draws come from a
 //! stream of its own, so that a fault leaves the noise of the run as it was.
 
 use super::stream::Stream;
@@ -22,6 +22,43 @@ pub enum Fault {
     Scale(f64),
     /// Rare outliers of this height, unit.
     Spikes(f64),
+    /// Values taken for another unit than they are in.
+    WrongUnit(WrongUnit),
+    /// Values of the wrong sign, on all axes.
+    WrongSign,
+    /// Two axes exchanged, by index.
+    AxesSwapped([usize; 2]),
+}
+
+/// Values in a unit that is not the SI unit they are read as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WrongUnit {
+    /// km/h for m/s.
+    KmPerH,
+    /// g for m/s².
+    G,
+    /// Degrees for radians, also per second.
+    Degrees,
+}
+
+impl WrongUnit {
+    /// SI units that can be mistaken so.
+    pub fn si_units(self) -> &'static [&'static str] {
+        match self {
+            Self::KmPerH => &["m/s"],
+            Self::G => &["m/s²"],
+            Self::Degrees => &["rad", "rad/s"],
+        }
+    }
+
+    /// Number in the wrong unit of a value of 1 in the SI unit.
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::KmPerH => 3.6,
+            Self::G => 1.0 / 9.80665,
+            Self::Degrees => 180.0 / std::f64::consts::PI,
+        }
+    }
 }
 
 /// A fault of a sensor and when it holds.
@@ -76,9 +113,22 @@ impl<const N: usize> Faults<N> {
                         }
                     }
                 }
-                Fault::Off | Fault::Stuck => {}
+                _ => {}
             }
         }
+    }
+
+    /// What the receiver makes of a value at stamp `t_s` by wrong units, signs and axes, in the order of the events.
+    fn misread(&self, t_s: f64, mut value: [f64; N]) -> [f64; N] {
+        for w in self.windows.iter().filter(|w| w.holds(t_s)) {
+            match w.fault {
+                Fault::WrongUnit(unit) => value = value.map(|x| x * unit.factor()),
+                Fault::WrongSign => value = value.map(|x| -x),
+                Fault::AxesSwapped([i, j]) if i.max(j) < N => value.swap(i, j),
+                _ => {}
+            }
+        }
+        value
     }
 
     /// What is handed over at stamp `t_s`: nothing when off, the last good value when stuck.
@@ -89,6 +139,7 @@ impl<const N: usize> Faults<N> {
                 .any(|w| w.fault == fault && w.holds(t_s))
         };
         let (off, stuck) = (holds(Fault::Off), holds(Fault::Stuck));
+        let value = self.misread(t_s, value);
         // A sensor stuck from its first sample on stays at that one.
         let output = match self.last {
             Some(last) if stuck => last,
@@ -158,6 +209,35 @@ mod tests {
             [1.0, 3.0].map(|t| at(&mut f, t, -2.0)),
             [Some(-2.0), Some(-3.0)]
         );
+    }
+
+    #[test]
+    fn a_wrong_unit_or_sign_multiplies_inside_its_window_only() {
+        for (fault, factor) in [
+            (Fault::WrongUnit(WrongUnit::KmPerH), 3.6),
+            (Fault::WrongUnit(WrongUnit::G), 0.101_971_621_297_792_82),
+            (Fault::WrongUnit(WrongUnit::Degrees), 57.295_779_513_082_32),
+            (Fault::WrongSign, -1.0),
+        ] {
+            let mut f = faults(&[fault]);
+            assert_eq!(at(&mut f, 1.99, 2.0), Some(2.0));
+            let inside = at(&mut f, 2.0, 2.0).unwrap();
+            assert!((inside / (2.0 * factor) - 1.0).abs() < 1e-14, "{fault:?}");
+            assert_eq!(at(&mut f, 4.0, 2.0), Some(2.0));
+        }
+    }
+
+    #[test]
+    fn swapped_axes_change_places_and_the_third_stays() {
+        let mut f: Faults<3> = Faults::new(1, "axes");
+        f.add(FaultWindow {
+            from_s: 2.0,
+            to_s: 4.0,
+            fault: Fault::AxesSwapped([0, 2]),
+        });
+        assert_eq!(f.hand_over(1.0, [1.0, 2.0, 3.0]), Some([1.0, 2.0, 3.0]));
+        assert_eq!(f.hand_over(3.0, [1.0, 2.0, 3.0]), Some([3.0, 2.0, 1.0]));
+        assert_eq!(f.hand_over(4.0, [1.0, 2.0, 3.0]), Some([1.0, 2.0, 3.0]));
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub const KIND: InstrumentKind = InstrumentKind {
     name: QUANTITY.name,
     unsuited: |_| None,
     build: |spec, on| {
-        let path = SignalPath::inertial(QUANTITY.name, spec, on.seed);
+        let path = SignalPath::inertial(QUANTITY.name, spec, on);
         MountedInstrument::boxed(QUANTITY, path, spec, on)
     },
 };

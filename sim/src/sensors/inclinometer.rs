@@ -21,7 +21,7 @@ pub const KIND: InstrumentKind = InstrumentKind {
     name: QUANTITY.name,
     unsuited: |_| None,
     build: |spec, on| {
-        let path = SignalPath::scalar(QUANTITY.name, SamplingMode::Integrating, spec, on.seed);
+        let path = SignalPath::scalar(QUANTITY.name, SamplingMode::Integrating, spec, on);
         MountedInstrument::boxed(QUANTITY, path, spec, on)
     },
 };

@@ -6,7 +6,9 @@
 //! | `mounted_instrument` `drive_instruments` | what is alike of instruments bolted to a link, and of those on every drive unit |
 //! | `spec` | specification of an instrument, as plain numbers |
 //! | `signal_path` | what all have in common: the signal path from ideal value to sample |
-//! | `low_pass` `misalignment` `error_model` `noise` `fault` `sampling` | the stations of that path |
+//! | `value_sampler` `low_pass` `misalignment` `error_model` `noise` `fault` | the stations of that path |
+//! | `shake` `vibration` `hits` `lean` | what the track and a sprung mount do to it |
+//! | `sampling` `clock` `delay_line` | when values are taken, what is stamped on them, when they arrive |
 //! | `stream` | a seeded random stream for every use |
 //! | `mount` | finds the link of the vehicle that a data sheet names |
 //! | `suite` | all instruments of a vehicle |
@@ -18,11 +20,15 @@
 
 pub mod accelerometer;
 pub mod clamp_pressure;
+pub mod clock;
+pub mod delay_line;
 mod drive_instruments;
 pub mod error_model;
 pub mod fault;
 pub mod gyro;
+pub mod hits;
 pub mod inclinometer;
+pub mod lean;
 pub mod low_pass;
 pub mod misalignment;
 pub mod motor_torque;
@@ -30,6 +36,7 @@ mod mount;
 pub mod mounted_instrument;
 pub mod noise;
 pub mod sampling;
+pub mod shake;
 pub mod signal_path;
 pub mod spec;
 pub mod steering_angle;
@@ -37,6 +44,8 @@ pub mod stream;
 mod suite;
 #[cfg(test)]
 mod tests;
+pub mod value_sampler;
+pub mod vibration;
 pub mod wheel_speed;
 
 pub use suite::Suite;
@@ -135,12 +144,26 @@ pub struct InstrumentKind {
     pub build: BuildInstrument,
 }
 
-/// What an instrument is fitted to, and the seed of its errors.
+/// What an instrument is fitted to, the track it rides on, and the seed of its errors.
 pub struct Fitting<'a> {
     /// The vehicle.
     pub train: &'a Train,
     /// Gravity, m/s².
     pub gravity_mps2: f64,
+    /// Chainages of the rail's joints, ascending, m.
+    pub joints_m: &'a [f64],
     /// Seed of the run.
     pub seed: u64,
+}
+
+impl<'a> Fitting<'a> {
+    /// To this vehicle, on a rail without joints.
+    pub fn new(train: &'a Train, gravity_mps2: f64, seed: u64) -> Self {
+        Self {
+            train,
+            gravity_mps2,
+            joints_m: &[],
+            seed,
+        }
+    }
 }

@@ -1,6 +1,8 @@
 //! An instrument bolted to a link: accelerometer, gyro and inclinometer share this.
 
 use super::fault::FaultWindow;
+use super::lean::Lean;
+use super::shake::Ride;
 use super::signal_path::{Align, SignalPath, StepInterval};
 use super::spec::InstrumentSpec;
 use super::{Fitting, Instrument, SensorChannel, mount};
@@ -43,6 +45,7 @@ pub struct MountedInstrument<const N: usize> {
     mount: usize,
     path: SignalPath<N>,
     gravity_mps2: f64,
+    lean: Option<Lean>,
     before: Option<MountState>,
 }
 
@@ -65,6 +68,7 @@ where
             quantity,
             path,
             gravity_mps2: on.gravity_mps2,
+            lean: spec.mounting.lean.map(|lean| Lean::new(&lean)),
             before: None,
         }))
     }
@@ -96,7 +100,10 @@ where
         truth: &Truth,
         z: &mut Measurements,
     ) -> Result<(), Error> {
-        let now = truth.mounts[self.mount];
+        let mut now = truth.mounts[self.mount];
+        if let Some(lean) = &mut self.lean {
+            now = lean.apply(step.length_s(), truth.accel_mps2, &now);
+        }
         let before = self.before.replace(now).unwrap_or(now);
         let [start, end] = (self.quantity.signal)(&MotionStep {
             before: &before,
@@ -104,7 +111,7 @@ where
             dt_s: step.length_s(),
             gravity_mps2: self.gravity_mps2,
         });
-        self.path.observe(step, start, end)?;
+        self.path.observe(step, Ride::at_imu(truth), start, end)?;
         (self.quantity.put)(z, self.path.deliver(step.to_ns));
         Ok(())
     }

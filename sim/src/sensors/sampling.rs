@@ -1,12 +1,10 @@
-//! When values are taken, and when they arrive.
+//! When values are taken.
 //!
 //! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The value
-//! is *taken* at the due instant plus jitter, but *stamped* with the due instant.
-//! Arrival is the instant of taking plus the latency. Lost samples never arrive.
+//! is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
 
 use super::spec::Sampling;
 use super::stream::Stream;
-use std::collections::VecDeque;
 
 /// Seconds to whole nanoseconds.
 pub fn to_ns(t_s: f64) -> i64 {
@@ -106,65 +104,15 @@ impl Schedule {
     }
 }
 
-/// A sample on its way: the value as measured and the ideal one behind it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading<const N: usize> {
-    /// Stamp, ns.
-    pub stamp_ns: i64,
-    /// The value as measured.
-    pub measured: [f64; N],
-    /// The ideal value, after the bandwidth of the instrument.
-    pub ideal: [f64; N],
-}
-
-/// Samples on their way, oldest first. Its memory is taken once.
-#[derive(Clone, Debug)]
-pub struct DelayLine<const N: usize> {
-    latency_ns: i64,
-    queue: VecDeque<(i64, Reading<N>)>,
-}
-
-impl<const N: usize> DelayLine<N> {
-    /// A line with room for every sample that can be on its way at once.
-    pub fn new(sampling: &Sampling) -> Self {
-        let latency_s = sampling.latency_ms * 1e-3;
-        // Kept below 2²⁰: a rate this absurd is refused by `check_step` before the first step.
-        let room = (latency_s * sampling.rate_hz).min(1e6) as usize + 4;
-        Self {
-            latency_ns: to_ns(latency_s),
-            queue: VecDeque::with_capacity(room),
-        }
-    }
-
-    /// Send off a reading taken at `taken_ns`.
-    pub fn send(&mut self, taken_ns: i64, reading: Reading<N>) {
-        if self.queue.len() == self.queue.capacity() {
-            self.queue.pop_front(); // nothing is collected: drop the oldest rather than grow
-        }
-        self.queue.push_back((taken_ns + self.latency_ns, reading));
-    }
-
-    /// The oldest reading that has arrived by `now_ns`, if any: at most one a call.
-    pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
-        match self.queue.front() {
-            Some((arrival_ns, _)) if *arrival_ns <= now_ns => {
-                self.queue.pop_front().map(|(_, reading)| reading)
-            }
-            _ => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64, dropout: f64) -> Sampling {
+    fn sampling(rate_hz: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {
-            rate_hz,
-            latency_ms,
             jitter_ms,
             dropout,
+            ..Sampling::at(rate_hz)
         }
     }
 
@@ -172,7 +120,7 @@ mod tests {
     #[test]
     fn due_instants_do_not_drift() {
         for rate in [3_u64, 7, 30, 150, 200] {
-            let mut schedule = Schedule::new(&sampling(rate as f64, 0.0, 0.0, 0.0), 1, "s");
+            let mut schedule = Schedule::new(&sampling(rate as f64, 0.0, 0.0), 1, "s");
             for k in 0..36_000 * rate.min(30) {
                 let exact =
                     (i128::from(k) * 2_000_000_000 + i128::from(rate)) / (2 * i128::from(rate));
@@ -193,7 +141,7 @@ mod tests {
             (5_000_000, 5_000_000),
             (5_000_001, 10_000_000),
         ] {
-            let mut schedule = Schedule::new(&sampling(200.0, 0.0, 0.0, 0.0), 1, "s");
+            let mut schedule = Schedule::new(&sampling(200.0, 0.0, 0.0), 1, "s");
             schedule.begin_at(start);
             assert_eq!(schedule.take().stamp_ns, first);
         }
@@ -201,7 +149,7 @@ mod tests {
 
     #[test]
     fn jitter_has_its_spread_keeps_the_order_and_never_adds_up() {
-        let mut schedule = Schedule::new(&sampling(100.0, 0.0, 1.0, 0.0), 3, "s");
+        let mut schedule = Schedule::new(&sampling(100.0, 1.0, 0.0), 3, "s");
         let n = 100_000;
         let (mut last, mut squares, mut sum) = (-1, 0.0, 0.0);
         schedule.take(); // the first cannot be early: the run has not begun
@@ -221,7 +169,7 @@ mod tests {
 
     #[test]
     fn samples_are_lost_at_their_rate_and_independently() {
-        let mut schedule = Schedule::new(&sampling(100.0, 0.0, 0.0, 0.1), 4, "s");
+        let mut schedule = Schedule::new(&sampling(100.0, 0.0, 0.1), 4, "s");
         let n = 100_000;
         let lost: Vec<f64> = (0..n)
             .map(|_| f64::from(u8::from(schedule.take().lost)))
@@ -235,44 +183,6 @@ mod tests {
         assert!(
             (twice - 0.01).abs() < 5.0 * f64::sqrt(0.01 / n as f64),
             "{twice}"
-        );
-    }
-
-    #[test]
-    fn a_reading_arrives_after_the_latency_and_in_order() {
-        let mut line = DelayLine::new(&sampling(100.0, 25.0, 0.0, 0.0));
-        let reading = |k: i64| Reading {
-            stamp_ns: k,
-            measured: [k as f64],
-            ideal: [0.0],
-        };
-        for k in 0..1000 {
-            let now = k * 10_000_000;
-            line.send(now, reading(now));
-            assert!(line.receive(now + 4_999_999).is_none(), "{k}");
-            let arrived = line.receive(now + 5_000_000).map(|r| r.stamp_ns);
-            assert_eq!(arrived, (k >= 2).then_some(now - 20_000_000));
-        }
-    }
-
-    #[test]
-    fn a_line_nobody_empties_does_not_grow() {
-        let mut line = DelayLine::new(&sampling(100.0, 0.0, 0.0, 0.0));
-        let room = line.queue.capacity();
-        for k in 0..1000 {
-            line.send(
-                k,
-                Reading {
-                    stamp_ns: k,
-                    measured: [0.0],
-                    ideal: [0.0],
-                },
-            );
-        }
-        assert_eq!(line.queue.capacity(), room);
-        assert_eq!(
-            line.receive(2000).map(|r| r.stamp_ns),
-            Some(1000 - room as i64)
         );
     }
 }

@@ -1,15 +1,20 @@
-//! Signal path of an instrument: ideal signal → bandwidth → sampling → misalignment → errors → faults → latency.
+//! Signal path of an instrument: ideal signal (+ vibration and hits) → bandwidth → sampling → misalignment → errors → faults → stamp →
+//! arrival.
 //!
 //! Between two physics steps the ideal signal is taken as linear, so a value can be taken at any instant between steps.
 //! An instrument either reads the signal *at* an instant, or its *mean* since the instant before (integrating sensors:
 //! accelerometer, gyro). A mean carries the stamp of the end of its period, as strapdown sensors do.
 
+use super::Fitting;
+use super::clock::Clock;
+use super::delay_line::{DelayLine, Reading};
 use super::error_model::ErrorModel;
 use super::fault::{FaultWindow, Faults};
-use super::low_pass::LowPass;
 use super::misalignment;
-use super::sampling::{DelayLine, Reading, Schedule};
+use super::sampling::Schedule;
+use super::shake::{Ride, Shake};
 use super::spec::InstrumentSpec;
+use super::value_sampler::ValueSampler;
 use crate::error::Error;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::Sample;
@@ -45,13 +50,11 @@ pub enum SamplingMode {
 pub struct SignalPath<const N: usize> {
     /// Such as `gyro` or `wheel_speed[3]`.
     name: String,
-    mode: SamplingMode,
     schedule: Schedule,
+    clock: Clock,
     begun: bool,
-    low_pass: Option<LowPass<N>>,
-    /// Integral of the signal since `since_ns`, unit·ns; `None` before the first instant.
-    since_ns: Option<i64>,
-    integral: [f64; N],
+    signal: ValueSampler<N>,
+    shake: Option<Shake<N>>,
     misalignment: Option<Matrix3<f64>>,
     errors: [ErrorModel; N],
     faults: Faults<N>,
@@ -67,24 +70,25 @@ impl<const N: usize> SignalPath<N> {
         mode: SamplingMode,
         spec: &InstrumentSpec,
         axes: [(&str, f64); N],
-        seed: u64,
+        on: &Fitting<'_>,
     ) -> Self {
-        let (sampling, errors) = (&spec.sampling, &spec.errors);
+        let (sampling, errors, seed) = (&spec.sampling, &spec.errors, on.seed);
         let rate_hz = sampling.rate_hz;
+        let shares = spec.mounting.axis_shake.unwrap_or([1.0; 3]);
+        let shares = std::array::from_fn(|i| if N == 3 { shares[i] } else { 1.0 });
         Self {
             name: name.into(),
-            mode,
             schedule: Schedule::new(sampling, seed, name),
+            clock: Clock::new(&sampling.clock, seed, name),
             begun: false,
-            low_pass: errors.bandwidth_hz.map(LowPass::new),
-            since_ns: None,
-            integral: [0.0; N],
+            signal: ValueSampler::new(mode, errors.bandwidth_hz),
+            shake: Shake::new(errors, mode, shares, on.joints_m, seed, name),
             misalignment: None,
             errors: axes.map(|(axis, bias)| {
                 ErrorModel::new(errors, rate_hz, bias, seed, &format!("{name}{axis}"))
             }),
             faults: Faults::new(seed, name),
-            line: DelayLine::new(sampling),
+            line: DelayLine::new(sampling, seed, name),
             delivered: None,
         }
     }
@@ -99,44 +103,30 @@ impl<const N: usize> SignalPath<N> {
         self.faults.add(fault);
     }
 
-    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`. Spans follow each other
-    /// without gap; the first may be empty.
+    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`, at whose end the instrument
+    /// is where `ride` says. Spans follow each other without gap; the first may be empty.
     pub fn observe(
         &mut self,
         span: StepInterval,
+        ride: Ride,
         start: [f64; N],
         end: [f64; N],
     ) -> Result<(), Error>
     where
         Self: Align<N>,
     {
-        let length_ns = span.to_ns - span.from_ns;
-        let (start, end) = match &mut self.low_pass {
-            Some(filter) => filter.pass(length_ns, start, end),
-            None => (start, end),
-        };
-        let at = |t_ns: i64| -> [f64; N] {
-            if t_ns >= span.to_ns {
-                return end;
-            }
-            let share = (t_ns - span.from_ns) as f64 / length_ns as f64;
-            std::array::from_fn(|i| start[i] + share * (end[i] - start[i]))
-        };
+        self.signal.begin(span, start, end);
+        if let Some(shake) = &mut self.shake {
+            shake.advance(span, ride);
+        }
         if !self.begun {
             self.begun = true;
             self.schedule.begin_at(span.from_ns);
         }
-        let mut here_ns = span.from_ns;
         while self.schedule.next_ns() <= span.to_ns {
             let instant = self.schedule.take();
-            let ideal = match self.mode {
-                SamplingMode::Instant => Some(at(instant.taken_ns)),
-                SamplingMode::Integrating => {
-                    self.integrate(here_ns, instant.taken_ns, at);
-                    here_ns = instant.taken_ns;
-                    self.close_period(instant.taken_ns)
-                }
-            };
+            let ideal = self.signal.take(instant.taken_ns);
+            let shaken = self.shake.as_mut().and_then(|s| s.take(instant.taken_ns));
             let Some(ideal) = ideal else { continue };
             if ideal.iter().any(|x| !x.is_finite()) {
                 return Err(Error::Broken {
@@ -148,14 +138,18 @@ impl<const N: usize> SignalPath<N> {
                 });
             }
             let stamp_s = instant.stamp_ns as f64 * 1e-9;
-            let aligned = self.align(ideal);
+            let felt = match shaken {
+                Some(shaken) => std::array::from_fn(|i| ideal[i] + shaken[i]),
+                None => ideal,
+            };
+            let aligned = self.align(felt);
             let mut sensed: [f64; N] = std::array::from_fn(|i| self.errors[i].sense(aligned[i]));
             self.faults.disturb(stamp_s, &mut sensed);
             let converted = std::array::from_fn(|i| self.errors[i].convert(sensed[i]));
             match self.faults.hand_over(stamp_s, converted) {
                 Some(measured) if !instant.lost => {
                     let reading = Reading {
-                        stamp_ns: instant.stamp_ns,
+                        stamp_ns: self.clock.stamp_ns(instant.stamp_ns),
                         measured,
                         ideal,
                     };
@@ -164,13 +158,14 @@ impl<const N: usize> SignalPath<N> {
                 _ => {}
             }
         }
-        if self.mode == SamplingMode::Integrating {
-            self.integrate(here_ns, span.to_ns, at);
+        self.signal.finish();
+        if let Some(shake) = &mut self.shake {
+            shake.finish();
         }
         Ok(())
     }
 
-    /// Delivers the sample that has arrived by `now_ns`, if any; at most one a call.
+    /// Delivers what has arrived by `now_ns` since the last call: nothing, a sample, or what the sheet's `many` makes of several.
     pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; N]>> {
         self.delivered = self.line.receive(now_ns);
         self.delivered.map(|r| Sample {
@@ -186,44 +181,24 @@ impl<const N: usize> SignalPath<N> {
             value: r.ideal,
         })
     }
-
-    fn integrate(&mut self, from_ns: i64, to_ns: i64, at: impl Fn(i64) -> [f64; N]) {
-        if self.since_ns.is_some() && to_ns > from_ns {
-            let (a, b) = (at(from_ns), at(to_ns));
-            let half = 0.5 * (to_ns - from_ns) as f64;
-            for i in 0..N {
-                self.integral[i] += half * (a[i] + b[i]);
-            }
-        }
-    }
-
-    /// End a period: its mean, or `None` for the first instant, which only opens one.
-    fn close_period(&mut self, now_ns: i64) -> Option<[f64; N]> {
-        let mean = self
-            .since_ns
-            .map(|since| self.integral.map(|x| x / (now_ns - since) as f64));
-        self.since_ns = Some(now_ns);
-        self.integral = [0.0; N];
-        mean
-    }
 }
 
 impl SignalPath<3> {
     /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment of
     /// the run.
-    pub fn inertial(name: &str, spec: &InstrumentSpec, seed: u64) -> Self {
+    pub fn inertial(name: &str, spec: &InstrumentSpec, on: &Fitting<'_>) -> Self {
         let [x, y, z] = spec.mounting.axis_bias;
         let axes = [(".x", x), (".y", y), (".z", z)];
-        let mut path = Self::new(name, SamplingMode::Integrating, spec, axes, seed);
-        path.misalignment = misalignment::draw(&spec.mounting, seed, name);
+        let mut path = Self::new(name, SamplingMode::Integrating, spec, axes, on);
+        path.misalignment = misalignment::draw(&spec.mounting, on.seed, name);
         path
     }
 }
 
 impl SignalPath<1> {
     /// The path of an instrument with one reading.
-    pub fn scalar(name: &str, mode: SamplingMode, spec: &InstrumentSpec, seed: u64) -> Self {
-        Self::new(name, mode, spec, [("", 0.0)], seed)
+    pub fn scalar(name: &str, mode: SamplingMode, spec: &InstrumentSpec, on: &Fitting<'_>) -> Self {
+        Self::new(name, mode, spec, [("", 0.0)], on)
     }
 }
 
@@ -263,10 +238,9 @@ mod tests {
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {
-            rate_hz,
             latency_ms,
             jitter_ms,
-            dropout: 0.0,
+            ..Sampling::at(rate_hz)
         }
     }
 
@@ -284,7 +258,7 @@ mod tests {
                 to_ns: (k + 1) * 2_000_000,
             };
             let t = |ns: i64| x(ns as f64 * 1e-9);
-            path.observe(span, [t(span.from_ns)], [t(span.to_ns)])
+            path.observe(span, Ride::default(), [t(span.from_ns)], [t(span.to_ns)])
                 .unwrap();
             if let Some(sample) = path.deliver(span.to_ns) {
                 seen.push((span.to_ns as f64 * 1e-9, sample));
@@ -298,7 +272,8 @@ mod tests {
             sampling,
             ..InstrumentSpec::default()
         };
-        SignalPath::scalar("test", mode, &spec, 1)
+        let train = crate::sensors::tests::train(1);
+        SignalPath::scalar("test", mode, &spec, &Fitting::new(&train, 9.81, 1))
     }
 
     /// A ramp is linear between steps: every value must be that of its own stamp, also for stamps between steps.
@@ -396,6 +371,7 @@ mod tests {
                 from_ns: 0,
                 to_ns: 2_000_000,
             },
+            Ride::default(),
             [f64::NAN],
             [f64::NAN],
         );

@@ -30,6 +30,21 @@ pub struct Mounting {
     pub misalignment_deg: [f64; 3],
     /// Standard deviation of a misalignment drawn once a run, each component of the rotation vector, degrees.
     pub misalignment_sd_deg: f64,
+    /// Share of [`Errors::vibration`] and [`Errors::hits`] on x, y, z; `None` = all of it on each.
+    pub axis_shake: Option<[f64; 3]>,
+    /// Lean of the part that carries the instrument on its suspension.
+    pub lean: Option<LeanSpec>,
+}
+
+/// Pitch of a sprung body under acceleration: a second-order lag with the static angle φ = `pitch_deg_per_g`·a/g, + nose up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeanSpec {
+    /// Static pitch per acceleration along the track, degrees per standard gravity.
+    pub pitch_deg_per_g: f64,
+    /// Natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Damping ratio.
+    pub damping: f64,
 }
 
 /// When values are taken and when they arrive.
@@ -43,16 +58,82 @@ pub struct Sampling {
     pub jitter_ms: f64,
     /// Probability that a sample is lost, 0…1.
     pub dropout: f64,
+    /// Further time to arrival, drawn for every sample; a sample waits for those before it.
+    pub arrival_jitter: Option<ArrivalJitter>,
+    /// Samples are handed over at multiples of this time only, ms; 0 = as they come.
+    pub bunching_ms: f64,
+    /// Samples that others overtake.
+    pub reordering: Option<Reordering>,
+    /// Error of the clock that stamps the samples.
+    pub clock: ClockSpec,
+    /// What is handed over when several samples have arrived.
+    pub many: Many,
+}
+
+/// Distribution of a time to arrival that differs from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ArrivalJitter {
+    /// Uniform from 0 to so many ms.
+    Uniform(f64),
+    /// Exponential with this mean, ms, cut off at ten times the mean.
+    Exponential(f64),
+}
+
+impl ArrivalJitter {
+    /// Longest time to arrival, ms.
+    pub fn longest_ms(self) -> f64 {
+        match self {
+            Self::Uniform(ms) => ms,
+            Self::Exponential(mean_ms) => 10.0 * mean_ms,
+        }
+    }
+}
+
+/// A share of the samples, drawn at random, arrives so much later than the others and after younger ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reordering {
+    /// Probability of a sample to be held up, 0…1.
+    pub share: f64,
+    /// Time it is held up, ms.
+    pub delay_ms: f64,
+}
+
+/// Clock of an instrument: it stamps t with t + offset + drift·t.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClockSpec {
+    /// Known offset, ms.
+    pub offset_ms: f64,
+    /// Standard deviation of an offset drawn once a run, ms.
+    pub offset_sd_ms: f64,
+    /// Known drift, 10⁻⁶.
+    pub drift_ppm: f64,
+    /// Standard deviation of a drift drawn once a run, 10⁻⁶.
+    pub drift_sd_ppm: f64,
+}
+
+/// What is handed over when several samples have arrived since the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Many {
+    /// Their mean, with the mean of their stamps.
+    #[default]
+    Mean,
+    /// The one with the newest stamp; the others are dropped.
+    Newest,
 }
 
 impl Sampling {
-    /// This many samples per second, Hz, without latency, jitter and drop-out.
+    /// This many samples per second, Hz, that arrive at once, all of them, with right stamps.
     pub fn at(rate_hz: f64) -> Self {
         Self {
             rate_hz,
             latency_ms: 0.0,
             jitter_ms: 0.0,
             dropout: 0.0,
+            arrival_jitter: None,
+            bunching_ms: 0.0,
+            reordering: None,
+            clock: ClockSpec::default(),
+            many: Many::Mean,
         }
     }
 }
@@ -78,8 +159,11 @@ pub struct Errors {
     pub linearity: f64,
     /// Known bias, unit.
     pub bias: f64,
-    /// Standard deviation of a bias drawn once a run (turn-on bias, zero drift), unit.
+    /// Standard deviation of a bias drawn once a run (turn-on repeatability, zero drift), unit.
     pub bias_sd: f64,
+    /// Bias of an instrument that is not calibrated, drawn once a run for each axis: magnitude uniform between the two, sign at random,
+    /// unit.
+    pub switch_on_bias: Option<[f64; 2]>,
     /// Growth of a wandering bias, unit/√s.
     pub bias_random_walk: f64,
     /// A bias that wanders within bounds.
@@ -98,6 +182,34 @@ pub struct Errors {
     pub quantisation: Option<f64>,
     /// Least and greatest reading, unit.
     pub range: Option<[f64; 2]>,
+    /// Shaking that grows with the speed.
+    pub vibration: Option<VibrationSpec>,
+    /// Hits at rail joints and bumps.
+    pub hits: Option<HitSpec>,
+}
+
+/// Band-limited noise whose level grows in proportion to the speed up to `full_mps` and stays there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VibrationSpec {
+    /// Standard deviation from `full_mps` on, unit.
+    pub sd: f64,
+    /// Speed from which on it has its full level, m/s.
+    pub full_mps: f64,
+    /// Lower and upper corner frequency, Hz; the density falls by 20 dB per decade beyond each.
+    pub band_hz: [f64; 2],
+}
+
+/// Short disturbances at places of the track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitSpec {
+    /// One at every rail joint of the track.
+    pub at_joints: bool,
+    /// So many more at random, per metre travelled.
+    pub per_m: f64,
+    /// Magnitude: uniform between the two, sign at random, unit.
+    pub size: [f64; 2],
+    /// How long one lasts, ms.
+    pub duration_ms: f64,
 }
 
 /// First-order Gauss–Markov process.

@@ -3,6 +3,7 @@
 //! Real cars measure it at the steering wheel; ratio and play of the gear are errors of scale and quantisation here.
 
 use super::fault::FaultWindow;
+use super::shake::Ride;
 use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
 use super::{Instrument, InstrumentKind, SensorChannel};
 use crate::error::Error;
@@ -15,7 +16,7 @@ pub const KIND: InstrumentKind = InstrumentKind {
     unsuited: |car| (!car).then_some("a train is not steered"),
     build: |spec, on| {
         Ok(Box::new(SteeringAngle {
-            path: SignalPath::scalar(KIND.name, SamplingMode::Instant, spec, on.seed),
+            path: SignalPath::scalar(KIND.name, SamplingMode::Instant, spec, on),
             before: None,
         }))
     },
@@ -45,7 +46,8 @@ impl Instrument for SteeringAngle {
     ) -> Result<(), Error> {
         let now = ideal(truth);
         let before = self.before.replace(now).unwrap_or(now);
-        self.path.observe(step, [before], [now])?;
+        self.path
+            .observe(step, Ride::at_imu(truth), [before], [now])?;
         z.steering_angle_rad = scalar(self.path.deliver(step.to_ns));
         Ok(())
     }

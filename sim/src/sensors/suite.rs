@@ -1,16 +1,45 @@
 //! All instruments of a vehicle: their order, the checks of time and vehicle, faults by name.
 
 use super::accelerometer::IMU;
-use super::fault::FaultWindow;
+use super::fault::{Fault, FaultWindow};
 use super::sampling::to_ns;
 use super::signal_path::StepInterval;
 use super::spec::InstrumentSpecs;
 use super::{Fitting, Instrument, KINDS, SensorChannel};
 use crate::error::{DataError, Error};
 use crate::plant::Truth;
-use crate::train::Train;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
+
+/// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be exchanged.
+fn check_fault(instrument: &dyn Instrument, fault: &Fault) -> Result<(), DataError> {
+    let name = instrument.name();
+    let channels = instrument.channels();
+    match fault {
+        Fault::WrongUnit(wrong) => {
+            let si = wrong.si_units();
+            match channels.iter().find(|c| !si.contains(&c.unit)) {
+                Some(channel) => Err(DataError::new(
+                    "fault",
+                    format!(
+                        "the {name} measures in {}, which is not mistaken so",
+                        channel.unit
+                    ),
+                    format!("a sensor that measures in {}", si.join(" or ")),
+                )),
+                None => Ok(()),
+            }
+        }
+        Fault::AxesSwapped(_) if instrument.units() > 0 || channels.len() != 3 => {
+            Err(DataError::new(
+                "fault",
+                format!("the {name} has no three axes to be exchanged"),
+                "accelerometer, gyro, or imu for both",
+            ))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// All instruments of a vehicle during one run.
 pub struct Suite {
@@ -23,12 +52,8 @@ pub struct Suite {
 
 impl Suite {
     /// The instruments of a data sheet on a train. The same seed gives the same errors, bit for bit.
-    pub fn new(
-        specs: &InstrumentSpecs,
-        train: &Train,
-        gravity_mps2: f64,
-        seed: u64,
-    ) -> Result<Self, DataError> {
+    pub fn new(specs: &InstrumentSpecs, on: &Fitting<'_>) -> Result<Self, DataError> {
+        let train = on.train;
         if train.drives.len() > MAX_DRIVES {
             return Err(DataError::new(
                 "",
@@ -40,15 +65,10 @@ impl Suite {
                 format!("measurements have room for {MAX_DRIVES}"),
             ));
         }
-        let on = Fitting {
-            train,
-            gravity_mps2,
-            seed,
-        };
         let mut instruments = Vec::new();
         for kind in &KINDS {
             if let Some(spec) = specs.get(kind.name) {
-                instruments.push((kind.build)(spec, &on)?);
+                instruments.push((kind.build)(spec, on)?);
             }
         }
         Ok(Self {
@@ -113,6 +133,7 @@ impl Suite {
             let whole = name == sensor || instrument.group() == Some(sensor);
             let unit = (0..instrument.units()).find(|i| format!("{name}[{i}]") == sensor);
             if whole || unit.is_some() {
+                check_fault(instrument.as_ref(), &fault.fault)?;
                 instrument.add_fault(unit, fault);
                 found = true;
             }

@@ -24,6 +24,16 @@ impl Train {
         depth
     }
 
+    /// Every suspended body with the bodies that carry it, those nearest to the rail first.
+    pub fn suspended_bodies(&self) -> Vec<(usize, Vec<usize>)> {
+        let depth = self.depths();
+        let mut hanging: Vec<usize> = (0..self.bodies.len())
+            .filter(|i| depth[*i] > 0 && depth[*i] < usize::MAX)
+            .collect();
+        hanging.sort_by_key(|i| depth[*i]);
+        hanging.iter().map(|i| (*i, self.supports(*i))).collect()
+    }
+
     /// The bodies that carry body `i`, each once per hanger or chain: none for a rail-bound body.
     pub fn supports(&self, i: usize) -> Vec<usize> {
         let depth = self.depths();

@@ -111,6 +111,7 @@ pub struct Attitude {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudeFilter {
     params: AttitudeParams,
+    bias_sd: [Real; 2],
     supervision: AttitudeSupervision,
     lever: Lever,
     standstill_mps: Real,
@@ -124,6 +125,7 @@ pub struct AttitudeFilter {
     found: Attitude,
     innovation: Real,
     nis: Real,
+    new_nis: Option<Real>,
     status: [AidStatus; 3],
 }
 
@@ -141,6 +143,7 @@ impl AttitudeFilter {
         let drives = vehicle.drives;
         Self {
             params,
+            bias_sd: params.bias_sd(vehicle),
             supervision,
             lever: Lever {
                 ahead_m: vehicle.imu_arm_m,
@@ -157,6 +160,7 @@ impl AttitudeFilter {
             found: Attitude::default(),
             innovation: 0.0,
             nis: 0.0,
+            new_nis: None,
             status: [AidStatus::default(); 3],
         }
     }
@@ -182,6 +186,7 @@ impl AttitudeFilter {
             self.wheels.shock();
         }
         let outcome = self.aid_by_wheels(z, lever_mps, dt);
+        self.new_nis = outcome.status.filter(|_| outcome.used > 0).map(|_| self.nis);
         self.aid_by_gravity(&inputs, dt);
         self.limit(z, dt)?;
         let x = self.belief.x;
@@ -233,11 +238,10 @@ impl AttitudeFilter {
         } else {
             running
         };
-        let bias = p.accel_bias_sd_mps2;
+        let [bias, gyro] = self.bias_sd;
         let noise = p.velocity_random_walk / sqrt(dt);
         let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
         let scale = p.wheel_scale_sd / sqrt(count);
-        let gyro = p.gyro_bias_sd_radps;
         let speed = 2.0 * p.wheel_speed_sd_mps + scale * v.abs();
         let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let sd = SVector::from([speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0]);
@@ -361,6 +365,11 @@ impl AttitudeFilter {
         (self.innovation, self.nis)
     }
 
+    /// Normalised innovation squared of the wheels, if this step has fused any.
+    pub fn new_nis(&self) -> Option<Real> {
+        self.new_nis
+    }
+
     /// What became of the last wheel speed, f_y and f_z.
     pub fn aid_status(&self) -> [AidStatus; 3] {
         self.status
@@ -393,6 +402,7 @@ impl State for AttitudeFilter {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             params: _,
+            bias_sd: _,
             supervision: _,
             lever: _,
             standstill_mps: _,
@@ -406,6 +416,7 @@ impl State for AttitudeFilter {
             found,
             innovation,
             nis,
+            new_nis,
             status,
         } = self;
         started.visit(archive);
@@ -418,6 +429,7 @@ impl State for AttitudeFilter {
         found.visit(archive);
         innovation.visit(archive);
         nis.visit(archive);
+        new_nis.visit(archive);
         status.visit(archive);
     }
 }

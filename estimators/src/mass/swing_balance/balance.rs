@@ -90,6 +90,8 @@ pub struct Nominal {
     pub mu_load: Real,
     /// Share of the latter.
     pub load_share: Real,
+    /// Standard deviation of the accelerometer's bias, with that of its mounting times g, m/s².
+    pub bias_sd_mps2: Real,
     /// Chains, m; depth of their upper ends, m; give of the couplings, m/N.
     pub chain_m: Real,
     /// See above.
@@ -100,7 +102,12 @@ pub struct Nominal {
 
 impl Nominal {
     /// From the vehicle's nominal values.
-    pub fn new(vehicle: &Vehicle, layout: &MassLayout, mass0_kg: Option<Real>) -> Self {
+    pub fn new(
+        vehicle: &Vehicle,
+        layout: &MassLayout,
+        mass0_kg: Option<Real>,
+        bias_sd_mps2: Real,
+    ) -> Self {
         let [_, high] = vehicle.mass_range_kg;
         let max_load_kg = (high - vehicle.tare_kg).max(0.05 * vehicle.tare_kg);
         let least = MIN_START * max_load_kg;
@@ -115,6 +122,7 @@ impl Nominal {
             load0_kg,
             mu: vehicle.running_resistance,
             mu_load: vehicle.running_resistance * layout.load_share_of_resistance,
+            bias_sd_mps2,
             load_share: layout.load_share_of_resistance,
             chain_m: layout.load.chain_m,
             hook_depth_m: layout.load.hook_depth_m,
@@ -186,7 +194,7 @@ impl SwingBalance {
             p.swing_rate_sd,
             p.force_sd_mps2 * mass,
             p.eta_sd_rad,
-            p.balance_bias_sd_mps2,
+            nominal.bias_sd_mps2,
             p.length_sd,
         ]);
         Self {

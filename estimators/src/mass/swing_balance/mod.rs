@@ -102,7 +102,6 @@ struct Calm {
 /// The estimator of the mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwingMass {
-    params: SwingBalanceParams,
     supervision: SwingSupervision,
     train: TrainOnRail,
     tare_kg: Real,
@@ -122,6 +121,7 @@ pub struct SwingMass {
     /// Block up to which what is published stays as it is, and what is: mass and its standard deviation, kg.
     catch_up: u64,
     published: [Real; 2],
+    new_nis: Option<(Real, Real)>,
     status: AidStatus,
 }
 
@@ -137,7 +137,6 @@ impl SwingMass {
         let filter = SwingBalance::new(nominal, &params, &supervision);
         let [front_m, _] = train.span_m();
         Self {
-            params,
             supervision,
             train,
             tare_kg: nominal.tare_kg,
@@ -161,12 +160,14 @@ impl SwingMass {
             settle_s: 0.0,
             changes: 0,
             used: 0,
+            new_nis: None,
             status: AidStatus::default(),
         }
     }
 
     /// One sample; returns a block when one is whole. At most one waiting block is worked off.
     pub fn step(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
+        self.new_nis = None;
         let new = self.builder.take(z, rail, dt);
         if let Some(block) = new {
             if let Some(place) = self.blocks.get_mut(slot(self.written)) {
@@ -231,6 +232,7 @@ impl SwingMass {
         self.status = status(refusal, update);
         if let Some(update) = update {
             self.used = self.used.saturating_add(1);
+            self.new_nis = Some((update.normalised * update.normalised, block.length_s()));
             if self.watch.take(update.normalised, block.length_s())
                 && self.supervision.load_change_detector
             {
@@ -337,11 +339,14 @@ impl SwingMass {
         &self.train
     }
 
-    /// Whether the mass has been measured at all, and is known closely enough.
+    /// Whether the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        let [mass, sd] = self.published;
-        let looked = self.used >= FIRST_LOOK_BLOCKS || self.taken < self.catch_up;
-        looked && sd < self.params.max_mass_sd * mass
+        self.used >= FIRST_LOOK_BLOCKS || self.taken < self.catch_up
+    }
+
+    /// Normalised innovation squared of the block that the last step has used, and its length, s.
+    pub fn new_nis(&self) -> Option<(Real, Real)> {
+        self.new_nis
     }
 
     /// Loads found to be another.
@@ -401,7 +406,6 @@ state!(Calm { filter, next, spent, start_kg, rounds; });
 impl State for SwingMass {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
-            params: _,
             supervision: _,
             train: _,
             tare_kg: _,
@@ -419,6 +423,7 @@ impl State for SwingMass {
             used,
             catch_up,
             published,
+            new_nis,
             status,
         } = self;
         filter.visit(archive);
@@ -433,6 +438,7 @@ impl State for SwingMass {
         used.visit(archive);
         catch_up.visit(archive);
         published.visit(archive);
+        new_nis.visit(archive);
         status.visit(archive);
         archive.require(*taken <= *written && *written < u64::MAX / 2);
     }

@@ -29,8 +29,6 @@ params! {
         model_sd_mps2 ["m/s²"] = 0.0016, 0.0 => 1.0, "Standard deviation of the balance of one block per mass: rail, acceleration.";
         swing_model_sd ["-"] = 0.015, 0.0 => 1.0, "The same, as a share of the load times the accelerations.";
         eta_sd_rad ["rad"] = 0.02, 0.0 => 1.0, "Standard deviation of the grade 9 m behind the rail read.";
-        balance_bias_sd_mps2 ["m/s²"] = 0.00978, 0.0 => 1.0, "Standard deviation of the accelerometer's bias (its sheet).";
-        max_mass_sd ["-"] = 0.05, 0.001 => 1.0, "Standard deviation, as a share of the mass, below which it is valid.";
     }
 }
 

@@ -32,7 +32,6 @@ const ETA_M: Real = 9.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EffectiveGrade {
     correction: Real,
-    correction_variance: Real,
     age_s: Real,
     sine: Real,
     variance: Real,
@@ -81,7 +80,6 @@ impl EffectiveGrade {
             + of(FORCE_MOTION * x[ANGLE] * x[MASS] / M);
         let weight = unread / (unread + force);
         self.correction += SHARE * (weight * difference - self.correction);
-        self.correction_variance = unread * force / (unread + force);
     }
 
     /// One step.
@@ -110,18 +108,12 @@ impl EffectiveGrade {
     }
 
     /// The effective grade; `valid` is whether what it rests on is there.
-    pub fn value(&self, basis: bool, max_sd_rad: Real) -> Value {
-        let sd = sqrt(self.variance);
+    pub fn value(&self, valid: bool) -> Value {
         Value {
             value: asin(self.sine.clamp(-0.9, 0.9)),
-            sd,
-            valid: basis && sd < max_sd_rad,
+            sd: sqrt(self.variance),
+            valid,
         }
-    }
-
-    /// Correction by the force, rad.
-    pub fn correction_rad(&self) -> Real {
-        self.correction
     }
 }
 
@@ -139,4 +131,4 @@ fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> R
     ahead * ahead + behind * behind * mass.filter().belief().P[(ETA, ETA)]
 }
 
-state!(EffectiveGrade { correction, correction_variance, age_s, sine, variance, looked; });
+state!(EffectiveGrade { correction, age_s, sine, variance, looked; });

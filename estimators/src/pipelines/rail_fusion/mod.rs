@@ -15,8 +15,8 @@ mod effective;
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::mass_layout::MassLayout;
-use crate::api::params::{param_groups, params};
-use crate::api::real::{GRAVITY, PI, sin};
+use crate::api::params::param_groups;
+use crate::api::real::{GRAVITY, PI, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::attitude::params::{AttitudeParams, AttitudeSupervision};
@@ -31,32 +31,19 @@ use crate::models::rail_memory::RailMemory;
 use crate::models::train_means::TrainOnRail;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::preprocess::front_end::Reading;
+use crate::supervise::plausibility::Instruments;
+use crate::supervise::validity::{Integrity, Source, Validity};
 use crate::{Real, Time};
 use effective::EffectiveGrade;
-
-params! {
-    /// Validity of the published grades.
-    FusionParams {
-        max_grade_sd_deg ["deg"] = 0.6, 0.01 => 45.0, "Standard deviation below which a grade is valid.";
-    }
-}
-
-params! {
-    /// The gate of published values.
-    FusionSupervision {
-        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: all estimated values are.";
-    }
-}
 
 param_groups! {
     /// Parameters of the rail fusion.
     Params {
         attitude: AttitudeParams,
         balance: SwingBalanceParams,
-        fusion: FusionParams,
         attitude_supervision: AttitudeSupervision,
         balance_supervision: SwingSupervision,
-        fusion_supervision: FusionSupervision,
+        integrity: Integrity,
     }
 }
 
@@ -70,8 +57,7 @@ const BRAKE_LAG_S: Real = 0.3;
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailFusion {
-    fusion: FusionParams,
-    validity_gate: bool,
+    validity: Validity,
     nominal: Nominal,
     standstill_mps: Real,
     air: ForceBalance,
@@ -87,11 +73,17 @@ pub struct RailFusion {
 pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let layout = layout(vehicle);
     let train = TrainOnRail::new(&layout, params.balance_supervision.depth);
-    let nominal = Nominal::new(vehicle, &layout, params.balance.mass0_kg);
+    let [bias_sd, _] = params.attitude.bias_sd(vehicle);
+    let mount_sd = GRAVITY * params.attitude.mount_sd_deg * PI / 180.0;
+    let bias_sd = sqrt(bias_sd * bias_sd + mount_sd * mount_sd);
+    let nominal = Nominal::new(vehicle, &layout, params.balance.mass0_kg, bias_sd);
     let [front, rear] = train.span_m();
+    let uses = Instruments {
+        accelerometer: true,
+        gyro: params.attitude_supervision.gyro,
+    };
     RailFusion {
-        fusion: params.fusion,
-        validity_gate: params.fusion_supervision.validity_gate,
+        validity: Validity::new(vehicle, params.integrity, uses),
         nominal,
         standstill_mps: vehicle.standstill_mps(None),
         air: ForceBalance::new(vehicle),
@@ -160,30 +152,25 @@ impl RailFusion {
 
     fn estimate(&self, t: Time, started: bool, moving: bool) -> Estimate {
         let found = self.attitude.found();
-        let max_sd = self.fusion.max_grade_sd_deg * PI / 180.0;
-        let gate = |basis: bool| basis || !self.validity_gate;
-        let sd = self.attitude.grade_at_imu_sd_rad();
         let (innovation, nis) = self.attitude.innovation();
         let [mass, mass_sd] = self.mass.published();
-        let mut effective = self.effective.value(started, max_sd);
-        effective.valid = gate(effective.valid);
-        Estimate {
+        let estimate = Estimate {
             t,
             total_mass_kg: Value {
                 value: mass,
                 sd: mass_sd,
-                valid: gate(started && self.mass.is_known()),
+                valid: started && self.mass.is_known(),
             },
             grade_rad: Value {
                 value: self.attitude.grade_at_imu_rad(),
-                sd,
-                valid: gate(started && sd < max_sd),
+                sd: self.attitude.grade_at_imu_sd_rad(),
+                valid: started,
             },
-            effective_grade_rad: effective,
+            effective_grade_rad: self.effective.value(started),
             speed_mps: Value {
                 value: found.speed_mps,
                 sd: found.speed_sd_mps,
-                valid: gate(started && found.speed_sd_mps < MAX_SPEED_SD_MPS),
+                valid: started,
             },
             innovation,
             nis,
@@ -192,11 +179,24 @@ impl RailFusion {
                 excited: self.mass.is_known(),
                 saturated: false,
             },
+        };
+        self.validity.publish(estimate, true)
+    }
+
+    /// Hands over what the validity rule goes by.
+    fn supervise(&mut self, reading: &Reading, dt: Real) {
+        self.validity.observe(reading, dt);
+        if let Some(nis) = self.attitude.new_nis() {
+            self.validity.innovation(Source::WheelSpeed, nis, dt);
+        }
+        if let Some((nis, period_s)) = self.mass.new_nis() {
+            self.validity
+                .innovation(Source::ForceBalance, nis, period_s);
         }
     }
 }
 
-/// Standard deviation of a valid speed, m/s.
+/// Standard deviation of the speed up to which the rail is read, m/s.
 const MAX_SPEED_SD_MPS: Real = 0.1;
 
 impl Pipeline for RailFusion {
@@ -222,6 +222,7 @@ impl Pipeline for RailFusion {
         if let Some(attitude) = attitude {
             self.fuse(reading, &attitude, dt);
         }
+        self.supervise(reading, dt);
         let moving = attitude.is_some_and(|found| found.speed_mps.abs() > self.standstill_mps);
         self.estimate(t, attitude.is_some(), moving)
     }
@@ -237,7 +238,7 @@ impl Pipeline for RailFusion {
                 found.pitch_rad,
                 found.roll_rad,
                 found.bias_mps2,
-                crate::api::real::sqrt(bias_variance),
+                sqrt(bias_variance),
                 found.curvature_per_m,
                 self.mass.resistance_n(&self.nominal, found.speed_mps),
                 x[R0],
@@ -245,7 +246,7 @@ impl Pipeline for RailFusion {
                 x[D],
                 x[ETA],
                 x[LENGTH],
-                crate::api::real::sqrt(P[(MASS, MASS)]),
+                sqrt(P[(MASS, MASS)]),
                 self.attitude.monitor(),
                 self.mass.changes() as Real,
             ],
@@ -269,4 +270,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { attitude, rail, torques, mass, effective, brake; fusion, validity_gate, nominal, standstill_mps, air });
+state!(RailFusion { validity, attitude, rail, torques, mass, effective, brake; nominal, standstill_mps, air });

@@ -19,6 +19,10 @@ pub enum Event {
         every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
+        /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own speed. Mass that is set
+        /// down leaves with the load's own speed and pushes nothing.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        load_speed_mps: Option<Finite>,
     },
     /// The rail is slippery.
     Adhesion {
@@ -81,15 +85,65 @@ pub enum FaultKind {
     Scale,
     /// Rare outliers of `size` units.
     Spikes,
+    /// Speeds in km/h, read as m/s.
+    KmPerH,
+    /// Accelerations in g, read as m/s².
+    InG,
+    /// Angles or angular rates in degrees, read as radians.
+    InDegrees,
+    /// Values of the wrong sign, on all axes.
+    WrongSign,
+    /// Forward and left exchanged.
+    AxesXySwapped,
+    /// Forward and up exchanged.
+    AxesXzSwapped,
+    /// Left and up exchanged.
+    AxesYzSwapped,
 }
+
+/// Of a fault that needs a size: what is missing in an error, how it is made of the size, what the size is.
+type Sized = (&'static str, fn(f64) -> fault::Fault, &'static str);
 
 impl FaultKind {
     /// Whether the fault means something only with a `size`.
     pub fn needs_size(self) -> bool {
-        matches!(
-            self,
-            FaultKind::Drift | FaultKind::Scale | FaultKind::Spikes
-        )
+        self.sized().is_ok()
+    }
+
+    /// Its name in a scenario.
+    pub fn name(self) -> String {
+        let name = serde_json::to_value(self);
+        name.ok()
+            .and_then(|v| v.as_str().map(str::to_owned))
+            .unwrap_or_default()
+    }
+
+    /// How it is made of its size; as the error what it is without one.
+    fn sized(self) -> Result<Sized, fault::Fault> {
+        use fault::{Fault, WrongUnit};
+        Err(match self {
+            Self::Drift => {
+                let help = "size in the sensor's unit per second";
+                return Ok(("a drift needs", Fault::Drift, help));
+            }
+            Self::Scale => {
+                let help = "the factor values are multiplied by, such as 1.1";
+                return Ok(("a wrong scale needs", Fault::Scale, help));
+            }
+            Self::Spikes => {
+                let help = "the height of a spike in the sensor's unit";
+                return Ok(("spikes need", Fault::Spikes, help));
+            }
+            Self::Off => Fault::Off,
+            Self::Stuck => Fault::Stuck,
+            Self::KmPerH => Fault::WrongUnit(WrongUnit::KmPerH),
+            Self::InG => Fault::WrongUnit(WrongUnit::G),
+            Self::InDegrees => Fault::WrongUnit(WrongUnit::Degrees),
+            Self::WrongSign => Fault::WrongSign,
+            Self::AxesXySwapped => Fault::AxesSwapped([0, 1]),
+            Self::AxesXzSwapped => Fault::AxesSwapped([0, 2]),
+            Self::AxesYzSwapped => Fault::AxesSwapped([1, 2]),
+        })
     }
 }
 
@@ -116,37 +170,16 @@ impl Event {
                 "to_s above from_s, or leave it out: to the end",
             );
         }
-        let fault = match (fault, size.map(|x| x.get())) {
-            (FaultKind::Off, None) => fault::Fault::Off,
-            (FaultKind::Stuck, None) => fault::Fault::Stuck,
-            (FaultKind::Drift, Some(rate)) => fault::Fault::Drift(rate),
-            (FaultKind::Scale, Some(factor)) => fault::Fault::Scale(factor),
-            (FaultKind::Spikes, Some(height)) => fault::Fault::Spikes(height),
-            (FaultKind::Drift, None) => {
-                return wrong(
-                    "size",
-                    "a drift needs a size",
-                    "size in the sensor's unit per second",
-                );
+        let fault = match (fault.sized(), size.map(|x| x.get())) {
+            (Err(fault), None) => fault,
+            (Ok((_, build, _)), Some(size)) => build(size),
+            (Ok((what, _, help)), None) => {
+                return wrong("size", &format!("{what} a size"), help);
             }
-            (FaultKind::Scale, None) => {
+            (Err(_), Some(_)) => {
                 return wrong(
                     "size",
-                    "a wrong scale needs a size",
-                    "the factor values are multiplied by, such as 1.1",
-                );
-            }
-            (FaultKind::Spikes, None) => {
-                return wrong(
-                    "size",
-                    "spikes need a size",
-                    "the height of a spike in the sensor's unit",
-                );
-            }
-            (FaultKind::Off | FaultKind::Stuck, Some(_)) => {
-                return wrong(
-                    "size",
-                    "a sensor that is off or stuck has no size of fault",
+                    &format!("a fault of the kind `{}` has no size", fault.name()),
                     "leave `size` out",
                 );
             }
@@ -171,6 +204,7 @@ struct EventKeys {
     from_m: Option<NonNegative>,
     to_m: Option<Positive>,
     load_mass_kg: Option<NonNegative>,
+    load_speed_mps: Option<Finite>,
     adhesion: Option<NonNegative>,
     sensor: Option<String>,
     fault: Option<FaultKind>,
@@ -189,6 +223,7 @@ impl EventKeys {
             ("from_m", self.from_m.is_some()),
             ("to_m", self.to_m.is_some()),
             ("load_mass_kg", self.load_mass_kg.is_some()),
+            ("load_speed_mps", self.load_speed_mps.is_some()),
             ("adhesion", self.adhesion.is_some()),
             ("sensor", self.sensor.is_some()),
             ("fault", self.fault.is_some()),
@@ -214,7 +249,7 @@ const KINDS: [Kind; 5] = [
     Kind(
         "load_mass_kg",
         &["at_s", "load_mass_kg"],
-        &["every_s"],
+        &["every_s", "load_speed_mps"],
         "{at_s: 30, load_mass_kg: 10000}",
     ),
     Kind(
@@ -289,11 +324,13 @@ impl<'de> Deserialize<'de> for Event {
                 at_s: Some(at_s),
                 every_s,
                 load_mass_kg: Some(load_mass_kg),
+                load_speed_mps,
                 ..
             } => Ok(Event::LoadMass {
                 at_s,
                 every_s,
                 load_mass_kg,
+                load_speed_mps,
             }),
             EventKeys {
                 from_m: Some(from_m),
@@ -390,9 +427,17 @@ mod tests {
             (event(None, FaultKind::Scale, None), "size"),
             (event(None, FaultKind::Spikes, None), "size"),
             (event(None, FaultKind::Stuck, Some(1.0)), "size"),
+            (event(None, FaultKind::KmPerH, Some(3.6)), "size"),
         ] {
             assert_eq!(e.sensor_fault().unwrap_err().key, key);
         }
+        let told = event(None, FaultKind::KmPerH, Some(3.6));
+        assert!(
+            told.sensor_fault()
+                .unwrap_err()
+                .message
+                .contains("`km_per_h`")
+        );
         let right = event(Some(6.0), FaultKind::Scale, Some(2.0));
         let (sensor, window) = right.sensor_fault().unwrap().unwrap();
         assert_eq!(
@@ -403,6 +448,7 @@ mod tests {
             at_s: NonNegative::new(1.0),
             every_s: None,
             load_mass_kg: NonNegative::new(1.0),
+            load_speed_mps: None,
         };
         assert!(load.sensor_fault().unwrap().is_none());
     }

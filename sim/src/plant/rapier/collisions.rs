@@ -144,6 +144,11 @@ impl Collisions {
         }
     }
 
+    /// Whether the contact solver is on: something could touch.
+    pub fn enabled(&self) -> bool {
+        self.enabled
+    }
+
     /// Least distance to obstacles and walls, m; infinite when there are none within reach.
     pub fn clearance(&self, physics: &PhysicsWorld) -> f64 {
         if self.obstacles.is_empty() {

@@ -7,10 +7,13 @@
 mod clearance;
 mod collisions;
 mod convert;
+mod load;
+mod momentum;
 mod truth;
 
 use crate::error::Error;
 use crate::plant::PlantOptions;
+use crate::plant::train::balance::ForceBalance;
 use crate::plant::train::body_state::{BodyState, Wrench};
 use crate::plant::train::dynamics::{Dynamics, Sums};
 use crate::plant::{DriveState, MountState, Plant, Truth};
@@ -45,6 +48,7 @@ pub struct World {
     wrenches: Vec<Wrench>,
     truth: Truth,
     sums: Sums,
+    balance: ForceBalance,
     imu: (usize, Cursor),
     sway: Option<Sway>,
     mounts: Vec<usize>,
@@ -115,6 +119,7 @@ impl World {
             wrenches: vec![Wrench::ZERO; n],
             truth: Truth::default(),
             sums: Sums::default(),
+            balance: ForceBalance::default(),
             mounts: options.mounts.clone(),
             dynamics,
             drive_work_j: 0.0,
@@ -294,8 +299,11 @@ impl World {
 
 impl Plant for World {
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error> {
+        let before = self.momentum();
         self.advance(command, dt_s);
+        let turned = self.bodies_momentum();
         self.read_states();
+        self.update_balance(&before, turned, dt_s);
         self.drive_work_j += self.sums.drive_w * dt_s;
         self.lost_j += self.sums.loss_w * dt_s;
         self.rail_impulse += self.sums.external * dt_s;
@@ -308,18 +316,8 @@ impl Plant for World {
         &self.truth
     }
 
-    fn set_load_mass(&mut self, mass_kg: f64) {
-        let train = &mut self.dynamics.train;
-        let (Some(i), Some(payload)) = (train.load, &mut train.payload) else {
-            return;
-        };
-        payload.mass_kg = mass_kg;
-        let now = payload.body_with(mass_kg);
-        let body = &mut train.bodies[i];
-        (body.mass_kg, body.com, body.inertia) = (now.mass_kg, now.com, now.inertia);
-        self.physics.bodies[self.handles[i]]
-            .set_additional_mass_properties(mass_properties(body), false);
-        self.dynamics.distribute_masses();
+    fn set_load_mass(&mut self, mass_kg: f64, speed_mps: Option<f64>) {
+        self.change_load(mass_kg, speed_mps);
     }
 
     fn set_clamp_limit(&mut self, mpa: f64) {

@@ -54,7 +54,9 @@ impl World {
         let s = &self.states[m.body];
         let at = s.point(&m.pose.translation.vector);
         let f = self.rail.track(&at, &mut self.imu.1);
-        let speed = s.velocity(&at).dot(&f.t);
+        t.speed_at_imu_mps = s.velocity(&at).dot(&f.t);
+        // rate of the chainage at which the IMU is: the derivative of (p − p(s))·t(s) = 0
+        let speed = t.speed_at_imu_mps / (1.0 - (at - f.p).dot(&f.k));
         if dt > 0.0 {
             t.accel_mps2 = (speed - t.speed_mps) / dt;
         }
@@ -78,6 +80,7 @@ impl World {
         } else {
             0.0
         };
+        t.balance = Some(self.balance);
         t.off_rail_m = sums.off_rail_m;
         if let Some(sway) = &self.sway {
             let d = self.states[sway.load].c - self.states[sway.above].point(&sway.anchor);
@@ -92,11 +95,12 @@ impl World {
         }
         for (i, (out, u)) in t.drives.iter_mut().zip(&self.dynamics.drives).enumerate() {
             let r = u.spec.wheel_radius_m;
+            let rates = self.dynamics.wheel_rates(i, &self.states, dt);
             let slip = u.wheels.map(|w| w.omega * r - u.v_t);
             *out = DriveState {
                 chainage_m: self.dynamics.drive_chainage(i),
                 motor_torque_nm: u.motor.torque(),
-                wheel_rate_radps: u.wheels.map(|w| w.omega),
+                wheel_rate_radps: rates,
                 wheel_angle_rad: u.angles,
                 traction_n: u.wheels[0].force + u.wheels[1].force,
                 slip_mps: if slip[0].abs() > slip[1].abs() {

@@ -184,6 +184,8 @@ impl Car {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            accel_bias_sd_mps2: None,
+            gyro_bias_sd_radps: None,
             road: Some(RoadVehicle {
                 drag_area_m2: self.drag_area_m2(),
                 air_density_kgpm3: d.air.density_kgpm3,

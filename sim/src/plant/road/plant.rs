@@ -77,6 +77,7 @@ impl RoadPlant {
             0.0
         };
         t.speed_mps = f.along_mps;
+        t.speed_at_imu_mps = f.along_mps;
         t.grade_at_imu_rad = libm::asin(s.middle.t.z.clamp(-1.0, 1.0));
         let inside = 1.0 - x.offset * s.bend_1pm;
         let sine = (s.sine / inside).clamp(-1.0, 1.0);
@@ -205,7 +206,7 @@ impl Plant for RoadPlant {
     }
 
     /// A car carries no load: scenarios that ask for one are refused.
-    fn set_load_mass(&mut self, _mass_kg: f64) {}
+    fn set_load_mass(&mut self, _mass_kg: f64, _speed_mps: Option<f64>) {}
 
     /// A car has no clamps: scenarios that ask for them are refused.
     fn set_clamp_limit(&mut self, _mpa: f64) {}

@@ -1,12 +1,13 @@
 //! All forces between train and rail and inside the train. Knows no physics engine: body states in, wrenches out.
 
 use super::adhesion::{self, Zone};
+use super::balance::{Directions, ForceBalance};
 use super::body_state::{BodyState, Wrench};
 use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
 use super::motor::{Lag, TractionMotor, wheel_torque};
 use super::running_gear::{self, grip};
 use super::{coupling, resistance};
-use crate::rail::{Cursor, Rail};
+use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
 use monorig_estimators::api::signals::Command;
 use nalgebra::Vector3;
@@ -39,8 +40,10 @@ pub struct DriveUnit {
     pub shoes: SlidingContact,
     /// Adhesion under the wheels.
     pub adhesion: f64,
-    /// Speed of the body along the rail at the wheels, m/s.
+    /// Speed of the body along the rail at the wheels, m/s, before the last step.
     pub v_t: f64,
+    /// Where the wheels touch the web, and the rail there, before the last step.
+    contact: (Vector3<f64>, RailFrame),
 }
 
 /// Sums of one step, N and W.
@@ -68,6 +71,10 @@ pub struct Sums {
     pub off_rail_m: f64,
     /// Sum of all forces of the rail on the train, N, world.
     pub external: Vector3<f64>,
+    /// Σ Fᵢ·tᵢ of all forces but weight on the bodies, N along the rail.
+    pub along_n: f64,
+    /// Terms of the force balance along the rail but for what the bodies' motion adds: of `curve_n` the part of the forces.
+    pub balance: ForceBalance,
 }
 
 /// All force laws of a train, with their internal states.
@@ -89,6 +96,8 @@ pub struct Dynamics {
     rolling: Vec<SlidingContact>,
     /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended bodies.
     carried: Vec<f64>,
+    /// Directions of the rail at the bodies.
+    directions: Directions,
     web_half: f64,
 }
 
@@ -115,6 +124,7 @@ impl Dynamics {
                 shoes: SlidingContact::default(),
                 adhesion: d.adhesion,
                 v_t: 0.0,
+                contact: (Vector3::zeros(), rail.frame(front)),
             })
             .collect();
         let web_half = rail.profile().map_or(0.0, |p| p.web_m) / 2.0;
@@ -127,9 +137,11 @@ impl Dynamics {
             rolling: vec![SlidingContact::default(); cursors.len()],
             cursors,
             carried: Vec::new(),
+            directions: Directions::default(),
             web_half,
         };
         this.distribute_masses();
+        this.directions = Directions::new(this.train.bodies.len(), this.train.suspended_bodies());
         this
     }
 
@@ -178,13 +190,51 @@ impl Dynamics {
         for w in out.iter() {
             sums.external += w.force;
         }
+        self.directions.complete();
         for c in &self.train.connections {
             let p = coupling::pull(c, &bodies[c.a], &bodies[c.b]);
             out[c.a].add(&bodies[c.a], &p.force, &p.at_a);
             out[c.b].add(&bodies[c.b], &-p.force, &p.at_b);
             sums.loss_w += p.loss;
         }
+        self.balance(out, &mut sums);
         sums
+    }
+
+    /// What is left of the force balance once all forces are known.
+    fn balance(&self, wrenches: &[Wrench], sums: &mut Sums) {
+        let bodies = self.train.bodies.iter();
+        let each = bodies.zip(wrenches).zip(self.directions.now());
+        let (mut along, mut weight) = (0.0, 0.0);
+        for ((body, wrench), t) in each {
+            along += wrench.force.dot(t);
+            weight += body.mass_kg * t.z;
+        }
+        let b = &mut sums.balance;
+        b.brake_n = sums.brake_n;
+        b.grade_n = -self.gravity * weight;
+        let rolling = b.running_rolling_n + b.guide_rolling_n;
+        let named = sums.traction_n + rolling + b.bearing_n + b.air_n + b.brake_n;
+        b.curve_n = along - named;
+        sums.along_n = along;
+    }
+
+    /// Directions of the rail at the bodies in the last step.
+    pub fn directions(&self) -> &Directions {
+        &self.directions
+    }
+
+    /// Momentum of the turning wheels and motors as the rim sees it, Σ J ω / r, kg·m/s, and the mass it belongs to, Σ J / r², kg.
+    pub fn rotating_momentum(&self) -> (f64, f64) {
+        let (mut momentum, mut mass) = (0.0, 0.0);
+        for u in &self.drives {
+            let w = u.spec.friction_wheel();
+            for wheel in &u.wheels {
+                momentum += w.inertia * wheel.omega / w.radius;
+                mass += w.inertia / (w.radius * w.radius);
+            }
+        }
+        (momentum, mass)
     }
 
     fn running_gear(
@@ -200,7 +250,7 @@ impl Dynamics {
         let mut air_v = None;
         for (i, spec) in self.train.bodies.iter().enumerate() {
             let body = &bodies[i];
-            let mut sin = 0.0;
+            let mut tangents = Vector3::zeros();
             for (k, st) in spec.stations.iter().enumerate() {
                 let Some((cursor, rolling)) = stations.next() else {
                     return;
@@ -208,19 +258,24 @@ impl Dynamics {
                 let at = body.p + body.r.column(0) * st.x_m;
                 let f = rail.track(&at, cursor);
                 let g = grip(st, body, &at, &f);
-                let held = rolling.step(
-                    &resistance::ROLLING,
-                    resistance::rolling(res, &g),
-                    g.v_t,
-                    dt,
-                );
+                let [by_running, by_guides] = resistance::rolling(res, &g);
+                let limit = by_running + by_guides;
+                let held = rolling.step(&resistance::ROLLING, limit, g.v_t, dt);
                 let mut against = 0.0;
                 if k == 0 {
-                    against += resistance::bearing(res, g.v_t);
+                    let bearing = resistance::bearing(res, g.v_t);
+                    against += bearing;
+                    sums.balance.bearing_n -= bearing;
                 }
                 if air_v.is_none() {
                     air_v = Some(g.v_t);
-                    against += resistance::air(res, g.v_t);
+                    let air = resistance::air(res, g.v_t);
+                    against += air;
+                    sums.balance.air_n -= air;
+                }
+                if limit > 0.0 {
+                    sums.balance.running_rolling_n += held * by_running / limit;
+                    sums.balance.guide_rolling_n += held * by_guides / limit;
                 }
                 let force = g.force + f.t * (held - against);
                 out[i].add(body, &force, &at);
@@ -229,10 +284,11 @@ impl Dynamics {
                 sums.loss_w += g.loss + against * g.v_t + rolling.loss;
                 sums.wheel_load_n += g.wheel_load;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
-                sin += f.t.z;
+                tangents += f.t;
             }
             if !spec.stations.is_empty() {
-                let sin = sin / spec.stations.len() as f64;
+                self.directions.set(i, &tangents);
+                let sin = tangents.z / spec.stations.len() as f64;
                 sums.mass_sin += self.carried[i] * sin;
                 sums.normal_n +=
                     self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));
@@ -254,12 +310,15 @@ impl Dynamics {
         for (i, unit) in self.drives.iter_mut().enumerate() {
             let d = unit.spec;
             let body = &bodies[d.body];
-            let at = body.point(&d.contact);
-            let f = rail.track(&at, &mut unit.cursor);
-            let v = body.velocity(&at);
-            let v_t = v.dot(&f.t);
+            let wheels = body.point(&d.contact);
+            let f = rail.track(&wheels, &mut unit.cursor);
+            // The wheels press on the web from both sides, so they touch it where it is and not on the body's axis, which is a
+            // chord of the bend; their height is that of the body.
+            let at = f.p + f.u * (wheels - f.p).dot(&f.u);
+            let v_t = body.velocity(&at).dot(&f.t);
             let turning = body.w.dot(&f.u) * self.web_half;
             unit.v_t = v_t;
+            unit.contact = (at, f);
 
             let omega = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
             let asked = command.motor_torque_nm.get(i).copied().unwrap_or(0.0);
@@ -290,7 +349,9 @@ impl Dynamics {
                 unit.angles[side] += dt * wheel.omega;
                 sums.loss_w += wheel.loss + rolling * mean;
                 sums.resistance_n += rolling / r;
+                sums.balance.clamped_rolling_n -= rolling / r;
             }
+            sums.balance.drive_n += torque / r;
             let rate = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
             let power = motor * d.gear_ratio * 0.5 * (omega + rate);
             sums.drive_w += power;
@@ -361,6 +422,22 @@ impl Dynamics {
             e += 0.5 * CLAMP_ROLL_STIFFNESS * roll * roll;
         }
         e
+    }
+
+    /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has brought the bodies here.
+    ///
+    /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its rate at the end
+    /// is that of the web at the end and the same slip. A wheel that slides turns by its torque alone.
+    pub fn wheel_rates(&self, i: usize, bodies: &[BodyState], dt: f64) -> [f64; 2] {
+        let unit = &self.drives[i];
+        let (at, f) = &unit.contact;
+        // where the contact has gone, and how the rail has turned, in the step
+        let way = unit.v_t * dt;
+        let t = f.t + f.k * way;
+        let now = bodies[unit.spec.body].velocity(&(at + f.t * way)).dot(&t);
+        let gained = (now - unit.v_t) / unit.spec.wheel_radius_m;
+        unit.wheels
+            .map(|w| w.omega + (1.0 - w.sliding_share) * gained)
     }
 
     /// Chainage of the friction wheels of drive `i`, m.

@@ -49,6 +49,8 @@ pub struct RollingContact {
     pub force: f64,
     /// Power lost in the contact, W, of the last step.
     pub loss: f64,
+    /// Share of sliding in the contact, 0 (holds) … 1 (slides), of the last step.
+    pub sliding_share: f64,
 }
 
 impl Bristle {
@@ -76,11 +78,14 @@ impl RollingContact {
             self.omega += dt / j * torque;
             self.loss = 0.0;
             self.force = 0.0;
+            self.sliding_share = 1.0;
             return 0.0;
         }
         let z_max = g / b.sigma0;
         let v_r = self.omega * r - v_t;
-        let a = 1.0 + dt * (self.alpha_rate(b, v_r, z_max) + b.kappa * (self.omega * r).abs());
+        self.sliding_share = b.alpha(self.z, v_r, z_max);
+        let a =
+            1.0 + dt * (self.sliding_share * v_r.abs() / z_max + b.kappa * (self.omega * r).abs());
         let gain = (b.sigma0 + b.sigma1 / dt) / a;
         let mut omega = (self.omega
             + dt / j * (torque - r * (gain * (self.z - dt * v_t) - b.sigma1 / dt * self.z)))
@@ -88,6 +93,7 @@ impl RollingContact {
         let mut z = (self.z + dt * (omega * r - v_t)) / a;
         let mut force = b.sigma0 * z + b.sigma1 * (z - self.z) / dt;
         if force.abs() > g {
+            self.sliding_share = 1.0;
             force = g.copysign(force);
             omega = self.omega + dt / j * (torque - r * force);
             z = z.clamp(-z_max, z_max);
@@ -98,10 +104,6 @@ impl RollingContact {
         self.omega = omega;
         self.force = force;
         force
-    }
-
-    fn alpha_rate(&self, b: &Bristle, v_r: f64, z_max: f64) -> f64 {
-        b.alpha(self.z, v_r, z_max) * v_r.abs() / z_max
     }
 }
 

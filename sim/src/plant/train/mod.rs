@@ -1,6 +1,7 @@
 //! Forces between train and rail and inside the train, one law a file. None of them knows a physics engine.
 
 pub mod adhesion;
+pub mod balance;
 pub mod body_state;
 pub mod coupling;
 pub mod dynamics;

@@ -27,10 +27,10 @@ pub const ROLLING: Bristle = Bristle {
     kappa: 0.0,
 };
 
-/// Largest rolling resistance of the running wheels and guide wheels at one station, N. Guide forces grow in curves: that is
-/// the curve resistance.
-pub fn rolling(r: &Resistance, g: &Grip) -> f64 {
-    r.running_wheel * g.wheel_load + r.guide_wheel * g.guide_load
+/// Largest rolling resistance of the running wheels, and of the guide wheels, at one station, N. Guide forces grow in curves: that
+/// is the curve resistance.
+pub fn rolling(r: &Resistance, g: &Grip) -> [f64; 2] {
+    [r.running_wheel * g.wheel_load, r.guide_wheel * g.guide_load]
 }
 
 /// Bearings of one rail-bound body, N against the motion.

@@ -42,7 +42,9 @@ fn the_mount_decides_what_the_imu_reads() {
         assert!((Vector3::from(s.value) - Vector3::new(0.1, 0.2, 0.3)).norm() < 1e-12);
     }
     spec(&mut sheet, "gyro").mounting.link = "drive_9/imu_link".into();
-    let e = Suite::new(&sheet, &train, G, 1).err().unwrap();
+    let e = Suite::new(&sheet, &Fitting::new(&train, G, 1))
+        .err()
+        .unwrap();
     assert_eq!(e.key, "gyro.mount");
 }
 

@@ -6,8 +6,8 @@ mod noise;
 mod physics;
 mod seeds;
 
-use super::Suite;
 use super::spec::{InstrumentSpec, InstrumentSpecs};
+use super::{Fitting, Suite};
 use crate::config::sensor_sheet::Sheet;
 use crate::plant::{DriveState, MountState, Truth};
 pub use crate::testing::{G, drive_units as train};
@@ -73,7 +73,7 @@ pub fn spec<'a>(specs: &'a mut InstrumentSpecs, name: &str) -> &'a mut Instrumen
 }
 
 pub fn suite(specs: &InstrumentSpecs, train: &Train, seed: u64) -> Suite {
-    Suite::new(specs, train, G, seed).unwrap()
+    Suite::new(specs, &Fitting::new(train, G, seed)).unwrap()
 }
 
 /// The train at time t with every mount moved by `change` from standing level.

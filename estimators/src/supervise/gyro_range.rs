@@ -1,0 +1,80 @@
+//! Gyro range check: whether a vehicle on wheels can turn as fast as its gyro says.
+
+use crate::Real;
+use crate::api::real::lag;
+use crate::api::snapshot::state;
+
+/// Time constant of the mean rate, s: a load that swings turns its unit to and fro.
+const WINDOW_S: Real = 0.5;
+
+/// Largest curvature of a track, 1/m, and largest acceleration in a bend, m/s².
+const MAX_CURVATURE_PER_M: Real = 0.5;
+const MAX_ACCELERATION_MPS2: Real = 10.0;
+
+/// What an uncalibrated gyro may be off by, rad/s: 9 °/s.
+const MAX_BIAS_RADPS: Real = 0.15;
+
+/// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v), plus a bias.
+///
+/// Finds a gyro in °/s for rad/s as soon as the vehicle turns by 1 °/s or the gyro has a bias of 0.15 °/s; one that reads less than that
+/// moves nothing else either.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GyroRange {
+    mean: [Real; 2],
+    speed_mps: Real,
+    implausible: bool,
+}
+
+impl GyroRange {
+    /// One step of `dt` seconds with the rates of pitch and yaw, rad/s, and the speed, m/s.
+    pub fn observe(&mut self, rates_radps: [Real; 2], speed_mps: Real, dt: Real) {
+        let share = lag(dt, WINDOW_S);
+        for (mean, now) in self.mean.iter_mut().zip(rates_radps) {
+            *mean += share * (now - *mean);
+        }
+        // The rate lags; so must the speed.
+        self.speed_mps += share * (speed_mps.abs() - self.speed_mps);
+        let v = self.speed_mps.max(0.1);
+        let most = (MAX_CURVATURE_PER_M * v).min(MAX_ACCELERATION_MPS2 / v) + MAX_BIAS_RADPS;
+        self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
+    }
+
+    /// Whether the gyro may be one in rad/s.
+    pub fn plausible(&self) -> bool {
+        !self.implausible
+    }
+}
+
+state!(GyroRange { mean, speed_mps, implausible; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plausible(rates: [Real; 2], speed: Real) -> bool {
+        let mut range = GyroRange::default();
+        for _ in 0..300 {
+            range.observe(rates, speed, 0.01);
+        }
+        range.plausible()
+    }
+
+    #[test]
+    fn what_rails_and_roads_do_is_plausible_and_degrees_are_not() {
+        // Rail: a curve of 4 m at 0.5 m/s; road: a bend at 6 m/s² and 15 m/s; a bias of 4 °/s.
+        let real = [([0.02, 0.125], 0.5), ([0.05, 0.4], 15.0), ([0.07, 0.07], 0.0)];
+        for (rates, speed) in real {
+            assert!(plausible(rates, speed), "{rates:?}");
+            assert!(!plausible(rates.map(|w| w * 57.3), speed), "{rates:?} in degrees");
+        }
+    }
+
+    #[test]
+    fn a_swinging_load_is_plausible() {
+        let mut range = GyroRange::default();
+        for k in 0..2000 {
+            range.observe([0.4 * (4.0 * 0.01 * k as Real).sin(), 0.0], 0.5, 0.01);
+            assert!(range.plausible());
+        }
+    }
+}
