@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+use monorig_sim::config::scenario::Scenario;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -147,6 +148,28 @@ fn rows_of_tables_have_as_many_cells_as_their_titles() {
 }
 
 /// The checks above see what is wrong.
+/// Known failures of every scenario: scenario, bound, why. They are rows of the page, and the page has no others.
+#[test]
+fn the_page_of_known_failures_is_what_the_scenarios_say() {
+    let mut known = BTreeSet::new();
+    for entry in std::fs::read_dir(project().join("scenarios")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "yaml") {
+            continue;
+        }
+        let scenario = Scenario::load(&path, &[]).unwrap();
+        for k in &scenario.file.known_failures {
+            let estimator = k.estimator.clone().unwrap_or_default();
+            let why = k.why.split_whitespace().collect::<Vec<_>>().join(" ");
+            known.insert(format!("| `{}` | `{estimator}` | `{}` | {why} |", scenario.name, k.metric));
+        }
+    }
+    let page = std::fs::read_to_string(project().join("docs/src/known_failures.md")).unwrap();
+    let rows = page.lines().filter(|l| l.starts_with("| `"));
+    let rows: BTreeSet<String> = rows.map(str::to_owned).collect();
+    assert_eq!(rows, known);
+}
+
 #[test]
 fn what_is_wrong_is_found() {
     let page = project().join("docs/src/made_up.md");

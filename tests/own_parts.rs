@@ -122,6 +122,7 @@ fn spec(scenario: PathBuf) -> RunSpec {
         overrides: Vec::new(),
         seed: 1,
         draws: Default::default(),
+        reference: None,
     }
 }
 

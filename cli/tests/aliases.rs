@@ -28,7 +28,7 @@ estimators:
   tuned: {is: dffrls_aekf_robust, delta: 0.9}
 in_loop: tuned
 expect:
-  - {estimator: tuned, metric: slope_valid_share, at_least: 0}
+  - {estimator: tuned, metric: slope_availability, at_least: 0}
 ";
 
 const STUDY: &str = "\

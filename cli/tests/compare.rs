@@ -29,7 +29,7 @@ fn rig() -> Simulation {
     rig
 }
 
-const METRICS: &str = "slope_mae_deg,slope_valid_share";
+const METRICS: &str = "slope_mae_deg,slope_availability";
 
 fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
     let all = [
@@ -66,6 +66,11 @@ fn the_table_says_what_the_runs_say() {
             .as_f64()
             .unwrap()
     };
+    let valid = |run: &Value, name: &str| {
+        run["summary"]["estimators"][name]["slope_mae_deg_valid"]
+            .as_f64()
+            .unwrap()
+    };
     let runs = json["runs"].as_array().unwrap();
     let mean = |f: &dyn Fn(&Value) -> f64| runs.iter().map(f).sum::<f64>() / runs.len() as f64;
     let row = &json["table"][1];
@@ -80,8 +85,24 @@ fn the_table_says_what_the_runs_say() {
     close(&row["mean"], mean(&|r| value(r, "dffrls_ukf_robust")));
     close(
         &row["difference"],
-        mean(&|r| value(r, "dffrls_ukf_robust") - value(r, "dffrls_aukf_robust")),
+        mean(&|r| {
+            let common = &r["summary"]["common"]["dffrls_ukf_robust"]["errors"]["slope_mae_deg"];
+            common[0].as_f64().unwrap() - common[1].as_f64().unwrap()
+        }),
     );
+    close(
+        &row["valid"]["mean"],
+        mean(&|r| valid(r, "dffrls_ukf_robust")),
+    );
+    for (samples, share) in [("valid", "of all"), ("common", "common valid")] {
+        assert!(
+            row[samples]["share"]
+                .as_f64()
+                .is_some_and(|s| s > 0.0 && s <= 1.0),
+            "{row}"
+        );
+        assert!(out.contains(share), "{out}");
+    }
     assert_eq!(row["published"]["value"], 12.375);
     assert_eq!(rig.read("both.csv").lines().count(), 1 + 2 * 2);
 

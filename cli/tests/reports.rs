@@ -23,7 +23,7 @@ events: [{at_s: 20, load_mass_kg: 1500}]
 seeds: 1..3
 expect:
   - {metric: speed_rmse_mps, at_most: 5}
-  - {estimator: rls_ekf_robust, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001}
+  - {estimator: rls_ekf_robust, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001, availability: 0.01}
 ";
 
 /// All text of a page, read as XML, which is stricter than HTML; a page that is not well-formed panics.

@@ -22,8 +22,8 @@ sensors: sensors.yaml
 estimators: {joint_ekf_robust: {}, dffrls_aekf_robust: {}}
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: joint_ekf_robust, metric: mass_valid_share, at_least: 0}
-  - {estimator: dffrls_aekf_robust, metric: mass_valid_share, at_least: 0}
+  - {estimator: joint_ekf_robust, metric: mass_availability, at_least: 0}
+  - {estimator: dffrls_aekf_robust, metric: mass_availability, at_least: 0}
 ";
 
 /// Everything that can vary: numbers of the scenario, of the files it names, whole entries.

@@ -29,7 +29,7 @@ objective:
     - {metric: mass_rmse_kg, after_s: 20}
     - {metric: slope_rmse_deg, after_s: 20, weight: 2}
 constraints:
-  - {metric: slope_valid_share, at_least: 0.1}
+  - {metric: slope_availability, at_least: 0.1}
 optimiser: cma_es
 budget: 14
 sensitivity: {curve: 3, map: 2, map_parameters: 2}

@@ -50,7 +50,7 @@ fn a_folder_of_scenarios_that_hold() {
     assert!(out.ends_with("2 scenarios, 8 runs: 2 held, 0 failed\n"));
     let xml = rig.read("out/verdicts.xml");
     assert_eq!(xml.matches("<testsuite ").count(), 2, "{xml}");
-    assert_eq!(xml.matches("<testcase ").count(), 3 + 2, "{xml}");
+    assert_eq!(xml.matches("<testcase ").count(), 5 + 4, "{xml}"); // integrity of both slopes, too
     assert!(!xml.contains("<failure"), "{xml}");
     let json: serde_json::Value = serde_json::from_str(&rig.read("out/verdicts.json")).unwrap();
     assert_eq!(json["scenarios"][0]["runs"][3]["seed"], 4);
@@ -62,7 +62,7 @@ fn a_bound_that_does_not_hold_is_named() {
     let expect = "\
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6}
+  - {estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6, availability: 0.5}
 ";
     let rig = with(&[("one", quick(expect)), ("two", quick(HOLDS))]);
     let (code, out, err) = rig.monorig(&["test", "all", "--junit", "v.xml"]);
@@ -148,4 +148,166 @@ fn results_do_not_depend_on_the_number_of_threads() {
         assert_eq!(code, Some(0));
         assert!(rig.read(&file) == rig.read("1.json"), "{jobs} threads");
     }
+}
+
+/// A bound on an error without one on the availability is refused, and the message says what to add; each of the three ways will do.
+#[test]
+fn an_error_is_not_bounded_without_its_availability() {
+    let bound =
+        "expect:\n  - {estimator: dffrls_aukf_robust, metric: METRIC, after_s: 6, at_most: 5}\n";
+    for metric in ["slope_rmse_deg", "slope_rmse_deg_valid"] {
+        let bare = bound.replace("METRIC", metric);
+        let rig = with(&[("one", quick(&bare))]);
+        let (code, _, err) = rig.monorig(&["test", "all"]);
+        assert_eq!(code, Some(2), "{err}");
+        for part in [
+            "nothing says how much of the time its slope must be valid",
+            "`availability: 0.9` in this expectation",
+            "metric: slope_availability, at_least: 0.9",
+            "`availability: {slope: 0.9}`",
+        ] {
+            assert!(err.contains(part), "{err}");
+        }
+        for good in [
+            bare.replace("at_most: 5", "at_most: 5, availability: 0.5"),
+            format!("{bare}availability: {{slope: 0.5}}\n"),
+            format!(
+                "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, at_least: 0.5}}\n"
+            ),
+        ] {
+            let rig = with(&[("one", quick(&good))]);
+            let (code, out, err) = rig.monorig(&["test", "all", "--seeds", "1"]);
+            assert_eq!(code, Some(0), "{good}{out}{err}");
+        }
+    }
+}
+
+/// What is asked of the availability is checked, over the time of the error.
+#[test]
+fn the_availability_beside_an_error_is_a_bound() {
+    let expect = "expect:\n  - {estimator: dffrls_aukf_robust, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
+    let rig = with(&[("one", quick(expect))]);
+    let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "1"]);
+    assert_eq!(code, Some(1), "{out}"); // it does not estimate the mass
+    assert!(
+        out.contains("dffrls_aukf_robust mass_availability from 6 s: 0.0000 is not ≥ 0.5"),
+        "{out}"
+    );
+}
+
+const MISLEADING: &str =
+    "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90}\n";
+
+/// Limits that any error exceeds: the scenario is red although all that it expects holds, and the finding stands above all else.
+#[test]
+fn what_misleads_is_red_and_named_first() {
+    let rig = with(&[("one", quick(&format!("{HOLDS}{MISLEADING}")))]);
+    let (code, out, _) = rig.monorig(&["test", "all", "--junit", "v.xml"]);
+    assert_eq!(code, Some(1), "{out}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(
+        lines[1].contains("finding: dffrls_aukf_robust marks a slope valid that is"),
+        "{out}"
+    );
+    assert!(
+        lines[2].contains("dffrls_aukf_robust slope_misleading_share: "),
+        "{out}"
+    );
+    assert!(rig.read("v.xml").contains("<failure"));
+    let (code, out, err) = rig.monorig(&["run", "all/one.yaml", "--no-rerun"]);
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(out.starts_with("finding: "), "{out}");
+    for tolerated in [
+        "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, reference_only: [dffrls_aukf_robust]}\n",
+        "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, max_misleading_share: 1}\n",
+    ] {
+        let rig = with(&[("one", quick(&format!("{HOLDS}{tolerated}")))]);
+        let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "1"]);
+        assert_eq!(code, Some(0), "{out}");
+        assert!(out.contains("finding: "), "{out}");
+    }
+}
+
+#[test]
+fn a_known_failure_is_shown_and_not_red_until_it_holds() {
+    let expect = |bound: &str| {
+        format!(
+            "expect:\n  - {{estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: {bound}, availability: 0.5}}\n\
+             known_failures:\n  - {{estimator: dffrls_aukf_robust, metric: slope_mae_deg, why: a bias of the accelerometer}}\n"
+        )
+    };
+    let rig = with(&[("one", quick(&expect("1.0e-6")))]);
+    let (code, out, _) = rig.monorig(&["test", "all", "--junit", "v.xml", "--json", "v.json"]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(
+        out.contains("known failure: dffrls_aukf_robust slope_mae_deg from 6 s: "),
+        "{out}"
+    );
+    assert!(
+        out.contains("(a bias of the accelerometer)") && out.contains("; 1 known failures\n"),
+        "{out}"
+    );
+    let xml = rig.read("v.xml");
+    assert!(
+        xml.contains("<skipped") && xml.contains("a bias of the accelerometer"),
+        "{xml}"
+    );
+    assert!(
+        rig.read("v.json")
+            .contains("\"known_failure\": \"a bias of the accelerometer\"")
+    );
+
+    let rig = with(&[("one", quick(&expect("90")))]);
+    let (code, out, _) = rig.monorig(&["test", "all"]);
+    assert_eq!(code, Some(1), "{out}");
+    assert!(
+        out.contains("holds in 4 of 4 seeds") && out.contains("take it off `known_failures`"),
+        "{out}"
+    );
+
+    for (known, says) in [
+        (
+            "{estimator: dffrls_aukf_robust, metric: slope_rmse_deg, why: x}",
+            "there is no such bound in `expect`",
+        ),
+        (
+            "{estimator: dffrls_aukf_robust, metric: mass_availability, why: x}",
+            "nothing bounds `mass_availability` here",
+        ),
+        (
+            "{estimator: dffrls_aukf_robust, metric: slope_mae_deg, why: ''}",
+            "says why",
+        ),
+    ] {
+        let text = expect("1").replace("{estimator: dffrls_aukf_robust, metric: slope_mae_deg, why: a bias of the accelerometer}", known);
+        let rig = with(&[("one", quick(&text))]);
+        let (code, _, err) = rig.monorig(&["test", "all"]);
+        assert!(code == Some(2) && err.contains(says), "{err}");
+    }
+}
+
+/// A window by the name of a place is that of the instants at which the vehicle comes to it.
+#[test]
+fn windows_by_name_are_windows_in_seconds() {
+    let text = quick("expect:\n  - {metric: speed_rmse_mps, after: {event: at_speed, plus_s: 2}, until: {event: lost}, at_most: 1}\n")
+        .replace("mps: 1.5}", "mps: 1.5, name: at_speed}")
+        .replace("seeds: 1..4\n", "seeds: 1\nevents: [{name: lost, from_s: 30, sensor: gyro, fault: off}]\n");
+    let rig = with(&[("one", text.clone())]);
+    let (code, out, err) = rig.monorig(&["test", "all", "--json", "v.json"]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let json: serde_json::Value = serde_json::from_str(&rig.read("v.json")).unwrap();
+    let verdict = &json["scenarios"][0]["runs"][0]["summary"]["expectations"][0];
+    assert_eq!(
+        (&verdict["after_s"], &verdict["until_s"]),
+        (&5.0.into(), &30.0.into())
+    );
+    let wrong = text.replace("event: lost", "event: losst");
+    let rig = with(&[("one", wrong)]);
+    let (code, _, err) = rig.monorig(&["test", "all"]);
+    assert!(
+        code == Some(2)
+            && err.contains("did you mean `lost`?")
+            && err.contains("expect[0].until.event"),
+        "{err}"
+    );
 }

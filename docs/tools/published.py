@@ -22,7 +22,7 @@ PARAMETERS = ROOT / "docs/src/methods/parameters.md"
 ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
        "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf").split(",")
 PRINTED = ("dffrls_aekf", "dffrls_aukf", "imm_stf", "mmrls_sh_stf")
-LIU = ["mass_rmse_kg", "slope_rmse_deg", "slope_valid_share"]
+LIU = ["mass_rmse_kg", "slope_rmse_deg"]
 HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]
 CASES = ["ramp_8", "ramp_12", "ramp_20", "ramp_29", "ramp_20_8", "ramp_29_12", "5_turning", "flat_turning"]
@@ -100,6 +100,15 @@ def number(x):
     return "–" if x is None else f"{x:.3g}" if abs(x) < 1000 else f"{x:.0f}"
 
 
+def on_valid(valid, runs):
+    """The error on the samples marked valid, and how many of all these are."""
+    share = valid["share"] or 0
+    if not valid["mean"]:
+        return f"valid {share:.0%}"
+    some = f", {valid['measured']}/{runs} runs" if valid["measured"] < runs else ""
+    return f"valid {share:.0%}: {number(valid['mean']['mean'])}{some}"
+
+
 def table(cells, metrics):
     rows = {}
     for cell in cells:
@@ -116,6 +125,8 @@ def table(cells, metrics):
                 text = f"{number(mean['mean'])} ({number(mean['low'])} … {number(mean['high'])})"
                 if cell["measured"] < cell["runs"]:
                     text += f", {cell['measured']}/{cell['runs']} runs"
+            if cell["valid"]:
+                text += "; " + on_valid(cell["valid"], cell["runs"])
             if published is not None:
                 text += f"; published **{number(published)}**"
             columns.append(text)

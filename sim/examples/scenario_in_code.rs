@@ -25,6 +25,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         )
         .in_loop("dffrls_aekf_robust")
         .event(Event::Brake {
+            name: None,
             at_s: NonNegative::new(55.0),
             every_s: None,
             brake: monorig_sim::config::checked::Fraction::new(1.0),

@@ -11,7 +11,7 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, compare as cells};
+use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
@@ -25,7 +25,8 @@ Examples:
   monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
 
 All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to
-the reference are taken run by run. Intervals: 95 %, percentile bootstrap over seeds.";
+the reference are taken run by run; those of an error only on the samples that both estimators mark valid.
+Intervals: 95 %, percentile bootstrap over seeds.";
 
 /// `monorig compare`
 #[derive(Debug, clap::Args)]
@@ -43,7 +44,7 @@ pub struct CompareArgs {
     pub sets: Vec<(String, String)>,
     /// Metrics to compare
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
-        default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,slope_valid_share")]
+        default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,mass_misleading_share,slope_misleading_share")]
     pub metrics: Vec<String>,
     /// Estimator that the others are held against; without it the first
     #[arg(long, value_name = "NAME")]
@@ -144,7 +145,7 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
             )
         })?;
     interrupt::listen();
-    let runs = run(task, &overrides, scenario.seeds(), &scenario.name, registry)?;
+    let runs = run(task, &overrides, scenario, &reference, registry)?;
     let cells = cells(
         &runs,
         &shown,
@@ -184,17 +185,19 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
 fn run(
     task: &CompareArgs,
     overrides: &[(String, String)],
-    seeds: &[u64],
-    name: &str,
+    scenario: &Scenario,
+    reference: &str,
     registry: &Registry,
 ) -> Result<Vec<RunResult>, CliError> {
-    let mut progress = ProgressDisplay::new(name);
+    let mut progress = ProgressDisplay::new(&scenario.name);
+    let seeds = scenario.seeds();
     let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
         index,
         scenario: task.file.clone(),
         overrides: overrides.to_vec(),
         seed: *seed,
         draws: Default::default(),
+        reference: Some(reference.to_owned()),
     });
     let mut runs = Vec::new();
     let work = |spec: RunSpec| run_one(&spec, registry, &interrupt::go_on);
@@ -216,35 +219,46 @@ fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String
         };
         let against = format!("minus {reference}");
         let title = format!("{metric}{unit}");
-        let mut table = table([
-            title.as_str(),
-            "runs",
-            "mean",
-            "95 %",
-            "median",
-            &against,
-            "95 %",
-            "published",
-        ]);
+        let error = rows.iter().any(|c| c.valid.is_some());
+        let mut titles = vec![title.as_str(), "runs", "mean", "95 %", "median"];
+        if error {
+            titles[2] = "all samples";
+            titles.extend(["own valid", "of all", "common valid", "of all"]);
+        }
+        titles.extend([against.as_str(), "95 %", "published"]);
+        let columns = titles.len();
+        let mut table = table(titles);
         for c in &rows {
             let [mean, range] = words(c.mean);
             let [difference, between] = words(c.difference);
-            table.add_row([
+            let mut row = vec![
                 c.estimator.clone(),
                 format!("{}/{}", c.measured, c.runs),
                 mean,
                 range,
                 c.median.map_or("-".to_owned(), number),
+            ];
+            if error {
+                row.extend(on_samples(c.valid.as_ref()));
+                row.extend(on_samples(c.common.as_ref()));
+            }
+            row.extend([
                 difference,
                 between,
                 c.published
                     .as_ref()
                     .map_or("-".to_owned(), |p| number(p.value.get())),
             ]);
+            table.add_row(row);
         }
-        right(&mut table, 1..=7);
+        right(&mut table, 1..columns);
         parts.push(lines(&table));
     }
+    parts.push(format!(
+        "all samples: from {} s on; own valid, common valid: those that the estimator, or it and {reference} both, mark valid, and \
+         their share of all. Differences of errors are on common ones.",
+        monorig_lab::verdicts::summary::AFTER_S
+    ));
     let sources: std::collections::BTreeSet<&str> = cells
         .iter()
         .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
@@ -254,6 +268,19 @@ fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String
         parts.push(format!("published: {}", sources.join("; ")));
     }
     parts.join("\n\n") + "\n"
+}
+
+/// Mean and share of the samples.
+fn on_samples(of: Option<&OnSamples>) -> [String; 2] {
+    let Some(of) = of else {
+        return ["-".to_owned(), "-".to_owned()];
+    };
+    let percent = |x: f64| match x {
+        x if x > 0.0 && x < 0.001 => "< 0.1 %".to_owned(),
+        x => format!("{:.1} %", 100.0 * x),
+    };
+    let [mean, _] = words(of.mean);
+    [mean, of.share.map_or("-".to_owned(), percent)]
 }
 
 fn words(interval: Option<Interval>) -> [String; 2] {
@@ -267,10 +294,17 @@ fn words(interval: Option<Interval>) -> [String; 2] {
 }
 
 fn csv(cells: &[ComparedMetric]) -> String {
-    let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,difference,difference_low,difference_high,published,source\n".to_owned();
+    let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,valid_mean,valid_share,common_mean,common_share,\
+                    difference,difference_low,difference_high,published,source\n"
+        .to_owned();
     let three = |i: Option<Interval>| match i {
         Some(i) => format!("{},{},{}", i.mean, i.low, i.high),
         None => ",,".to_owned(),
+    };
+    let one = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
+    let on = |of: Option<&OnSamples>| match of {
+        Some(of) => format!("{},{}", one(of.mean.map(|i| i.mean)), one(of.share)),
+        None => ",".to_owned(),
     };
     for c in cells {
         let (value, source) = match &c.published {
@@ -278,13 +312,15 @@ fn csv(cells: &[ComparedMetric]) -> String {
             None => Default::default(),
         };
         text += &format!(
-            "{},{},{},{},{},{},{},{value},\"{source}\"\n",
+            "{},{},{},{},{},{},{},{},{},{value},\"{source}\"\n",
             c.estimator,
             c.metric,
             c.measured,
             c.runs,
             three(c.mean),
-            c.median.map_or(String::new(), |m| m.to_string()),
+            one(c.median),
+            on(c.valid.as_ref()),
+            on(c.common.as_ref()),
             three(c.difference),
         );
     }

@@ -106,7 +106,7 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         note("the train did not come to where the scenario ends (`stop.at_m`)");
         return Ok(CommandOutcome::Failed);
     }
-    Ok(if summary::all_held(&run.summary) {
+    Ok(if run.summary.good() {
         CommandOutcome::Held
     } else {
         CommandOutcome::Failed

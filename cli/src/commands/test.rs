@@ -23,8 +23,9 @@ Examples:
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
 
-A scenario fails when a run does not finish, when an estimator never marks anything valid, or when an expectation
-does not hold for as many seeds as it asks for (`quantile`; all without it).";
+A scenario fails when a run does not finish, when an estimator never marks anything valid or marks misleading values valid, when an
+expectation does not hold for as many seeds as it asks for (`quantile`; all without it), or when a known failure holds.
+Findings, worst first, stand above the checks that fail.";
 
 /// `monorig test`
 #[derive(Debug, clap::Args)]
@@ -92,8 +93,13 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     let failed = tested.iter().filter(|t| !t.judged.held).count();
     let runs: usize = tested.iter().map(|t| t.judged.runs.len()).sum();
+    let checks = tested.iter().flat_map(|t| &t.judged.checks);
+    let known = match checks.filter(|c| c.fails_as_known()).count() {
+        0 => String::new(),
+        n => format!("; {n} known failures"),
+    };
     output::print(&format!(
-        "{} scenarios, {runs} runs: {} held, {failed} failed\n",
+        "{} scenarios, {runs} runs: {} held, {failed} failed{known}\n",
         tested.len(),
         tested.len() - failed
     ))?;
@@ -131,6 +137,7 @@ fn run(
             overrides: overrides.to_vec(),
             seed: *seed,
             draws: Default::default(),
+            reference: None,
         })
     });
     let work = |spec: RunSpec| {
@@ -171,8 +178,15 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
     };
     let took = tested.took.as_secs_f64();
     let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
+    for finding in tested.judged.findings() {
+        text += &format!("        finding: {}\n", finding.text);
+    }
     for check in tested.judged.checks.iter().filter(|c| !c.held) {
         text += &format!("        {}\n", check.reason());
+    }
+    for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
+        let why = check.known_failure.as_deref().unwrap_or_default();
+        text += &format!("        known failure: {} ({why})\n", check.reason());
     }
     for run in &tested.judged.runs {
         for (name, times, reason) in run.summary.iter().flat_map(|s| &s.refusals) {

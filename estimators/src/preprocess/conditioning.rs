@@ -37,6 +37,9 @@ const FLOORS: [Real; 3] = [0.05, 1.0, 0.2];
 /// Largest acceleration of wheels that roll, m/s², on a rail and on a road.
 const MAX_ACCELERATION_MPS2: [Real; 2] = [3.0, 12.0];
 
+/// A channel that has paused for so long may have any value, s.
+const PAUSE_S: Real = 0.3;
+
 /// Largest learnt over told standard deviation.
 const MAX_NOISE_RATIO: Real = 30.0;
 
@@ -109,13 +112,16 @@ impl Conditioning {
 
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
+        if period_s > PAUSE_S {
+            self.speed.restart();
+        }
         let passed = if self.params.outlier_hold {
             self.speed.take(speed_mps, self.max_mps2 * period_s)?
         } else {
             speed_mps
         };
         let [noise, _] = &mut self.noise;
-        if !standing {
+        if !standing && period_s < PAUSE_S {
             noise.observe(passed, period_s);
         }
         Some(passed)
@@ -132,13 +138,16 @@ impl Conditioning {
         if self.params.outlier_hold
             && let Some(hold) = self.inertial.get_mut(axis as usize)
         {
+            if period_s > PAUSE_S {
+                hold.restart();
+            }
             passed = match hold.take(value, 0.0) {
                 Some(value) => value,
                 None => return hold.value().unwrap_or(value),
             };
         }
         let [_, noise] = &mut self.noise;
-        if axis == Axis::Forward && !standing {
+        if axis == Axis::Forward && !standing && period_s < PAUSE_S {
             noise.observe(passed, period_s);
         }
         passed

@@ -206,7 +206,7 @@ impl FrontEnd {
         let standing = self.standing;
         let mut condition = |axis: Axis, held: &mut SampleHold| {
             let value = held.value()?;
-            let period_s = held.gap_s().max(dt);
+            let period_s = held.waited_s().max(dt);
             let passed = conditioning.axis(axis, value, period_s, standing);
             held.replace(passed);
             Some(passed)
@@ -243,7 +243,7 @@ impl FrontEnd {
             let last = conditioning.last_speed();
             return (None, voted.map(|voted| last.unwrap_or(voted)), false);
         };
-        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).clamp(0.0, 1.0);
+        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).max(0.0);
         self.sampled = Some(now);
         match conditioning.speed(speed, period_s, self.standing) {
             Some(speed) => {

@@ -54,6 +54,11 @@ impl OutlierHold {
         Some(value)
     }
 
+    /// Forgets the last sample: the channel has paused for so long that the next may be anything.
+    pub fn restart(&mut self) {
+        (self.last, self.held) = (None, 0);
+    }
+
     /// The last sample accepted.
     pub fn value(&self) -> Option<Real> {
         self.last
@@ -90,6 +95,14 @@ mod tests {
         }
         let taken: std::vec::Vec<_> = (0..4).map(|_| hold.take(3.6, 0.0)).collect();
         assert_eq!(taken, [None, None, Some(3.6), Some(3.6)]);
+    }
+
+    #[test]
+    fn after_a_pause_the_first_sample_counts() {
+        let mut hold = OutlierHold::new(0.05);
+        hold.take(1.0, 0.0);
+        hold.restart();
+        assert_eq!(hold.take(5.0, 0.0), Some(5.0));
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub struct SampleHold {
     arrived: Time,
     gap_s: Real,
     deviation_s: Real,
+    waited_s: Real,
     late: u32,
     value: Option<Real>,
     stuck: StuckDetector,
@@ -52,6 +53,7 @@ impl SampleHold {
             }
             self.stuck.take(sample.value, before, now);
             self.observe_gap(gap);
+            self.waited_s = gap;
         }
         (self.stamp, self.arrived, self.value) = (sample.t, now, Some(sample.value));
         true
@@ -74,6 +76,11 @@ impl SampleHold {
     /// Mean gap between arrivals, s; 0 before the second sample.
     pub fn gap_s(&self) -> Real {
         self.gap_s
+    }
+
+    /// How long the value held had to be waited for, s.
+    pub fn waited_s(&self) -> Real {
+        self.waited_s
     }
 
     /// How many samples were dropped because a younger one had come before them.
@@ -109,7 +116,7 @@ impl SampleHold {
     }
 }
 
-state!(SampleHold { stamp, arrived, gap_s, deviation_s, late, value, stuck; });
+state!(SampleHold { stamp, arrived, gap_s, deviation_s, waited_s, late, value, stuck; });
 
 #[cfg(test)]
 mod tests {

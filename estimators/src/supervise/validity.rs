@@ -36,7 +36,7 @@ params! {
         nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Quantile of χ² that is the limit of the windowed NIS, as that of a normal variable; 4.75: exceeded once in a million windows.";
         plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
-        grade_sd_max_deg ["deg"] = 2.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
+        grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
         speed_sd_max_mps ["m/s"] = 0.3, 1e-3 => 10.0, "Largest standard deviation of a valid speed.";
     }
 }
@@ -179,8 +179,8 @@ mod tests {
         };
         Estimate {
             total_mass_kg: value(1e4, 999.0),
-            grade_rad: value(0.1, 0.034),
-            effective_grade_rad: value(0.1, 0.034),
+            grade_rad: value(0.1, 0.052),
+            effective_grade_rad: value(0.1, 0.052),
             speed_mps: value(1.0, 0.29),
             ..Estimate::default()
         }
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!(marks(&rule, now), [true; 4]);
         now.total_mass_kg.sd = 1_001.0;
         assert_eq!(marks(&rule, now), [false, true, true, true]);
-        now.grade_rad.sd = 0.036;
+        now.grade_rad.sd = 0.053;
         assert_eq!(marks(&rule, now), [false, false, true, true]);
         now.speed_mps.sd = 0.31;
         assert_eq!(marks(&rule, now), [false, false, true, false]);

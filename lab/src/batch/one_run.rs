@@ -27,6 +27,8 @@ pub struct RunSpec {
     pub seed: u64,
     /// What was drawn for this run, by name.
     pub draws: BTreeMap<String, serde_json::Value>,
+    /// Estimator whose valid samples the others' are held against, in a comparison.
+    pub reference: Option<String>,
 }
 
 /// What came of a run: one line of JSON in a study's results.
@@ -105,8 +107,13 @@ fn simulate(
     let mut simulation = Simulation::build(scenario, registry, spec.seed)?;
     let mut series = ErrorSeries::default();
     let outcome = run::run(&mut simulation, &mut [&mut series], &mut |_| go_on())?;
-    Ok((!outcome.interrupted)
-        .then(|| Summary::new(&simulation.scenario, spec.seed, &outcome, &series)))
+    Ok((!outcome.interrupted).then(|| {
+        let summary = Summary::new(&simulation.scenario, spec.seed, &outcome, &series);
+        match &spec.reference {
+            Some(reference) => summary.against(reference, &series),
+            None => summary,
+        }
+    }))
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {

@@ -131,6 +131,7 @@ impl Plan {
             overrides,
             seed,
             draws,
+            reference: None,
         }
     }
 

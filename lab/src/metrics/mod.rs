@@ -1,18 +1,26 @@
 //! Numbers that say how good a run was.
 //!
-//! Errors are estimate minus truth; the slope's truth is the grade at the IMU. Only samples that the estimator marks valid
-//! count, and `*_valid_share` says how many those were: a metric without a single valid sample is not a number, never zero.
-//! `docs/src/metrics.md` has the same table, and a test sees to it.
+//! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the samples that the
+//! estimator marks valid; *availability* the share of these; *integrity* the share of them that is misleading; *continuity* how often
+//! validity is lost. Errors are estimate minus truth; the slope's truth is the grade at the IMU, the effective slope's that of the whole
+//! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
+//! sees to it.
 
+mod marks;
 mod of_estimator;
 mod of_run;
+mod quantity;
+mod samples;
 pub mod series;
 mod statistics;
+mod table;
 
-use crate::metrics::of_estimator::{DEGREE, convergence, degrees, end, mass, settled, slope};
-use crate::metrics::of_run::{energy, energy_per_metre, jerk};
+pub use quantity::Quantity;
+pub use samples::{Keep, Samples};
+pub use table::METRICS;
+
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
-use crate::metrics::statistics::{max, mean, percentile, rms, share, share_in_band};
+use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric: its name, its unit, its definition, and which value is best.
 pub struct Metric {
@@ -24,13 +32,43 @@ pub struct Metric {
     pub doc: &'static str,
     /// Which value is best.
     pub best: Best,
-    value: MetricFunction,
+    /// What it is about.
+    pub of: Of,
 }
 
-/// How a metric is computed: from the samples of an estimator, or from those of train and controller.
-enum MetricFunction {
-    OfEstimator(fn(&[ErrorSample]) -> f64),
-    OfRun(fn(&[Tracking]) -> f64),
+/// What a metric is about, and how it is computed.
+pub enum Of {
+    /// Accuracy or consistency: the error of a quantity.
+    Error {
+        /// The quantity.
+        quantity: Quantity,
+        /// Whether only samples marked valid count.
+        valid_only: bool,
+        /// From the samples that count.
+        value: fn(Samples<'_>) -> f64,
+    },
+    /// Availability, integrity or continuity: what the estimator's marks of a quantity are worth.
+    Marks {
+        /// The quantity.
+        quantity: Quantity,
+        /// Which of the three.
+        kind: Marks,
+    },
+    /// Something else of an estimator, from all samples.
+    Estimator(fn(Samples<'_>) -> f64),
+    /// Train and controller.
+    Run(fn(&[Tracking]) -> f64),
+}
+
+/// What the marks of an estimator are worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marks {
+    /// Share of samples marked valid.
+    Availability,
+    /// Share of the valid samples that is misleading.
+    Integrity,
+    /// Losses of validity per hour.
+    Continuity,
 }
 
 /// Which value of a metric is best.
@@ -67,263 +105,73 @@ impl Best {
     }
 }
 
-/// All metrics: those of an estimator, then those of train and controller.
-pub const METRICS: &[Metric] = &[
-    of_estimator(
-        "mass_rmse_kg",
-        "kg",
-        Best::Least,
-        "root mean square error of the total mass",
-        |s| rms(mass(s).map(|x| x.mass_kg)),
-    ),
-    of_estimator(
-        "mass_mae_kg",
-        "kg",
-        Best::Least,
-        "mean absolute error of the total mass",
-        |s| mean(mass(s).map(|x| x.mass_kg.abs())),
-    ),
-    of_estimator(
-        "mass_error_max_kg",
-        "kg",
-        Best::Least,
-        "largest error of the total mass",
-        |s| max(mass(s).map(|x| x.mass_kg)),
-    ),
-    of_estimator(
-        "mass_error_rel_max",
-        "1",
-        Best::Least,
-        "largest error of the total mass over the total mass",
-        |s| max(mass(s).map(|x| x.mass_rel)),
-    ),
-    of_estimator(
-        "mass_error_rel_p95",
-        "1",
-        Best::Least,
-        "95th percentile of the absolute error of the total mass over the total mass",
-        |s| percentile(mass(s).map(|x| x.mass_rel.abs()), 0.95),
-    ),
-    of_estimator(
-        "mass_error_converged_max_kg",
-        "kg",
-        Best::Least,
-        "largest error of the total mass after convergence: from where it has first stayed within 2 % for 1 s",
-        |s| max(mass(settled(s)).map(|x| x.mass_kg)),
-    ),
-    of_estimator(
-        "mass_error_converged_rel_max",
-        "1",
-        Best::Least,
-        "largest error of the total mass after convergence, over the total mass",
-        |s| max(mass(settled(s)).map(|x| x.mass_rel)),
-    ),
-    of_estimator(
-        "mass_error_rel_end",
-        "1",
-        Best::Least,
-        "error of the total mass over the total mass, mean of the last second, absolute",
-        end,
-    ),
-    of_estimator(
-        "mass_convergence_s",
-        "s",
-        Best::Least,
-        "time from which the mass error stays within 2 % to the end",
-        convergence,
-    ),
-    of_estimator(
-        "mass_nees_mean",
-        "1",
-        Best::OneOnAverage,
-        "mean of (error / standard deviation)² of the mass; 1 when consistent",
-        |s| mean(mass(s).map(|x| x.mass_nees)),
-    ),
-    of_estimator(
-        "mass_nees_in_band",
-        "1",
-        Best::InBand,
-        "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious",
-        |s| share_in_band(mass(s).map(|x| x.mass_nees)),
-    ),
-    of_estimator(
-        "mass_valid_share",
-        "1",
-        Best::One,
-        "share of samples whose mass the estimator marks valid",
-        |s| share(s.iter().map(|x| x.mass_valid)),
-    ),
-    of_estimator(
-        "slope_rmse_deg",
-        "°",
-        Best::Least,
-        "root mean square error of the slope against the grade at the IMU",
-        |s| rms(degrees(s)),
-    ),
-    of_estimator(
-        "slope_mae_deg",
-        "°",
-        Best::Least,
-        "mean absolute error of the slope",
-        |s| mean(degrees(s).map(f64::abs)),
-    ),
-    of_estimator(
-        "slope_error_max_deg",
-        "°",
-        Best::Least,
-        "largest error of the slope",
-        |s| max(degrees(s)),
-    ),
-    of_estimator(
-        "slope_error_p95_deg",
-        "°",
-        Best::Least,
-        "95th percentile of the absolute error of the slope",
-        |s| percentile(degrees(s).map(f64::abs), 0.95),
-    ),
-    of_estimator(
-        "slope_rmse_percent",
-        "%",
-        Best::Least,
-        "root mean square error of the slope as roads state it, 100 tan θ",
-        |s| rms(slope(s).map(|x| x.slope_percent)),
-    ),
-    of_estimator(
-        "slope_error_max_percent",
-        "%",
-        Best::Least,
-        "largest error of the slope as roads state it",
-        |s| max(slope(s).map(|x| x.slope_percent)),
-    ),
-    of_estimator(
-        "slope_effective_rmse_deg",
-        "°",
-        Best::Least,
-        "root mean square error of the slope against the effective grade of the whole vehicle",
-        |s| rms(slope(s).map(|x| x.slope_effective / DEGREE)),
-    ),
-    of_estimator(
-        "slope_nees_mean",
-        "1",
-        Best::OneOnAverage,
-        "mean of (error / standard deviation)² of the slope; 1 when consistent",
-        |s| mean(slope(s).map(|x| x.slope_nees)),
-    ),
-    of_estimator(
-        "slope_nees_in_band",
-        "1",
-        Best::InBand,
-        "share of samples with a NEES of the slope within the 95 % band of χ²₁",
-        |s| share_in_band(slope(s).map(|x| x.slope_nees)),
-    ),
-    of_estimator(
-        "slope_valid_share",
-        "1",
-        Best::One,
-        "share of samples whose slope the estimator marks valid",
-        |s| share(s.iter().map(|x| x.slope_valid)),
-    ),
-    of_estimator(
-        "running_resistance_rmse",
-        "1",
-        Best::Least,
-        "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`), also where they do not mark it valid",
-        |s| rms(s.iter().map(|x| x.running_resistance)),
-    ),
-    of_estimator(
-        "nis_mean",
-        "1",
-        Best::OneOnAverage,
-        "mean normalised innovation squared; 1 when consistent",
-        |s| mean(slope(s).map(|x| x.nis)),
-    ),
-    of_estimator(
-        "nis_in_band",
-        "1",
-        Best::InBand,
-        "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent",
-        |s| share_in_band(slope(s).map(|x| x.nis)),
-    ),
-    of_run(
-        "speed_rmse_mps",
-        "m/s",
-        Best::Least,
-        "root mean square of speed minus reference",
-        |s| rms(s.iter().map(|x| x.speed)),
-    ),
-    of_run(
-        "accel_rms_mps2",
-        "m/s²",
-        Best::Least,
-        "root mean square acceleration along the track: comfort",
-        |s| rms(s.iter().map(|x| x.accel)),
-    ),
-    of_run(
-        "jerk_rms_mps3",
-        "m/s³",
-        Best::Least,
-        "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort",
-        jerk,
-    ),
-    of_run(
-        "traction_energy_j",
-        "J",
-        Best::Least,
-        "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off",
-        energy,
-    ),
-    of_run(
-        "traction_energy_jpm",
-        "J/m",
-        Best::Least,
-        "traction energy over the way gone, ∫ |v| dt",
-        energy_per_metre,
-    ),
-    of_run(
-        "off_rail_max_m",
-        "m",
-        Best::Least,
-        "largest distance of a wheel from its place on the rail; of a car from the middle of its lane",
-        |s| max(s.iter().map(|x| x.off_rail)),
-    ),
-];
-
-const fn of_estimator(
-    name: &'static str,
-    unit: &'static str,
-    best: Best,
-    doc: &'static str,
-    value: fn(&[ErrorSample]) -> f64,
-) -> Metric {
-    Metric {
-        name,
-        unit,
-        doc,
-        best,
-        value: MetricFunction::OfEstimator(value),
-    }
-}
-
-const fn of_run(
-    name: &'static str,
-    unit: &'static str,
-    best: Best,
-    doc: &'static str,
-    value: fn(&[Tracking]) -> f64,
-) -> Metric {
-    Metric {
-        name,
-        unit,
-        doc,
-        best,
-        value: MetricFunction::OfRun(value),
-    }
-}
+/// What the names of metrics of valid samples end with.
+pub const VALID: &str = "_valid";
 
 impl Metric {
     /// Whether it is one of an estimator, not of train and controller.
     pub fn is_of_estimator(&self) -> bool {
-        matches!(self.value, MetricFunction::OfEstimator(_))
+        !matches!(self.of, Of::Run(_))
+    }
+
+    /// The quantity whose error it is; none if it is not an error.
+    pub fn error_of(&self) -> Option<Quantity> {
+        match self.of {
+            Of::Error { quantity, .. } => Some(quantity),
+            _ => None,
+        }
+    }
+
+    /// The quantity whose availability it is; none if it is not one.
+    pub fn availability_of(&self) -> Option<Quantity> {
+        match self.of {
+            Of::Marks {
+                quantity,
+                kind: Marks::Availability,
+            } => Some(quantity),
+            _ => None,
+        }
+    }
+
+    /// Whether only samples count that the estimator marks valid.
+    pub fn is_of_valid(&self) -> bool {
+        matches!(
+            self.of,
+            Of::Error {
+                valid_only: true,
+                ..
+            }
+        )
+    }
+
+    /// Its value over these samples of an estimator, which it chooses from itself; none if it is of train and controller.
+    pub fn over(&self, samples: &[ErrorSample], limits: &IntegrityLimits) -> Option<f64> {
+        match self.of {
+            Of::Error {
+                quantity,
+                valid_only,
+                value,
+            } => {
+                let keep = match valid_only {
+                    true => Keep::Valid(quantity),
+                    false => Keep::All,
+                };
+                Some(value(Samples::new(samples, keep)))
+            }
+            Of::Marks { quantity, kind } => Some(marks::value(kind, quantity, samples, limits)),
+            Of::Estimator(value) => Some(value(Samples::new(samples, Keep::All))),
+            Of::Run(_) => None,
+        }
+    }
+
+    /// The value of an error over the samples that two estimators both mark valid, for the first of them; none if it is not an error.
+    pub fn over_common(&self, samples: &[ErrorSample], other: &[ErrorSample]) -> Option<f64> {
+        match self.of {
+            Of::Error {
+                quantity, value, ..
+            } => Some(value(Samples::new(samples, Keep::Common(quantity, other)))),
+            _ => None,
+        }
     }
 }
 
@@ -342,6 +190,18 @@ pub fn find(name: &str) -> Option<&'static Metric> {
     METRICS.iter().find(|m| m.name == name)
 }
 
+/// The availability of a quantity.
+pub fn availability(quantity: Quantity) -> &'static str {
+    let of = |m: &&Metric| m.availability_of() == Some(quantity);
+    METRICS.iter().find(of).map_or("", |m| m.name)
+}
+
+/// The misleading share of a quantity.
+pub fn misleading_share(quantity: Quantity) -> &'static str {
+    let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Integrity } if q == quantity);
+    METRICS.iter().find(of).map_or("", |m| m.name)
+}
+
 /// A metric of one estimator over the time from `after_s` to `until_s`; none if there is no such metric or estimator.
 pub fn measure(
     series: &ErrorSeries,
@@ -350,20 +210,14 @@ pub fn measure(
     after_s: f64,
     until_s: f64,
 ) -> Option<f64> {
-    let (_, samples) = series
-        .estimators
-        .iter()
-        .find(|(name, _)| name == estimator)?;
-    let MetricFunction::OfEstimator(value) = find(metric)?.value else {
-        return None;
-    };
+    let samples = series.of(estimator)?;
     let window = between(samples, |x: &ErrorSample| x.t_s, after_s, until_s);
-    Some(value(window))
+    find(metric)?.over(window, &series.limits)
 }
 
 /// A metric of the train or the controller over the time from `after_s` to `until_s`; none if there is no such metric.
 pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f64) -> Option<f64> {
-    let MetricFunction::OfRun(value) = find(metric)?.value else {
+    let Of::Run(value) = find(metric)?.of else {
         return None;
     };
     let window = between(&series.tracking, |x: &Tracking| x.t_s, after_s, until_s);
@@ -375,7 +229,8 @@ pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
 }
 
-fn between<T>(samples: &[T], t_s: fn(&T) -> f64, after_s: f64, until_s: f64) -> &[T] {
+/// Those from `after_s` to `until_s`, both included, of samples in the order of time.
+pub fn between<T>(samples: &[T], t_s: fn(&T) -> f64, after_s: f64, until_s: f64) -> &[T] {
     let from = samples.partition_point(|x| t_s(x) < after_s);
     let to = samples.partition_point(|x| t_s(x) <= until_s);
     samples.get(from..to).unwrap_or(&[])
@@ -385,13 +240,15 @@ fn between<T>(samples: &[T], t_s: fn(&T) -> f64, after_s: f64, until_s: f64) -> 
 mod tests {
     use super::*;
 
-    /// The page has a row for every metric, with its unit and its definition, and none besides.
+    /// The page has a row for every metric, with its unit and its definition, and none besides. A metric of valid samples is another's
+    /// name with `_valid` behind it, and has no row of its own.
     #[test]
     fn the_page_of_metrics_is_the_table() {
         let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/metrics.md");
         let page = std::fs::read_to_string(page).unwrap();
         let mut rows: Vec<String> = METRICS
             .iter()
+            .filter(|m| !m.is_of_valid())
             // a bar within a cell of Markdown's tables is written \|
             .map(|m| {
                 format!(
@@ -415,6 +272,26 @@ mod tests {
                 METRICS[..i].iter().all(|other| other.name != m.name),
                 "{}",
                 m.name
+            );
+        }
+    }
+
+    /// Every error is there twice: of all samples, and of those marked valid.
+    #[test]
+    fn every_error_has_its_twin_of_valid_samples() {
+        for m in METRICS.iter().filter(|m| m.error_of().is_some()) {
+            let base = m.name.strip_suffix(VALID);
+            assert_eq!(base.is_some(), m.is_of_valid(), "{}", m.name);
+            let twin = match base {
+                Some(base) => find(base),
+                None => find(&format!("{}{VALID}", m.name)),
+            };
+            let twin = twin.unwrap_or_else(|| panic!("{} has no twin", m.name));
+            assert_eq!((twin.error_of(), twin.unit), (m.error_of(), m.unit));
+        }
+        for q in Quantity::ALL {
+            assert!(
+                availability(q).starts_with(q.name()) && misleading_share(q).starts_with(q.name())
             );
         }
     }

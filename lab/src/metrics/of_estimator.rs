@@ -1,5 +1,6 @@
-//! What the metrics of one estimator are computed from: samples selected and scaled.
+//! Errors of one estimator that need more than a sum over samples.
 
+use crate::metrics::Samples;
 use crate::metrics::series::ErrorSample;
 use crate::metrics::statistics::mean;
 
@@ -10,97 +11,101 @@ const SETTLED_S: f64 = 1.0;
 /// rad.
 pub(super) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Samples whose mass is marked valid.
-pub(super) fn mass(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
-    s.iter().filter(|x| x.mass_valid)
-}
-
-/// Samples whose slope is marked valid.
-pub(super) fn slope(s: &[ErrorSample]) -> impl Iterator<Item = &ErrorSample> {
-    s.iter().filter(|x| x.slope_valid)
-}
-
-/// Slope errors of the valid samples, °.
-pub(super) fn degrees(s: &[ErrorSample]) -> impl Iterator<Item = f64> {
-    slope(s).map(|x| x.slope / DEGREE)
-}
-
 fn close(x: &ErrorSample) -> bool {
-    x.mass_valid && x.mass_rel.abs() <= CONVERGED
+    x.mass_rel.abs() <= CONVERGED
 }
 
 /// The samples after convergence.
-pub(super) fn settled(s: &[ErrorSample]) -> &[ErrorSample] {
+pub(super) fn settled(s: Samples<'_>) -> Samples<'_> {
     let mut since = None;
-    for (i, x) in s.iter().enumerate() {
+    for x in s.iter() {
         match since {
             _ if !close(x) => since = None,
             None => since = Some(x.t_s),
-            Some(t_s) if x.t_s - t_s >= SETTLED_S - 1e-9 => return &s[i..],
+            Some(t_s) if x.t_s - t_s >= SETTLED_S - 1e-9 => return s.from_s(x.t_s),
             Some(_) => {}
         }
     }
-    &[]
+    s.from_s(f64::INFINITY)
 }
 
 /// Mean relative mass error of the last second, absolute.
-pub(super) fn end(s: &[ErrorSample]) -> f64 {
-    let Some(last) = s.last() else {
-        return f64::NAN;
-    };
-    let late = mass(s).filter(|x| x.t_s > last.t_s - 1.0);
+pub(super) fn end(s: Samples<'_>) -> f64 {
+    let last_s = s.iter().fold(f64::NAN, |_, x| x.t_s);
+    let late = s.iter().filter(|x| x.t_s > last_s - 1.0);
     mean(late.map(|x| x.mass_rel)).abs()
 }
 
 /// Time from which the mass stays converged to the end, s.
-pub(super) fn convergence(s: &[ErrorSample]) -> f64 {
-    let from = s.iter().rposition(|x| !close(x)).map_or(0, |i| i + 1);
-    s.get(from).map_or(f64::NAN, |x| x.t_s)
+pub(super) fn convergence(s: Samples<'_>) -> f64 {
+    s.iter().fold(f64::NAN, |since, x| match close(x) {
+        false => f64::NAN,
+        true if since.is_nan() => x.t_s,
+        true => since,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::metrics::series::ErrorSeries;
-    use crate::metrics::{estimator_metrics, measure};
+    use crate::metrics::{Marks, Of, estimator_metrics, measure};
 
-    fn series(errors: &[(f64, bool)]) -> ErrorSeries {
-        let sample = |(i, &(e, valid)): (usize, &(f64, bool))| ErrorSample {
-            t_s: i as f64,
+    fn sample(t_s: f64, e: f64, valid: bool) -> ErrorSample {
+        ErrorSample {
+            t_s,
             mass_rel: e,
             mass_kg: 1000.0 * e,
             mass_valid: valid,
             mass_nees: 100.0 * e * e,
             slope: e * DEGREE,
             slope_percent: 2.0 * e,
+            slope_nees: 400.0 * e * e,
             slope_valid: valid,
+            slope_effective: 3.0 * e * DEGREE,
+            effective_nees: 900.0 * e * e,
+            effective_valid: valid,
+            nis: 16.0 * e * e,
             running_resistance: f64::NAN,
-            ..Default::default()
-        };
+        }
+    }
+
+    fn series(errors: &[(f64, bool)]) -> ErrorSeries {
+        let samples = errors.iter().enumerate();
+        let samples = samples.map(|(i, &(e, valid))| sample(i as f64, e, valid));
         ErrorSeries {
-            estimators: vec![("x".into(), errors.iter().enumerate().map(sample).collect())],
+            estimators: vec![("x".into(), samples.collect())],
             ..Default::default()
         }
     }
 
     #[test]
-    fn without_a_valid_sample_there_is_no_error_not_a_zero_one() {
+    fn without_a_sample_that_counts_there_is_no_error_not_a_zero_one() {
         let s = series(&[(0.0, false), (0.0, false)]);
         for m in estimator_metrics() {
             let x = measure(&s, "x", m.name, 0.0, 9.0).unwrap();
-            match m.name.ends_with("_valid_share") {
-                true => assert_eq!(x, 0.0, "{}", m.name),
-                false => assert!(x.is_nan(), "{}: {x}", m.name),
+            let nothing = measure(&s, "x", m.name, 5.0, 9.0).unwrap();
+            assert!(nothing.is_nan(), "{}: {nothing}", m.name);
+            match m.of {
+                Of::Marks {
+                    kind: Marks::Availability,
+                    ..
+                } => assert_eq!(x, 0.0, "{}", m.name),
+                Of::Error {
+                    valid_only: false, ..
+                } => assert!(x.is_finite(), "{}: {x}", m.name),
+                _ => assert!(x.is_nan(), "{}: {x}", m.name),
             }
         }
     }
 
+    /// A closed form for each: errors 0.3, −0.4, 0.01, −0.01 on all samples.
     #[test]
     fn metrics_are_what_their_names_say() {
         let s = series(&[
             (9.0, true),
             (0.3, true),
-            (-0.4, true),
+            (-0.4, false),
             (0.01, true),
             (-0.01, true),
         ]);
@@ -108,20 +113,81 @@ mod tests {
             let y = measure(&s, "x", m, from, 9.0).unwrap();
             assert!((y - x).abs() < 1e-12, "{m}: {y} against {x}");
         };
-        let rmse = ((0.09 + 0.16 + 2e-4) / 4.0f64).sqrt();
-        close("slope_rmse_deg", 1.0, rmse);
-        close("slope_rmse_percent", 1.0, 2.0 * rmse);
-        close("slope_error_max_deg", 1.0, 0.4);
-        close("slope_error_max_percent", 1.0, 0.8);
-        close("slope_mae_deg", 1.0, 0.18);
-        close("mass_mae_kg", 1.0, 180.0);
-        close("mass_error_max_kg", 1.0, 400.0);
-        close("mass_error_rel_max", 1.0, 0.4);
-        close("mass_error_rel_p95", 1.0, 0.4);
+        let all = ((0.09 + 0.16 + 2e-4) / 4.0f64).sqrt();
+        let valid = ((0.09 + 2e-4) / 3.0f64).sqrt();
+        for (name, factor) in [
+            ("mass_rmse_kg", 1000.0),
+            ("slope_rmse_deg", 1.0),
+            ("slope_rmse_percent", 2.0),
+            ("effective_slope_rmse_deg", 3.0),
+        ] {
+            close(name, 1.0, factor * all);
+            close(&format!("{name}_valid"), 1.0, factor * valid);
+        }
+        for (name, factor) in [
+            ("mass_error_max_kg", 1000.0),
+            ("mass_error_rel_max", 1.0),
+            ("mass_error_rel_p95", 1.0),
+            ("slope_error_max_deg", 1.0),
+            ("slope_error_p95_deg", 1.0),
+            ("slope_error_max_percent", 2.0),
+            ("effective_slope_error_max_deg", 3.0),
+            ("effective_slope_error_p95_deg", 3.0),
+        ] {
+            close(name, 1.0, factor * 0.4);
+            close(&format!("{name}_valid"), 1.0, factor * 0.3);
+        }
+        for (name, factor) in [
+            ("mass_mae_kg", 1000.0),
+            ("slope_mae_deg", 1.0),
+            ("effective_slope_mae_deg", 3.0),
+        ] {
+            close(name, 1.0, factor * 0.18);
+            close(&format!("{name}_valid"), 1.0, factor * 0.32 / 3.0);
+        }
+        for (name, factor) in [
+            ("mass_nees_mean", 100.0),
+            ("slope_nees_mean", 400.0),
+            ("effective_slope_nees_mean", 900.0),
+            ("nis_mean", 16.0),
+        ] {
+            close(name, 1.0, factor * 0.2502 / 4.0);
+            close(&format!("{name}_valid"), 1.0, factor * 0.0902 / 3.0);
+        }
+        // within the band: |e| below 0.196, 0.098, 0.065; of the innovation 0.49
+        for name in [
+            "mass_nees_in_band",
+            "slope_nees_in_band",
+            "effective_slope_nees_in_band",
+        ] {
+            close(name, 1.0, 0.5);
+            close(&format!("{name}_valid"), 1.0, 2.0 / 3.0);
+        }
+        close("nis_in_band", 0.0, 0.8);
+        close("nis_in_band_valid", 0.0, 0.75);
         close("mass_convergence_s", 0.0, 3.0);
-        close("mass_rmse_kg", 3.0, 10.0);
-        close("mass_nees_mean", 3.0, 0.01);
-        close("mass_nees_in_band", 1.0, 0.5);
+        close("mass_error_rel_end", 0.0, 0.01);
+    }
+
+    /// An estimator that marks only its good samples valid has no better errors for it.
+    #[test]
+    fn marking_only_the_good_samples_valid_changes_no_error() {
+        let errors = [0.5, 0.01, -0.3, 0.02, 0.001];
+        let honest = series(&errors.map(|e| (e, true)));
+        let choosy = series(&errors.map(|e| (e, e.abs() < 0.05)));
+        for m in estimator_metrics() {
+            let of = |s| measure(s, "x", m.name, 0.0, 9.0).unwrap();
+            match m.of {
+                Of::Error {
+                    valid_only: false, ..
+                } => assert_eq!(of(&honest).to_bits(), of(&choosy).to_bits(), "{}", m.name),
+                Of::Marks {
+                    kind: Marks::Availability,
+                    ..
+                } => assert!(of(&choosy) < of(&honest)),
+                _ => {}
+            }
+        }
     }
 
     /// What comes after convergence counts, also where it is worse than the 2 % that convergence means.
@@ -130,7 +196,7 @@ mod tests {
         let s = series(&[
             (0.01, true),
             (0.5, true),
-            (0.01, false),
+            (0.03, false),
             (0.01, true),
             (0.015, true),
             (0.03, true),
@@ -146,5 +212,25 @@ mod tests {
                 .unwrap()
                 .is_nan()
         );
+    }
+
+    /// On common samples only what both mark valid counts, and the order of the two does not change which samples these are.
+    #[test]
+    fn common_samples_are_those_that_both_mark_valid() {
+        let of = |marks: [bool; 4], e: f64| -> Vec<ErrorSample> {
+            let samples = marks.iter().enumerate();
+            samples
+                .map(|(i, v)| sample(i as f64, e * (1.0 + i as f64), *v))
+                .collect()
+        };
+        let a = of([true, true, false, true], 0.1);
+        let b = of([false, true, true, true], 0.2);
+        let rmse = crate::metrics::find("mass_rmse_kg").unwrap();
+        let both = (4.0 + 16.0) / 2.0f64;
+        let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
+        assert!(near(rmse.over_common(&a, &b).unwrap(), 100.0 * both.sqrt()));
+        assert!(near(rmse.over_common(&b, &a).unwrap(), 200.0 * both.sqrt()));
+        let c = of([false; 4], 0.2);
+        assert!(rmse.over_common(&a, &c).unwrap().is_nan());
     }
 }

@@ -67,6 +67,7 @@ mod tests {
                 speed: 0.5,
                 accel: -2.0,
                 off_rail: 0.001 * t_s,
+                chainage: 0.1 * t_s.powi(3),
             }
         };
         ErrorSeries {

@@ -1,9 +1,13 @@
 //! Errors of every estimator, sample by sample, gathered while a run goes on.
 
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::config::scenario::{IntegrityLimits, Moment, MomentOf, Part, ScenarioFile};
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
+use monorig_sim::rail::Place;
+use std::collections::BTreeSet;
 
 /// The part of the truth that an estimate is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,10 +56,14 @@ pub struct ErrorSample {
     pub slope_percent: f64,
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
-    /// Its normalised square, against the grade at the IMU.
+    /// Normalised square of the slope's error, against the grade at the IMU.
     pub slope_nees: f64,
     /// Whether the estimator marked the slope valid.
     pub slope_valid: bool,
+    /// Normalised square of the effective slope's error.
+    pub effective_nees: f64,
+    /// Whether the estimator marked the effective slope valid.
+    pub effective_valid: bool,
     /// Normalised innovation squared.
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
@@ -68,6 +76,7 @@ impl ErrorSample {
         let e = &member.estimate;
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
+        let effective = e.effective_grade_rad.value - t.grade_effective_rad;
         Self {
             t_s: t.t_s,
             mass_rel: mass / t.total_mass_kg,
@@ -76,7 +85,9 @@ impl ErrorSample {
             mass_valid: e.total_mass_kg.valid,
             slope,
             slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
-            slope_effective: e.effective_grade_rad.value - t.grade_effective_rad,
+            slope_effective: effective,
+            effective_nees: square(effective / e.effective_grade_rad.sd),
+            effective_valid: e.effective_grade_rad.valid,
             slope_nees: square(slope / e.grade_rad.sd),
             slope_valid: e.grade_rad.valid,
             nis: e.nis,
@@ -104,6 +115,8 @@ pub struct Tracking {
     pub accel: f64,
     /// Off the rail's line, m.
     pub off_rail: f64,
+    /// Chainage of the IMU, m.
+    pub chainage: f64,
 }
 
 /// Gathers the samples of a run.
@@ -113,6 +126,49 @@ pub struct ErrorSeries {
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
     /// The closed loop.
     pub tracking: Vec<Tracking>,
+    /// When a valid sample is misleading.
+    pub limits: IntegrityLimits,
+    /// Estimators that are shown beside the others and not judged by their integrity.
+    pub references: BTreeSet<String>,
+    /// What windows by name are resolved with.
+    pub geometry: Geometry,
+}
+
+/// Places of the track, and where on the vehicle front and rear are.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    /// Named places.
+    pub places: Vec<Place>,
+    /// Chainage of the IMU minus that of the front, m.
+    pub imu_offset_m: f64,
+    /// Length of the vehicle, m.
+    pub length_m: f64,
+}
+
+impl ErrorSeries {
+    /// The samples of an estimator; none if there is no such estimator.
+    pub fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
+        let mut all = self.estimators.iter();
+        let (_, samples) = all.find(|(name, _)| name == estimator)?;
+        Some(samples)
+    }
+
+    /// The instant of a moment of the scenario, s; none if the run does not come to it.
+    pub fn instant_s(&self, moment: &Moment, file: &ScenarioFile) -> Option<f64> {
+        match moment.find(file, &self.geometry.places).ok()? {
+            MomentOf::Instant(t_s) => Some(t_s),
+            MomentOf::Passing(part, at_m, plus_s) => {
+                let g = &self.geometry;
+                let ahead_m = match part {
+                    Part::Front => -g.imu_offset_m,
+                    Part::Imu => 0.0,
+                    Part::Rear => -g.imu_offset_m - g.length_m,
+                };
+                let mut steps = self.tracking.iter();
+                Some(steps.find(|x| x.chainage + ahead_m >= at_m)?.t_s + plus_s)
+            }
+        }
+    }
 }
 
 fn square(x: f64) -> f64 {
@@ -120,6 +176,21 @@ fn square(x: f64) -> f64 {
 }
 
 impl Observer for ErrorSeries {
+    fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
+        let file = &s.scenario.file;
+        self.limits = IntegrityLimits::of(file);
+        let references = s.estimators.iter().filter(|e| e.reference);
+        self.references = references.map(|e| e.name.clone()).collect();
+        self.references
+            .extend(file.integrity.reference_only.iter().cloned());
+        self.geometry = Geometry {
+            places: s.rail.places.clone(),
+            imu_offset_m: s.imu_offset_m,
+            length_m: s.train.limits.length_m,
+        };
+        Ok(())
+    }
+
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if !f.sampled {
             return Ok(());
@@ -143,6 +214,7 @@ impl Observer for ErrorSeries {
             traction_w: t.traction_n * t.speed_mps,
             accel: t.accel_mps2,
             off_rail: t.off_rail_m,
+            chainage: t.chainage_m,
         });
         Ok(())
     }

@@ -13,6 +13,7 @@ pub mod parallel;
 pub mod pareto;
 pub mod scatter;
 pub mod sensitivity;
+pub mod stanford;
 pub mod theme;
 pub mod thin;
 

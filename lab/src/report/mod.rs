@@ -15,6 +15,7 @@
 //! assert!(page.to_html().contains("speed, m/s"));
 //! ```
 
+mod findings;
 pub mod page;
 mod parameters;
 pub mod run;

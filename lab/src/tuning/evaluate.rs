@@ -9,7 +9,7 @@ use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
-use monorig_sim::config::scenario::Scenario;
+use monorig_sim::config::scenario::{IntegrityLimits, Scenario};
 use monorig_sim::error::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -38,6 +38,7 @@ struct OneRun {
     group: usize,
     seed: u64,
     source: Source,
+    limits: IntegrityLimits,
 }
 
 enum Source {
@@ -99,6 +100,10 @@ impl<'a> Evaluator<'a> {
                     group,
                     seed,
                     source,
+                    limits: groups
+                        .get(group)
+                        .map(|g| IntegrityLimits::of(&g.scenario.file))
+                        .unwrap_or_default(),
                 }),
             }
         }
@@ -177,7 +182,8 @@ impl<'a> Evaluator<'a> {
                 play(columns, estimator, &mut samples);
                 Ok(ErrorSeries {
                     estimators: vec![(name.clone(), samples)],
-                    tracking: Vec::new(),
+                    limits: run.limits,
+                    ..ErrorSeries::default()
                 })
             }
             Source::ClosedLoop(scenario) => {

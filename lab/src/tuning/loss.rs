@@ -39,7 +39,7 @@ pub struct TrialVerdict {
 }
 
 /// The metrics whose samples count, and those that watch over them.
-const VALID: [&str; 2] = ["mass_valid_share", "slope_valid_share"];
+const VALID: [&str; 2] = ["mass_availability", "slope_availability"];
 
 /// What is measured in every run: the metrics of the objective, those of the constraints, the valid shares.
 pub fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn a_metric_loses_nothing_at_its_best_value() {
         for (metric, best) in [
-            ("slope_valid_share", 1.0),
+            ("slope_availability", 1.0),
             ("mass_nees_mean", 1.0),
             ("nis_in_band", 0.95),
             ("slope_rmse_deg", 0.0),

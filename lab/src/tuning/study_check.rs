@@ -1,7 +1,10 @@
 //! What a study must keep to beyond the type of each value.
 
+use crate::metrics::{Metric, availability, find};
 use crate::tuning::name_check;
-use crate::tuning::study::{Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningStudy};
+use crate::tuning::study::{
+    Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningFile, TuningStudy,
+};
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
@@ -207,6 +210,10 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
             .map_err(|w| study.error(format!("{at}.metric"), w))?;
         window(&at, term.after_s.get(), term.until_s.map(f64::from))?;
     }
+    for (i, term) in file.objective.metrics.iter().enumerate() {
+        accompanied(file, &term.metric)
+            .map_err(|w| study.error(format!("objective.metrics[{i}].metric"), w))?;
+    }
     for (i, c) in file.constraints.iter().enumerate() {
         let at = format!("constraints[{i}]");
         name_check::metric(&c.metric, moves).map_err(|w| study.error(format!("{at}.metric"), w))?;
@@ -227,6 +234,30 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// A loss that counts only samples marked valid needs the availability beside it: else the optimiser gains by marking less valid.
+fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
+    let Some(quantity) = find(name)
+        .filter(|m| m.is_of_valid())
+        .and_then(Metric::error_of)
+    else {
+        return Ok(());
+    };
+    let metric = availability(quantity);
+    let term = file.objective.metrics.iter().any(|t| t.metric == metric);
+    let mut constraints = file.constraints.iter();
+    if term || constraints.any(|c| c.metric == metric && c.at_least.is_some()) {
+        return Ok(());
+    }
+    Err(wrong(
+        format!(
+            "`{name}` counts only samples marked valid, and nothing says how many these must be"
+        ),
+        format!(
+            "`{metric}` among the metrics, or `{{metric: {metric}, at_least: 0.9}}` among the constraints"
+        ),
+    ))
 }
 
 fn runs(study: &TuningStudy) -> Result<(), Error> {

@@ -1,6 +1,7 @@
 //! Estimators against each other on the same runs: means with confidence intervals, paired differences, published figures.
 
 use crate::batch::RunResult;
+use crate::metrics::{Quantity, VALID, availability, find};
 use crate::verdicts::interval::Interval;
 use monorig_sim::config::scenario::{Published, Settings};
 use serde::{Deserialize, Serialize};
@@ -21,10 +22,41 @@ pub struct ComparedMetric {
     pub mean: Option<Interval>,
     /// Median over these.
     pub median: Option<f64>,
-    /// Mean of estimator minus reference, run by run, over the runs in which both could be measured; none for the reference.
+    /// Of an error: on the samples that the estimator marks valid; none if it is not an error.
+    pub valid: Option<OnSamples>,
+    /// Of an error: on the samples that both it and the reference mark valid; none for the reference, and if it is not an error.
+    pub common: Option<OnSamples>,
+    /// Mean of estimator minus reference, run by run: of an error on the samples that both mark valid, of another metric over the runs in
+    /// which both could be measured; none for the reference.
     pub difference: Option<Interval>,
     /// What was published for it.
     pub published: Option<Published>,
+}
+
+/// An error on some of the samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OnSamples {
+    /// Share of the samples that count, mean over the runs; none without a run.
+    pub share: Option<f64>,
+    /// Runs in which there was such a sample.
+    pub measured: usize,
+    /// Mean over these; none with fewer than two.
+    pub mean: Option<Interval>,
+    /// Median over these.
+    pub median: Option<f64>,
+}
+
+impl OnSamples {
+    fn new(values: &[Option<f64>], shares: &[Option<f64>]) -> Self {
+        let measured: Vec<f64> = values.iter().flatten().copied().collect();
+        let shares: Vec<f64> = shares.iter().flatten().copied().collect();
+        Self {
+            share: (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64),
+            measured: measured.len(),
+            mean: Interval::bootstrap(&measured),
+            median: median(&measured),
+        }
+    }
 }
 
 /// Estimators compared: what `monorig compare --json` writes.
@@ -59,12 +91,13 @@ pub fn compare(
 ) -> Vec<ComparedMetric> {
     let mut cells = Vec::new();
     for metric in metrics {
-        let reference_values = values(runs, reference, metric);
         for estimator in estimators {
             let all = values(runs, estimator, metric);
             let measured: Vec<f64> = all.iter().flatten().copied().collect();
-            let pairs = all.iter().zip(&reference_values);
-            let differences: Vec<f64> = pairs.filter_map(|(a, b)| Some((*a)? - (*b)?)).collect();
+            let differences: Vec<f64> = differences(runs, estimator, metric, reference)
+                .into_iter()
+                .flatten()
+                .collect();
             cells.push(ComparedMetric {
                 estimator: estimator.clone(),
                 metric: metric.clone(),
@@ -72,6 +105,20 @@ pub fn compare(
                 runs: runs.len(),
                 mean: Interval::bootstrap(&measured),
                 median: median(&measured),
+                valid: quantity(metric).map(|q| {
+                    let own = values(runs, estimator, &format!("{metric}{VALID}"));
+                    OnSamples::new(&own, &values(runs, estimator, availability(q)))
+                }),
+                common: quantity(metric)
+                    .filter(|_| estimator != reference)
+                    .map(|q| {
+                        let [own, _] = common(runs, estimator, metric);
+                        let shares = |run: &RunResult| {
+                            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+                            summary.common.get(estimator)?.share.get(&q).copied()
+                        };
+                        OnSamples::new(&own, &runs.iter().map(shares).collect::<Vec<_>>())
+                    }),
                 difference: (estimator != reference)
                     .then(|| Interval::bootstrap(&differences))
                     .flatten(),
@@ -83,6 +130,43 @@ pub fn compare(
         }
     }
     cells
+}
+
+/// The quantity of which the metric is the error over all samples; none if it is not one.
+fn quantity(metric: &str) -> Option<Quantity> {
+    find(metric).filter(|m| !m.is_of_valid())?.error_of()
+}
+
+/// Estimator minus reference run by run: of an error on the samples that both mark valid, of another metric as it stands; none where one
+/// of the two could not be measured.
+pub fn differences(
+    runs: &[RunResult],
+    estimator: &str,
+    metric: &str,
+    reference: &str,
+) -> Vec<Option<f64>> {
+    let base = metric.strip_suffix(VALID).unwrap_or(metric);
+    let [own, theirs] = match quantity(base) {
+        Some(_) => common(runs, estimator, base),
+        None => [
+            values(runs, estimator, metric),
+            values(runs, reference, metric),
+        ],
+    };
+    let pairs = own.into_iter().zip(theirs);
+    pairs.map(|(a, b)| Some(a? - b?)).collect()
+}
+
+/// An error run by run on the samples that the estimator and the reference both mark valid: the estimator's and the reference's.
+fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>>; 2] {
+    let of = |i: usize| {
+        let value = move |run: &RunResult| {
+            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+            summary.common.get(estimator)?.errors.get(metric)?[i]
+        };
+        runs.iter().map(value).collect()
+    };
+    [of(0), of(1)]
 }
 
 /// A metric of an estimator run by run; none where the run did not finish or it could not be measured.
@@ -104,11 +188,86 @@ fn median(x: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdicts::summary::{CommonErrors, Summary};
 
     #[test]
     fn medians() {
         assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), Some(2.5));
         assert_eq!(median(&[]), None);
+    }
+
+    /// Two estimators that share no valid sample have no difference, however their errors compare on their own samples.
+    #[test]
+    fn differences_of_errors_are_taken_on_common_samples_only() {
+        let run = |seed: u64, common: Option<[f64; 2]>| {
+            let own = |all: f64, valid: f64| {
+                let metrics = [
+                    ("slope_rmse_deg", all),
+                    ("slope_rmse_deg_valid", valid),
+                    ("slope_availability", 0.5),
+                ];
+                metrics
+                    .map(|(m, x)| (m.to_owned(), Some(x)))
+                    .into_iter()
+                    .collect()
+            };
+            let errors = CommonErrors {
+                share: [(Quantity::Slope, if common.is_some() { 0.25 } else { 0.0 })].into(),
+                errors: [(
+                    "slope_rmse_deg".to_owned(),
+                    common.map_or([None; 2], |c| c.map(Some)),
+                )]
+                .into(),
+            };
+            RunResult {
+                index: seed,
+                scenario: "hill".into(),
+                seed,
+                draws: BTreeMap::new(),
+                error: None,
+                summary: Some(Summary {
+                    version: 1,
+                    scenario: "hill".into(),
+                    seed,
+                    finished: true,
+                    never_valid: Vec::new(),
+                    simulated_s: 60.0,
+                    steps: 1,
+                    after_s: 5.0,
+                    estimators: [("a".into(), own(3.0, 0.1)), ("b".into(), own(4.0, 0.2))].into(),
+                    run: BTreeMap::new(),
+                    refusals: Vec::new(),
+                    expectations: Vec::new(),
+                    limits: Default::default(),
+                    integrity: Vec::new(),
+                    common: [("b".into(), errors)].into(),
+                }),
+            }
+        };
+        let table = |runs: &[RunResult]| {
+            let names = ["a".to_owned(), "b".to_owned()];
+            compare(runs, &names, &["slope_rmse_deg".into()], "a", &[])
+        };
+        let shared = table(&[
+            run(1, Some([0.3, 0.1])),
+            run(2, Some([0.5, 0.1])),
+            run(3, None),
+        ]);
+        let [a, b] = &shared[..] else {
+            panic!("{shared:?}")
+        };
+        assert_eq!(
+            (a.mean.map(|i| i.mean), a.common.as_ref(), a.difference),
+            (Some(3.0), None, None)
+        );
+        assert_eq!(a.valid.as_ref().and_then(|v| v.median), Some(0.1));
+        let on_common = b.common.as_ref().unwrap();
+        assert_eq!((on_common.measured, on_common.median), (2, Some(0.4)));
+        assert!((on_common.share.unwrap() - 0.5 / 3.0).abs() < 1e-12);
+        let difference = b.difference.unwrap();
+        assert!((difference.mean - 0.3).abs() < 1e-12 && difference.n == 2);
+        let apart = table(&[run(1, None), run(2, None)]);
+        assert!(apart[1].difference.is_none() && apart[1].mean.is_some());
     }
 }

@@ -1,46 +1,99 @@
-//! Does a scenario expect things that can be measured? Found out before the run, not after it.
+//! What a scenario expects: every bound, those that follow from others included, and whether it can be measured at all. Found out before
+//! the run, not after it.
 
-use crate::metrics::{estimator_metrics, run_metrics};
+use crate::metrics::{
+    Metric, Quantity, availability, estimator_metrics, find, misleading_share, run_metrics,
+};
+use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::file::nearest;
-use monorig_sim::config::scenario::Scenario;
+use monorig_sim::config::scenario::{Expectation, Scenario, ScenarioFile};
 use monorig_sim::error::Error;
 
-/// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train and
-/// the controller.
-pub fn check(scenario: &Scenario) -> Result<(), Error> {
-    let of_estimators: Vec<&str> = estimator_metrics().map(|m| m.name).collect();
-    let of_run: Vec<&str> = run_metrics().map(|m| m.name).collect();
-    for (i, e) in scenario.file.expect.iter().enumerate() {
-        let (known, others) = match e.estimator {
-            Some(_) => (&of_estimators, &of_run),
-            None => (&of_run, &of_estimators),
-        };
-        let metric = e.metric.as_str();
-        if known.contains(&metric) {
+/// A bound, and why it is known to fail, if it is.
+#[derive(Clone, Debug)]
+pub struct Bound {
+    /// The bound.
+    pub expectation: Expectation,
+    /// Why it is known to fail.
+    pub known_failure: Option<String>,
+}
+
+/// Every bound of a scenario: those of `expect`, then the availabilities that its bounds on errors bring with them, each once.
+pub fn bounds(file: &ScenarioFile) -> Vec<Bound> {
+    let mut all = file.expect.clone();
+    for e in &file.expect {
+        let Some((metric, share)) = implied(file, e) else {
             continue;
+        };
+        let new = Expectation {
+            metric: metric.to_owned(),
+            at_most: None,
+            at_least: Some(Finite::new(share.get())),
+            availability: None,
+            ..e.clone()
+        };
+        if !all.contains(&new) {
+            all.push(new);
         }
-        let key = format!("expect[{i}].metric");
-        return Err(match (others.contains(&metric), e.estimator.is_some()) {
-            (true, true) => scenario.error(
-                key,
-                format!("`{metric}` is a metric of the train and the controller"),
-                "remove `estimator` from this expectation",
-            ),
-            (true, false) => scenario.error(
-                key,
-                format!("`{metric}` is a metric of an estimator"),
-                "add `estimator:` with the name of one",
-            ),
-            _ => {
-                let list = format!("known metrics: {}", known.join(", "));
-                let help = match nearest(metric, known.iter().copied()) {
-                    Some(near) => format!("did you mean `{near}`? {list}"),
-                    None => list,
-                };
-                scenario.error(key, format!("there is no metric `{metric}`"), help)
-            }
-        });
     }
+    let known = |e: &Expectation| {
+        let mut known = file.known_failures.iter();
+        Some(known.find(|k| e.is_meant_by(k))?.why.clone())
+    };
+    all.into_iter()
+        .map(|expectation| Bound {
+            known_failure: known(&expectation),
+            expectation,
+        })
+        .collect()
+}
+
+/// The availability over the same time that a bound on an error brings with it: its own, else the scenario's default unless `expect`
+/// bounds that availability by itself.
+fn implied(file: &ScenarioFile, e: &Expectation) -> Option<(&'static str, Fraction)> {
+    let quantity = error_of(e)?;
+    let own = e.availability;
+    let metric = availability(quantity);
+    let share = match own {
+        Some(share) => Some(share),
+        None if bounded_by_itself(file, e, metric) => None,
+        None => default_of(file, quantity),
+    };
+    Some((metric, share?))
+}
+
+/// The quantity whose error the expectation bounds from above.
+fn error_of(e: &Expectation) -> Option<Quantity> {
+    e.estimator.as_ref()?;
+    find(&e.metric)?.error_of()
+}
+
+fn default_of(file: &ScenarioFile, quantity: Quantity) -> Option<Fraction> {
+    match quantity {
+        Quantity::Mass => file.availability.mass,
+        Quantity::Slope => file.availability.slope,
+        Quantity::EffectiveSlope => file.availability.effective_slope,
+    }
+}
+
+/// Whether an expectation of its own bounds the availability from below.
+fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool {
+    file.expect.iter().any(|other| {
+        other.estimator == e.estimator
+            && other.metric == metric
+            && other.at_least.is_some_and(|x| x.get() > 0.0)
+    })
+}
+
+/// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train and
+/// the controller. A bound on an error needs one on the availability beside it.
+pub fn check(scenario: &Scenario) -> Result<(), Error> {
+    for (i, e) in scenario.file.expect.iter().enumerate() {
+        metric(scenario, i, e)?;
+        accompanied(scenario, i, e)?;
+    }
+    known_failures(scenario)?;
+    let of_estimators: Vec<&str> = estimator_metrics().map(|m| m.name).collect();
     for (i, p) in scenario.file.published.iter().enumerate() {
         if !of_estimators.contains(&p.metric.as_str()) {
             let near = nearest(&p.metric, of_estimators.iter().copied());
@@ -51,6 +104,98 @@ pub fn check(scenario: &Scenario) -> Result<(), Error> {
                     Some(near) => format!("did you mean `{near}`?"),
                     None => format!("known metrics: {}", of_estimators.join(", ")),
                 },
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
+    let of = |metrics: &mut dyn Iterator<Item = &'static Metric>| -> Vec<&'static str> {
+        metrics.map(|m| m.name).collect()
+    };
+    let (of_estimators, of_run) = (of(&mut estimator_metrics()), of(&mut run_metrics()));
+    let (known, others) = match e.estimator {
+        Some(_) => (&of_estimators, &of_run),
+        None => (&of_run, &of_estimators),
+    };
+    let metric = e.metric.as_str();
+    if known.contains(&metric) {
+        return Ok(());
+    }
+    let key = format!("expect[{i}].metric");
+    Err(match (others.contains(&metric), e.estimator.is_some()) {
+        (true, true) => scenario.error(
+            key,
+            format!("`{metric}` is a metric of the train and the controller"),
+            "remove `estimator` from this expectation",
+        ),
+        (true, false) => scenario.error(
+            key,
+            format!("`{metric}` is a metric of an estimator"),
+            "add `estimator:` with the name of one",
+        ),
+        _ => {
+            let list = format!("known metrics: {}", known.join(", "));
+            let help = match nearest(metric, known.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`? {list}"),
+                None => list,
+            };
+            scenario.error(key, format!("there is no metric `{metric}`"), help)
+        }
+    })
+}
+
+/// A bound on an error has one on the availability beside it; nothing else has an `availability` of its own.
+fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
+    let Some(quantity) = error_of(e) else {
+        return match e.availability {
+            Some(_) => Err(scenario.error(
+                format!("expect[{i}].availability"),
+                format!(
+                    "`{}` is not an error of an estimator, so no validity goes with it",
+                    e.metric
+                ),
+                "leave `availability` out",
+            )),
+            None => Ok(()),
+        };
+    };
+    let metric = availability(quantity);
+    let file = &scenario.file;
+    if e.availability.is_some()
+        || bounded_by_itself(file, e, metric)
+        || default_of(file, quantity).is_some()
+    {
+        return Ok(());
+    }
+    let estimator = e.estimator.as_deref().unwrap_or_default();
+    Err(scenario.error(
+        format!("expect[{i}]"),
+        format!(
+            "this bounds an error of {estimator}, and nothing says how much of the time its {} must be valid",
+            quantity.words()
+        ),
+        format!(
+            "`availability: 0.9` in this expectation, `{{estimator: {estimator}, metric: {metric}, at_least: 0.9}}` beside it, or \
+             `availability: {{{}: 0.9}}` for the whole scenario",
+            quantity.name()
+        ),
+    ))
+}
+
+/// Every known failure is about a bound, or about an integrity that `expect` does not bound.
+fn known_failures(scenario: &Scenario) -> Result<(), Error> {
+    let bounds = bounds(&scenario.file);
+    for (i, known) in scenario.file.known_failures.iter().enumerate() {
+        let integrity = Quantity::ALL
+            .map(misleading_share)
+            .contains(&known.metric.as_str());
+        if !integrity && !bounds.iter().any(|b| b.expectation.is_meant_by(known)) {
+            return Err(scenario.error(
+                format!("known_failures[{i}]"),
+                format!("nothing bounds `{}` here", known.metric),
+                "`estimator` and `metric` of a bound, or leave it out",
             ));
         }
     }

@@ -1,10 +1,12 @@
 //! `metrics.json`: the numbers of one run, and whether what its scenario expects held. The same run gives the same bytes.
 
 use crate::metrics;
-use crate::metrics::series::ErrorSeries;
-use crate::metrics::{estimator_metrics, run_metrics};
+use crate::metrics::series::{ErrorSample, ErrorSeries};
+use crate::metrics::{Quantity, estimator_metrics, run_metrics};
+use crate::verdicts::expected::{self, Bound};
+use crate::verdicts::integrity::Integrity;
 use monorig_sim::closed_loop::run::Outcome;
-use monorig_sim::config::scenario::{Expectation, Scenario};
+use monorig_sim::config::scenario::{IntegrityLimits, Moment, Scenario, ScenarioFile};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -12,12 +14,15 @@ use std::collections::BTreeMap;
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
 pub const MAIN: &[&str] = &[
-    "mass_rmse_kg",
     "mass_error_rel_max",
-    "mass_convergence_s",
+    "mass_error_rel_max_valid",
+    "mass_availability",
     "slope_rmse_deg",
-    "slope_effective_rmse_deg",
-    "slope_valid_share",
+    "slope_rmse_deg_valid",
+    "slope_availability",
+    "effective_slope_rmse_deg",
+    "effective_slope_rmse_deg_valid",
+    "effective_slope_availability",
 ];
 
 /// The numbers of one run.
@@ -45,8 +50,52 @@ pub struct Summary {
     pub run: BTreeMap<String, Option<f64>>,
     /// Steps refused by an estimator: name, how many, first reason.
     pub refusals: Vec<(String, u64, String)>,
-    /// What the scenario expects.
+    /// What the scenario expects, and what follows from it.
     pub expectations: Vec<ExpectationVerdict>,
+    /// When a valid sample is misleading.
+    #[serde(default)]
+    pub limits: IntegrityLimits,
+    /// Integrity of every estimator and quantity.
+    #[serde(default)]
+    pub integrity: Vec<Integrity>,
+    /// Of estimators against the reference of a comparison: errors over the samples that both mark valid. Empty elsewhere.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub common: BTreeMap<String, CommonErrors>,
+}
+
+/// Errors of an estimator and of the reference over the samples that both mark valid.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CommonErrors {
+    /// By quantity: the share of all samples that both mark valid.
+    pub share: BTreeMap<Quantity, f64>,
+    /// By metric: the estimator's and the reference's; null = could not be measured.
+    pub errors: BTreeMap<String, [Option<f64>; 2]>,
+}
+
+impl CommonErrors {
+    /// Of two estimators over the same steps.
+    fn of(own: &[ErrorSample], reference: &[ErrorSample]) -> Self {
+        let share = Quantity::ALL.map(|q| {
+            let pairs = own.iter().zip(reference);
+            let both = pairs
+                .filter(|(a, b)| q.is_valid(a) && q.is_valid(b))
+                .count();
+            (q, both as f64 / own.len().max(1) as f64)
+        });
+        let errors = estimator_metrics().filter(|m| !m.is_of_valid());
+        let errors = errors.filter_map(|m| {
+            let ours = m.over_common(own, reference)?;
+            let theirs = m.over_common(reference, own)?;
+            Some((
+                m.name.to_owned(),
+                [finite(Some(ours)), finite(Some(theirs))],
+            ))
+        });
+        Self {
+            share: share.into_iter().collect(),
+            errors: errors.collect(),
+        }
+    }
 }
 
 /// One expectation, judged.
@@ -56,6 +105,8 @@ pub struct ExpectationVerdict {
     pub estimator: Option<String>,
     /// Metric.
     pub metric: String,
+    /// The time it is measured over, in words, such as ` from 5 s`; empty for the whole run.
+    pub window: String,
     /// Measured from here, s; none = from the start.
     pub after_s: Option<f64>,
     /// Measured to here, s; none = to the end.
@@ -70,22 +121,23 @@ pub struct ExpectationVerdict {
     pub value: Option<f64>,
     /// Whether it held. A run that did not finish holds nothing.
     pub held: bool,
+    /// Why it is known not to hold, if it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_failure: Option<String>,
 }
 
 impl ExpectationVerdict {
     /// What is measured, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub fn what(&self) -> String {
-        let mut text = match &self.estimator {
-            Some(name) => format!("{name} {}", self.metric),
-            None => self.metric.clone(),
-        };
-        if let Some(from) = self.after_s {
-            text += &format!(" from {from} s");
+        match &self.estimator {
+            Some(name) => format!("{name} {}{}", self.metric, self.window),
+            None => format!("{}{}", self.metric, self.window),
         }
-        if let Some(to) = self.until_s {
-            text += &format!(" to {to} s");
-        }
-        text
+    }
+
+    /// Whether it is as it should be: it held, or it is known not to.
+    pub fn good(&self) -> bool {
+        self.held || self.known_failure.is_some()
     }
 
     /// The bound in words, such as `≤ 0.032`.
@@ -161,13 +213,40 @@ impl Summary {
                 })
                 .collect(),
             refusals: outcome.refusals.clone(),
-            expectations: scenario
-                .file
-                .expect
+            expectations: expected::bounds(&scenario.file)
                 .iter()
-                .map(|e| judge(e, series, outcome.finished))
+                .map(|b| judge(b, &scenario.file, series, outcome.finished))
                 .collect(),
+            limits: series.limits,
+            integrity: Integrity::of(series, &scenario.file),
+            common: BTreeMap::new(),
         }
+    }
+
+    /// With the errors of every other estimator on the samples that it and the reference both mark valid.
+    pub fn against(mut self, reference: &str, series: &ErrorSeries) -> Self {
+        let later =
+            |samples| metrics::between(samples, |x: &ErrorSample| x.t_s, AFTER_S, f64::INFINITY);
+        let Some(theirs) = series.of(reference).map(later) else {
+            return self;
+        };
+        let others = series
+            .estimators
+            .iter()
+            .filter(|(name, _)| name != reference);
+        self.common = others
+            .map(|(name, own)| (name.clone(), CommonErrors::of(later(own), theirs)))
+            .collect();
+        self
+    }
+
+    /// Whether the run is good: it finished, every bound held or is known not to, and no estimator in it that is judged is misleading.
+    pub fn good(&self) -> bool {
+        let judged = |i: &&Integrity| i.at_most.is_some() && i.known_failure.is_none();
+        let within = |i: &Integrity| i.valid == 0 || Some(i.share()) <= i.at_most;
+        self.finished
+            && self.expectations.iter().all(ExpectationVerdict::good)
+            && self.integrity.iter().filter(judged).all(within)
     }
 
     /// As it stands in the file.
@@ -177,8 +256,20 @@ impl Summary {
     }
 }
 
-fn judge(e: &Expectation, series: &ErrorSeries, finished: bool) -> ExpectationVerdict {
-    let (after_s, until_s) = (e.after_s.map(f64::from), e.until_s.map(f64::from));
+fn judge(
+    bound: &Bound,
+    file: &ScenarioFile,
+    series: &ErrorSeries,
+    finished: bool,
+) -> ExpectationVerdict {
+    let e = &bound.expectation;
+    // beyond the end of the run if it never comes to where the window begins, or ends
+    let end = |s: Option<f64>, moment: &Option<Moment>| match moment {
+        Some(moment) => Some(series.instant_s(moment, file).unwrap_or(f64::INFINITY)),
+        None => s,
+    };
+    let after_s = end(e.after_s.map(f64::from), &e.after);
+    let until_s = end(e.until_s.map(f64::from), &e.until);
     let (from, to) = (after_s.unwrap_or(0.0), until_s.unwrap_or(f64::INFINITY));
     let value = finite(match &e.estimator {
         Some(name) => metrics::measure(series, name, &e.metric, from, to),
@@ -189,12 +280,14 @@ fn judge(e: &Expectation, series: &ErrorSeries, finished: bool) -> ExpectationVe
     ExpectationVerdict {
         estimator: e.estimator.clone(),
         metric: e.metric.clone(),
-        after_s,
-        until_s,
+        window: e.window(),
+        after_s: finite(after_s),
+        until_s: finite(until_s),
         at_most,
         at_least,
         quantile: e.quantile.map(f64::from),
         value,
         held: finished && value.is_some_and(within),
+        known_failure: bound.known_failure.clone(),
     }
 }

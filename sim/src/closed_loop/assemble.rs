@@ -81,6 +81,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         checks::step(&scenario, &train, dt_s)?;
     }
     checks::loads(&scenario, &train)?;
+    checks::windows(&scenario, &rail)?;
     let front_m = checks::front(&scenario, &rail, &train)?;
 
     let Some((specs, sheet_file)) = sensors else {

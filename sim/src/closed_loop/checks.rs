@@ -97,6 +97,7 @@ pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
             from_m,
             to_m,
             adhesion,
+            ..
         } = e
         {
             let z = Zone {
@@ -125,4 +126,25 @@ pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
         }
     }
     Ok(zones)
+}
+
+/// Every window of an expectation names places of this track and events of this scenario.
+pub fn windows(scenario: &Scenario, rail: &Rail) -> Result<(), Error> {
+    let file = &scenario.file;
+    let of_bounds = file.expect.iter().enumerate();
+    let of_bounds = of_bounds.map(|(i, e)| (format!("expect[{i}]"), [&e.after, &e.until]));
+    let known = file.known_failures.iter().enumerate();
+    let known = known.map(|(i, k)| (format!("known_failures[{i}]"), [&k.after, &k.until]));
+    for (at, ends) in of_bounds.chain(known) {
+        for (key, moment) in ["after", "until"].into_iter().zip(ends) {
+            let Some(moment) = moment else { continue };
+            moment
+                .find(file, &rail.places)
+                .map_err(|(below, message, help)| {
+                    let key = format!("{at}.{key}.{below}");
+                    scenario.error(key.trim_end_matches('.'), message, help)
+                })?;
+        }
+    }
+    Ok(())
 }

@@ -11,6 +11,8 @@ pub struct RunningEstimator {
     pub name: String,
     /// The last estimate.
     pub estimate: Estimate,
+    /// Whether it is a published method without supervision, shown beside the others and not for use.
+    pub reference: bool,
     estimator: BoxedEstimator,
     refused: u64,
     reason: String,
@@ -23,6 +25,7 @@ impl RunningEstimator {
             name: name.into(),
             estimator,
             estimate: Estimate::default(),
+            reference: false,
             refused: 0,
             reason: String::new(),
         }

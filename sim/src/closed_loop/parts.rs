@@ -41,7 +41,9 @@ pub fn estimators(
         let estimator = of_type
             .build(vehicle, &settings.named())
             .map_err(|e| scenario.error(at, e.to_string(), "values that fit this vehicle"))?;
-        built.push(RunningEstimator::new(name, estimator));
+        let mut running = RunningEstimator::new(name, estimator);
+        running.reference = registry.is_reference(of_type.name());
+        built.push(running);
     }
     Ok(built)
 }

@@ -193,6 +193,13 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
+    /// Whether this type of estimator is a published method as it stands in its source, without supervision: one that has a `…_robust`
+    /// beside it, or that is `…_printed`. It is shown beside the others, and not for use.
+    pub fn is_reference(&self, name: &str) -> bool {
+        let robust = format!("{name}_robust");
+        name.ends_with("_printed") || self.estimators.iter().any(|e| e.name == robust)
+    }
+
     /// The type of controller of this name.
     pub fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
         find(&self.controllers, name, "controller")

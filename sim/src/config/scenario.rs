@@ -1,10 +1,13 @@
 //! YAML in, checked scenario out.
 
 mod check;
+mod check_expect;
 mod controller;
 mod event;
 mod expect;
+mod integrity;
 mod load;
+mod moment;
 mod names;
 mod parameters;
 mod published;
@@ -12,8 +15,10 @@ mod seeds;
 
 pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
 pub use event::{Event, FaultKind};
-pub use expect::Expectation;
+pub use expect::{Availability, Expectation, KnownFailure};
+pub use integrity::{Integrity, IntegrityLimits};
 pub use load::Scenario;
+pub use moment::{Moment, MomentOf, Part};
 pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
 pub use published::Published;
@@ -84,6 +89,15 @@ pub struct ScenarioFile {
     /// Bounds to hold (checked by `monorig test`).
     #[serde(default)]
     pub expect: Vec<Expectation>,
+    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says nothing else.
+    #[serde(default)]
+    pub availability: Availability,
+    /// When an estimate marked valid is misleading, which no estimator may be.
+    #[serde(default)]
+    pub integrity: Integrity,
+    /// Bounds of `expect` that do not hold, for reasons of physics.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub known_failures: Vec<KnownFailure>,
     /// Figures that others have published for this set-up (shown by `monorig compare`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub published: Vec<Published>,
@@ -193,6 +207,7 @@ impl DriveCycle {
             at_s: Some(at),
             at_m: None,
             mps,
+            name: None,
         };
         Self::of_points(points, point)
     }
@@ -203,6 +218,7 @@ impl DriveCycle {
             at_s: None,
             at_m: Some(at),
             mps,
+            name: None,
         };
         let accel_mps2 = Positive::try_from(accel_mps2)
             .map_err(|message| in_code("drive.accel_mps2", message, "m/s²"))?;
@@ -229,7 +245,7 @@ impl DriveCycle {
 }
 
 /// A point of the speed reference; exactly one of `at_s` and `at_m`.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedPoint {
     /// s.
@@ -238,6 +254,9 @@ pub struct SpeedPoint {
     pub at_m: Option<NonNegative>,
     /// m/s.
     pub mps: Finite,
+    /// Name of a point by time, for windows of expectations (`after: {event: drives_off}`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
 }
 
 /// Where slope and mass of the feed-forward come from.

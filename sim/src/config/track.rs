@@ -24,7 +24,7 @@ use crate::error::{DataError, Error};
 use crate::rail::alignment::{AlignmentBuilder, Angle};
 use crate::rail::joints::{JointSpec, Joints};
 use crate::rail::profile::Profile;
-use crate::rail::{Rail, Section};
+use crate::rail::{Place, Rail, Section};
 use elements::{Horizontal, Vertical};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -99,8 +99,9 @@ impl TrackStart {
 }
 
 impl TrackFile {
-    /// Heading and grade along the chainage.
-    pub(crate) fn angles(&self, file: &Path) -> Result<(Angle, Angle), Error> {
+    /// Heading and grade along the chainage, and the named elements.
+    pub(crate) fn angles(&self, file: &Path) -> Result<(Angle, Angle, Vec<Place>), Error> {
+        let mut places: Vec<(String, Place)> = Vec::new();
         let bad = |key: &str, message: &str, help: &str| {
             Err(DataError::new(key, message, help).in_file(file))
         };
@@ -139,6 +140,7 @@ impl TrackFile {
                 let mut b = AlignmentBuilder::new(self.start.heading_deg.get().to_radians());
                 elements::horizontal(&self.horizontal, "horizontal", &mut b)
                     .map_err(|e| e.in_file(file))?;
+                places.append(&mut b.places);
                 b.finish()
             }
         };
@@ -153,10 +155,21 @@ impl TrackFile {
                 let mut b = AlignmentBuilder::new(first.to_radians());
                 elements::vertical(&self.vertical, "vertical", &mut b)
                     .map_err(|e| e.in_file(file))?;
+                places.append(&mut b.places);
                 b.finish()
             }
         };
-        Ok((heading, grade))
+        for (i, (path, place)) in places.iter().enumerate() {
+            if places
+                .iter()
+                .take(i)
+                .any(|(_, other)| other.name == place.name)
+            {
+                return Err(elements::name_taken(path, &place.name).in_file(file));
+            }
+        }
+        let places = places.into_iter().map(|(_, place)| place).collect();
+        Ok((heading, grade, places))
     }
 }
 
@@ -205,21 +218,23 @@ impl Rail {
     }
 
     fn with_section(track: &TrackFile, section: Section, file: &Path) -> Result<Self, Error> {
-        let (horizontal, vertical) = track.angles(file)?;
+        let (horizontal, vertical, places) = track.angles(file)?;
         let length = horizontal.length().max(vertical.length());
         let joints = track
             .joints
             .map(|joints| Joints::new(&joints.into(), length))
             .transpose()
             .map_err(|e| e.under("joints").in_file(file))?;
-        Ok(Self::new(
+        let mut rail = Self::new(
             &track.name,
             track.start.position(),
             horizontal,
             vertical,
             joints,
             section,
-        ))
+        );
+        rail.places = places;
+        Ok(rail)
     }
 }
 

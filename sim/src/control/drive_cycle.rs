@@ -126,6 +126,7 @@ mod tests {
                 at_s: at.filter(|_| by_time),
                 at_m: at.filter(|_| !by_time),
                 mps: Finite::try_from(mps).unwrap(),
+                name: None,
             }
         };
         let d = DriveCycle {

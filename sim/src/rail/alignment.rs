@@ -4,6 +4,7 @@
 //! jump (an arc right beside a line), as it does on rails bent that way; clothoids, easements and transitions avoid it.
 
 use crate::error::DataError;
+use crate::rail::Place;
 
 /// Longest track, m; a longer one is taken for a typing error.
 pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
@@ -121,6 +122,8 @@ pub(crate) struct AlignmentBuilder {
     s: f64,
     pub(crate) angle: f64,
     pub(crate) curvature: f64,
+    /// Named elements so far, each with its key path.
+    pub(crate) places: Vec<(String, Place)>,
     pieces: Vec<Piece>,
 }
 
@@ -131,8 +134,14 @@ impl AlignmentBuilder {
             s: 0.0,
             angle: start,
             curvature: 0.0,
+            places: Vec::new(),
             pieces: Vec::new(),
         }
+    }
+
+    /// Chainage so far, m.
+    pub(crate) fn chainage_m(&self) -> f64 {
+        self.s
     }
 
     /// A stretch whose curvature goes linearly from k0 to k1. Its keys: what bends it, what sets its angle.

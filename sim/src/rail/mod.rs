@@ -81,11 +81,24 @@ impl Section {
     }
 }
 
+/// A named stretch of the track: an element that the track file gives a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Name.
+    pub name: String,
+    /// Chainage of its beginning, m.
+    pub from_m: f64,
+    /// Chainage of its end, m.
+    pub to_m: f64,
+}
+
 /// A rail, or a road, ready to be run on. Outside 0…length it goes on straight along its end tangents.
 #[derive(Clone, Debug)]
 pub struct Rail {
     /// Name from the track file.
     pub name: String,
+    /// Its named elements; of one that is repeated the first.
+    pub places: Vec<Place>,
     horizontal: Angle,
     vertical: Angle,
     joints: Option<Joints>,
@@ -108,6 +121,7 @@ impl Rail {
         let nodes = Nodes::build(start, &horizontal, &vertical, joints.as_ref(), length);
         Self {
             name: name.to_owned(),
+            places: Vec::new(),
             horizontal,
             vertical,
             joints,

@@ -112,6 +112,9 @@ const ESTIMATE: &[Column<Estimate>] = &[
     column("grade_valid", "1", |e| flag(e.grade_rad.valid)),
     column("effective_grade", "rad", |e| e.effective_grade_rad.value),
     column("effective_grade_sd", "rad", |e| e.effective_grade_rad.sd),
+    column("effective_grade_valid", "1", |e| {
+        flag(e.effective_grade_rad.valid)
+    }),
     column("speed", "m/s", |e| e.speed_mps.value),
     column("speed_sd", "m/s", |e| e.speed_mps.sd),
     column("innovation", "m/s", |e| e.innovation),

@@ -27,6 +27,11 @@ fn case(scenario: &str, check: &Check) -> TestCase {
         let seeds: Vec<String> = check.failing.iter().map(u64::to_string).collect();
         status.set_description(format!("seeds that fail: {}", seeds.join(", ")));
     }
+    if check.fails_as_known() {
+        status = TestCaseStatus::skipped();
+        let why = check.known_failure.as_deref().unwrap_or_default();
+        status.set_message(format!("known failure: {} ({why})", check.reason()));
+    }
     let mut case = TestCase::new(format!("{} {}", check.what, check.bound), status);
     case.set_classname(scenario.to_owned());
     case

@@ -2,14 +2,21 @@
 
 use crate::html::number;
 use crate::metrics::{estimator_metrics, run_metrics};
+use crate::report::findings;
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
+use crate::verdicts::findings::of_summaries;
 use crate::verdicts::summary::{MAIN, Summary};
 
 /// The outcome in a sentence.
 pub fn banner(summary: &Summary) -> (String, bool) {
     let all = summary.expectations.len();
-    let failed = summary.expectations.iter().filter(|v| !v.held).count();
+    let failed = summary.expectations.iter().filter(|v| !v.good()).count();
+    let known = summary
+        .expectations
+        .iter()
+        .filter(|v| v.good() && !v.held)
+        .count();
     let t = summary.simulated_s;
     if !summary.finished {
         return (
@@ -17,15 +24,29 @@ pub fn banner(summary: &Summary) -> (String, bool) {
             false,
         );
     }
-    match (all, failed) {
-        (0, _) => (
-            format!("Finished after {t:.1} s; nothing was expected of this run"),
-            true,
+    let mut text = match (all, failed) {
+        (0, _) => format!("Finished after {t:.1} s; nothing was expected of this run"),
+        (1, 0) if known == 0 => "The one expectation held".into(),
+        (_, 0) if known == 0 => format!("All {all} expectations held"),
+        (_, 0) => format!(
+            "{} of {all} expectations held, {known} fail as known",
+            all - known
         ),
-        (1, 0) => ("The one expectation held".into(), true),
-        (_, 0) => (format!("All {all} expectations held"), true),
-        _ => (format!("{failed} of {all} expectations FAILED"), false),
+        _ => format!("{failed} of {all} expectations FAILED"),
+    };
+    let misleading = of_summaries([summary]).iter().filter(|f| f.fails).count();
+    match misleading {
+        0 => {}
+        1 => text += "; one estimate is MISLEADING",
+        n => text += &format!("; {n} estimates are MISLEADING"),
     }
+    (text, summary.good())
+}
+
+/// What misleads, worst first; none if nothing does.
+pub fn findings(summary: &Summary) -> Option<Section> {
+    let all = of_summaries([summary]).into_iter();
+    findings::section(&all.map(|f| (String::new(), f)).collect::<Vec<_>>())
 }
 
 /// Verdicts and key figures.
@@ -52,13 +73,16 @@ fn verdicts(summary: &Summary) -> Table {
     let mut table = Table::new(&["", "expected"], &["bound", "measured"]);
     for v in &summary.expectations {
         let value = v.value.map_or("not measured".to_owned(), number);
-        let verdict = Cell::from(if v.held { "held" } else { "FAILED" });
-        table.row([
-            verdict.judged(v.held),
-            v.what().into(),
-            v.bound().into(),
-            value.into(),
-        ]);
+        let verdict = match (v.held, &v.known_failure) {
+            (true, _) => Cell::from("held").judged(true),
+            (false, Some(_)) => Cell::from("known failure"),
+            (false, None) => Cell::from("FAILED").judged(false),
+        };
+        let what = match &v.known_failure {
+            Some(why) => format!("{} ({why})", v.what()),
+            None => v.what(),
+        };
+        table.row([verdict, what.into(), v.bound().into(), value.into()]);
     }
     table
 }
@@ -66,7 +90,7 @@ fn verdicts(summary: &Summary) -> Table {
 fn key_figures(summary: &Summary) -> Table {
     let mut table = Table::new(&["estimator"], &[]);
     table.caption = format!(
-        "Estimators, from {} s on, where they mark their values valid",
+        "Estimators, from {} s on: errors of all samples, `…_valid` of those marked valid",
         summary.after_s
     );
     let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));

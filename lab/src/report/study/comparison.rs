@@ -6,12 +6,16 @@ use crate::plot::axis::Axis;
 use crate::plot::boxes::Boxes;
 use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
+use crate::report::findings as report_findings;
 use crate::report::page::{Page, Section};
 use crate::report::parameters;
 use crate::report::study::paired::difference;
 use crate::report::study::runs;
 use crate::report::table::{Cell, Table};
-use crate::verdicts::compare::{ComparedMetric, Comparison, values};
+use crate::verdicts::compare::{
+    ComparedMetric, Comparison, OnSamples, differences as run_by_run, values,
+};
+use crate::verdicts::findings;
 use crate::verdicts::interval::Interval;
 use std::collections::BTreeSet;
 
@@ -33,6 +37,9 @@ pub fn page(all: &Comparison) -> Page {
             false,
         ),
     });
+    let findings = findings::of_runs(&all.runs).into_iter();
+    let findings: Vec<_> = findings.map(|f| (String::new(), f)).collect();
+    page.sections.extend(report_findings::section(&findings));
     page.sections.push(overview(all));
     for metric in names(all, |c| &c.metric) {
         page.sections.push(section(all, metric));
@@ -68,11 +75,20 @@ fn overview(all: &Comparison) -> Section {
         let of_metric = all.table.iter().filter(|c| c.metric == metric);
         of_metric.into_iter().any(|c| c.published.is_some())
     };
+    let is_error = |metric: &str| {
+        all.table
+            .iter()
+            .any(|c| c.metric == metric && c.valid.is_some())
+    };
     let mut table = Table::new(&["estimator"], &[]);
-    table.caption = "Means over the runs".into();
+    table.caption =
+        "Means over the runs, all samples; beside an error the share that is valid".into();
     let shown = names(all, |c| &c.metric);
     for metric in &shown {
         table.columns.push((with_unit(metric, unit(metric)), true));
+        if is_error(metric) {
+            table.columns.push(("valid".into(), true));
+        }
         if published(metric) {
             table.columns.push(("published".into(), true));
         }
@@ -84,6 +100,9 @@ fn overview(all: &Comparison) -> Section {
             let figures = of_both.find(|c| c.estimator == estimator && c.metric == *metric);
             let mean = figures.and_then(|c| c.mean);
             row.push(Cell::number(mean.map_or(f64::NAN, |i| i.mean)));
+            if is_error(metric) {
+                row.push(on_samples(figures.and_then(|c| c.valid.as_ref()))[1].clone());
+            }
             if published(metric) {
                 row.push(figures.map_or(Cell::number(f64::NAN), theirs));
             }
@@ -100,8 +119,10 @@ fn overview(all: &Comparison) -> Section {
         section = section.table(table);
     }
     let section = section.text(
-        "Below, each metric by itself. Intervals are of the mean, by the percentile bootstrap over the runs. A difference is taken \
-         run by run and coloured where zero is not in its interval.",
+        "Errors of all samples from 5 s on, and below each metric by itself: of all samples, of those that the estimator marks valid, and \
+         of those that it and the reference both mark valid, with their shares of all. Intervals are of the mean, by the percentile \
+         bootstrap over the runs. A difference is taken run by run, that of an error on common samples only, and coloured where zero is \
+         not in its interval.",
     );
     if sources.is_empty() {
         return section.text("Nothing was published for these estimators on this scenario.");
@@ -120,7 +141,12 @@ fn section(all: &Comparison, metric: &str) -> Section {
     let rows = || all.table.iter().filter(move |c| c.metric == metric);
     let published = rows().any(|c| c.published.is_some());
     let against = format!("minus {}", all.reference);
+    let error = rows().any(|c| c.valid.is_some());
     let mut numbers = vec!["mean", "95 % interval", "median"];
+    if error {
+        numbers[0] = "all samples";
+        numbers.extend(["own valid", "of all", "common valid", "of all"]);
+    }
     if published {
         numbers.insert(0, "published");
     }
@@ -132,10 +158,12 @@ fn section(all: &Comparison, metric: &str) -> Section {
             row.push(theirs(c));
         }
         let [mean, range] = words(c.mean);
+        row.extend([mean, range, Cell::number(c.median.unwrap_or(f64::NAN))]);
+        if error {
+            row.extend(on_samples(c.valid.as_ref()));
+            row.extend(on_samples(c.common.as_ref()));
+        }
         row.extend([
-            mean,
-            range,
-            Cell::number(c.median.unwrap_or(f64::NAN)),
             c.difference.map_or(Cell::number(f64::NAN), |i| {
                 difference(metric, i.mean, i.low, i.high)
             }),
@@ -150,6 +178,18 @@ fn section(all: &Comparison, metric: &str) -> Section {
         .table(table)
         .figure(distribution(all, metric))
         .figure(differences(all, metric))
+}
+
+/// Mean and share of the samples.
+fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
+    let share = of.and_then(|o| o.share);
+    let [mean, _] = words(of.and_then(|o| o.mean));
+    [
+        mean,
+        share.map_or(Cell::number(f64::NAN), |s| {
+            format!("{:.1} %", 100.0 * s).into()
+        }),
+    ]
 }
 
 fn words(interval: Option<Interval>) -> [Cell; 2] {
@@ -198,13 +238,10 @@ fn distribution(all: &Comparison, metric: &str) -> Figure {
 }
 
 fn differences(all: &Comparison, metric: &str) -> Figure {
-    let reference = values(&all.runs, &all.reference, metric);
     let others = inks(all).filter(|(name, _)| *name != all.reference);
     let groups = others.map(|(name, ink)| {
-        let own = values(&all.runs, name, metric);
-        let pairs = own.iter().zip(&reference);
-        let both = pairs.filter_map(|(a, b)| Some((*a)? - (*b)?));
-        ValueGroup::new(name, ink, both.collect::<Vec<f64>>())
+        let both = run_by_run(&all.runs, name, metric, &all.reference);
+        ValueGroup::new(name, ink, both.into_iter().flatten().collect())
     });
     Boxes {
         title: format!("Run by run, minus {}", all.reference),

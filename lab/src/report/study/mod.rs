@@ -10,7 +10,9 @@ mod runs;
 mod values;
 
 use crate::batch::{RunResult, StudyHeader};
+use crate::report::findings;
 use crate::report::page::{Page, Section};
+use crate::verdicts::findings::Finding;
 use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
 use read::{Results, TestResults};
@@ -39,10 +41,16 @@ fn of_test(tested: &TestResults) -> Page {
         0 => (format!("All {} scenarios held", all.len()), true),
         n => (format!("{n} of {} scenarios FAILED", all.len()), false),
     });
+    let findings = all.iter().flat_map(|s| {
+        let of = s.findings().into_iter();
+        of.map(|f| (s.scenario.clone(), f))
+    });
+    page.sections.extend(worst_first(findings.collect()));
     page.sections.push(overview::section(all));
     for scenario in all {
         let section = Section::new(&scenario.scenario);
         let section = runs::verdicts(section, &scenario.checks);
+        let section = runs::integrity(section, &scenario.runs);
         page.sections.push(runs::metrics(section, &scenario.runs));
     }
     page
@@ -68,10 +76,23 @@ fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
             false,
         ),
     });
+    let findings = judged.findings().into_iter();
+    page.sections
+        .extend(worst_first(findings.map(|f| (String::new(), f)).collect()));
     let section = Section::new("Verdicts");
-    page.sections.push(runs::verdicts(section, &judged.checks));
+    let section = runs::verdicts(section, &judged.checks);
+    page.sections.push(runs::integrity(section, &judged.runs));
     let section = Section::new("Metrics");
     page.sections.push(runs::metrics(section, &judged.runs));
     page.sections.extend(drawn::section(&judged.runs));
     page
+}
+
+/// Findings of several scenarios in one list; none if there is none.
+fn worst_first(mut all: Vec<(String, Finding)>) -> Option<Section> {
+    all.sort_by(|(_, a), (_, b)| {
+        let order = b.fails.cmp(&a.fails);
+        order.then(b.severity.total_cmp(&a.severity))
+    });
+    findings::section(&all)
 }

@@ -1,7 +1,8 @@
-//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels.
+//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels. Errors are of all samples:
+//! each estimator's own valid ones may be of different stretches.
 
 use crate::batch::RunResult;
-use crate::metrics::{estimator_metrics, find};
+use crate::metrics::{Metric, estimator_metrics, find};
 use crate::report::study::values::{MetricValues, estimators, value};
 use crate::report::table::{Cell, Table};
 use crate::verdicts::summary::MAIN;
@@ -26,7 +27,8 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
         "Differences to {reference} over the runs in which both were measured; coloured where zero is not in the interval"
     );
     for name in others {
-        for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
+        let shown = |m: &&Metric| MAIN.contains(&m.name) && !m.is_of_valid();
+        for metric in estimator_metrics().filter(shown) {
             let of = |run, name| value(run, Some(name), metric.name);
             let both = runs.iter();
             let both = both.filter_map(|run| Some(of(run, name)? - of(run, reference)?));

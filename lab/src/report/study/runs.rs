@@ -7,6 +7,7 @@ use crate::plot::axis::Axis;
 use crate::plot::boxes::Boxes;
 use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
+use crate::report::findings;
 use crate::report::page::Section;
 use crate::report::study::paired;
 use crate::report::study::values::{MetricValues, estimators};
@@ -17,6 +18,14 @@ use crate::verdicts::verdict::Check;
 /// What was asked of the runs.
 pub fn verdicts(section: Section, all: &[Check]) -> Section {
     section.table(checks(all))
+}
+
+/// Availability and integrity of the estimators over the runs.
+pub fn integrity(section: Section, runs: &[RunResult]) -> Section {
+    match findings::integrity(runs.iter().filter_map(|r| r.summary.as_ref())) {
+        Some(table) => section.table(table),
+        None => section,
+    }
 }
 
 /// Metrics over the runs: distributions, differences, and all numbers.
@@ -37,12 +46,20 @@ fn checks(checks: &[Check]) -> Table {
     let mut table = Table::new(&["", "check", "bound", "worst run"], &["runs that hold"]);
     for check in checks {
         let all = check.holding + check.failing.len();
-        let verdict = Cell::from(if check.held { "held" } else { "FAILED" });
+        let verdict = match (check.held, check.fails_as_known()) {
+            (_, true) => Cell::from("known failure"),
+            (held, _) => Cell::from(if held { "held" } else { "FAILED" }).judged(held),
+        };
+        let worst = match &check.known_failure {
+            Some(_) if !check.held => check.reason(),
+            Some(why) => format!("{} ({why})", check.worst.clone().unwrap_or_default()),
+            None => check.worst.clone().unwrap_or_default(),
+        };
         table.row([
-            verdict.judged(check.held),
+            verdict,
             check.what.clone().into(),
             check.bound.clone().into(),
-            check.worst.clone().unwrap_or_default().into(),
+            worst.into(),
             format!("{} of {all}", check.holding).into(),
         ]);
     }

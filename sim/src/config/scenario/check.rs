@@ -1,8 +1,9 @@
 //! What a scenario must keep to beyond the type of each value.
 
+use super::check_expect;
 use super::names::{near_name, valid_name};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
-use crate::config::checked::{NonNegative, Positive};
+use crate::config::checked::NonNegative;
 use crate::config::file::nearest;
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a typing error.
@@ -16,7 +17,7 @@ pub(super) struct Wrong {
     pub help: String,
 }
 
-fn wrong<T>(
+pub(super) fn wrong<T>(
     key: impl Into<String>,
     message: impl Into<String>,
     help: impl Into<String>,
@@ -50,7 +51,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
             w
         })?;
     }
-    expectations(file)
+    check_expect::check(file)
 }
 
 /// Checks that there is a train or a car, and that a car has nothing that only a train has.
@@ -299,7 +300,7 @@ fn names(file: &ScenarioFile) -> Result<(), Wrong> {
 }
 
 /// The estimators of the scenario by name, the nearest to `name` first.
-fn one_of_them(file: &ScenarioFile, name: &str) -> String {
+pub(super) fn one_of_them(file: &ScenarioFile, name: &str) -> String {
     let listed = || file.estimators.keys().map(String::as_str);
     let all = format!("one of: {}", listed().collect::<Vec<_>>().join(", "));
     match nearest(name, listed()) {
@@ -389,64 +390,4 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
             }
         }
     }
-}
-
-fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
-    let end_s = file.stop.time_limit_s();
-    for (i, e) in file.expect.iter().enumerate() {
-        let key = format!("expect[{i}]");
-        if let Some(name) = &e.estimator
-            && !file.estimators.contains_key(name)
-        {
-            return wrong(
-                format!("{key}.estimator"),
-                format!("`{name}` is not among this scenario's estimators"),
-                match file.estimators.is_empty() {
-                    true => "add it under `estimators:`".to_owned(),
-                    false => one_of_them(file, name),
-                },
-            );
-        }
-        match (e.at_least, e.at_most) {
-            (None, None) => {
-                return wrong(
-                    key,
-                    "this expectation bounds nothing, so it cannot fail",
-                    "add `at_most`, `at_least`, or both",
-                );
-            }
-            (Some(least), Some(most)) if least > most => {
-                return wrong(
-                    key,
-                    format!(
-                        "nothing is at least {} and at most {}",
-                        least.get(),
-                        most.get()
-                    ),
-                    "swap the two bounds",
-                );
-            }
-            _ => {}
-        }
-        let after_s = e.after_s.map_or(0.0, NonNegative::get);
-        let until_s = e.until_s.map_or(end_s, Positive::get);
-        if after_s >= until_s.min(end_s) {
-            return wrong(
-                format!("{key}.after_s"),
-                format!(
-                    "nothing is left to measure between {after_s} s and {} s",
-                    until_s.min(end_s)
-                ),
-                "write an earlier time",
-            );
-        }
-        if e.quantile.is_some_and(|q| q.get() == 0.0) {
-            return wrong(
-                format!("{key}.quantile"),
-                "a bound that no run has to hold cannot fail",
-                "write a share above 0, such as 0.5",
-            );
-        }
-    }
-    Ok(())
 }

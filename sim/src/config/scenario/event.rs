@@ -12,6 +12,9 @@ use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 pub enum Event {
     /// The load changes.
     LoadMass {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
@@ -26,6 +29,9 @@ pub enum Event {
     },
     /// The rail is slippery.
     Adhesion {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// m.
         from_m: NonNegative,
         /// m.
@@ -35,6 +41,9 @@ pub enum Event {
     },
     /// A sensor fails.
     SensorFault {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// s.
         from_s: NonNegative,
         /// s; none = to the end.
@@ -50,6 +59,9 @@ pub enum Event {
     },
     /// The clamp pressure is commanded or lost.
     ClampPressure {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
@@ -60,6 +72,9 @@ pub enum Event {
     },
     /// Emergency brake.
     Brake {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
@@ -148,6 +163,30 @@ impl FaultKind {
 }
 
 impl Event {
+    /// Its name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Event::LoadMass { name, .. }
+            | Event::Adhesion { name, .. }
+            | Event::SensorFault { name, .. }
+            | Event::ClampPressure { name, .. }
+            | Event::Brake { name, .. } => name.as_deref(),
+        }
+    }
+
+    /// When it first happens or begins, and when it ends, if it does, s; none for what happens at a place.
+    pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
+        match self {
+            Event::LoadMass { at_s, .. }
+            | Event::ClampPressure { at_s, .. }
+            | Event::Brake { at_s, .. } => Some((at_s.get(), None)),
+            Event::SensorFault { from_s, to_s, .. } => {
+                Some((from_s.get(), to_s.map(Positive::get)))
+            }
+            Event::Adhesion { .. } => None,
+        }
+    }
+
     /// The sensor fault that this event is, with the name of the sensor; `None` for other events. Keys in errors are those of
     /// the event.
     pub fn sensor_fault(&self) -> Result<Option<(&str, fault::FaultWindow)>, DataError> {
@@ -157,6 +196,7 @@ impl Event {
             sensor,
             fault,
             size,
+            ..
         } = self
         else {
             return Ok(None);
@@ -197,6 +237,7 @@ impl Event {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EventKeys {
+    name: Option<String>,
     at_s: Option<NonNegative>,
     every_s: Option<Positive>,
     from_s: Option<NonNegative>,
@@ -216,6 +257,7 @@ struct EventKeys {
 impl EventKeys {
     fn given(&self) -> Vec<&'static str> {
         [
+            ("name", self.name.is_some()),
             ("at_s", self.at_s.is_some()),
             ("every_s", self.every_s.is_some()),
             ("from_s", self.from_s.is_some()),
@@ -305,7 +347,7 @@ fn kind(given: &[&str]) -> Result<&'static Kind, String> {
     }
     if let Some(extra) = given
         .iter()
-        .find(|key| !kind.1.contains(key) && !kind.2.contains(key))
+        .find(|key| **key != "name" && !kind.1.contains(key) && !kind.2.contains(key))
     {
         return Err(format!(
             "`{extra}` means nothing in a `{}` event; write it like {}",
@@ -321,28 +363,33 @@ impl<'de> Deserialize<'de> for Event {
         kind(&keys.given()).map_err(D::Error::custom)?;
         match keys {
             EventKeys {
+                name,
                 at_s: Some(at_s),
                 every_s,
                 load_mass_kg: Some(load_mass_kg),
                 load_speed_mps,
                 ..
             } => Ok(Event::LoadMass {
+                name,
                 at_s,
                 every_s,
                 load_mass_kg,
                 load_speed_mps,
             }),
             EventKeys {
+                name,
                 from_m: Some(from_m),
                 to_m: Some(to_m),
                 adhesion: Some(adhesion),
                 ..
             } => Ok(Event::Adhesion {
+                name,
                 from_m,
                 to_m,
                 adhesion,
             }),
             EventKeys {
+                name,
                 from_s: Some(from_s),
                 to_s,
                 sensor: Some(sensor),
@@ -350,6 +397,7 @@ impl<'de> Deserialize<'de> for Event {
                 size,
                 ..
             } => Ok(Event::SensorFault {
+                name,
                 from_s,
                 to_s,
                 sensor,
@@ -357,21 +405,25 @@ impl<'de> Deserialize<'de> for Event {
                 size,
             }),
             EventKeys {
+                name,
                 at_s: Some(at_s),
                 every_s,
                 clamp_mpa: Some(clamp_mpa),
                 ..
             } => Ok(Event::ClampPressure {
+                name,
                 at_s,
                 every_s,
                 clamp_mpa,
             }),
             EventKeys {
+                name,
                 at_s: Some(at_s),
                 every_s,
                 brake: Some(brake),
                 ..
             } => Ok(Event::Brake {
+                name,
                 at_s,
                 every_s,
                 brake,
@@ -415,6 +467,7 @@ mod tests {
     #[test]
     fn wrong_faults_are_refused_at_the_right_key() {
         let event = |to_s: Option<f64>, fault, size: Option<f64>| Event::SensorFault {
+            name: None,
             from_s: NonNegative::new(5.0),
             to_s: to_s.map(Positive::new),
             sensor: "imu".into(),
@@ -445,6 +498,7 @@ mod tests {
             ("imu", 6.0, fault::Fault::Scale(2.0))
         );
         let load = Event::LoadMass {
+            name: None,
             at_s: NonNegative::new(1.0),
             every_s: None,
             load_mass_kg: NonNegative::new(1.0),

@@ -142,6 +142,9 @@ impl Scenario {
             seeds: Default::default(),
             record: Default::default(),
             expect: Vec::new(),
+            availability: Default::default(),
+            integrity: Default::default(),
+            known_failures: Vec::new(),
             published: Vec::new(),
         };
         Self {

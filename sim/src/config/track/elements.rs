@@ -2,6 +2,7 @@
 
 use crate::config::checked::{Finite, NonNegative, Positive};
 use crate::error::DataError;
+use crate::rail::Place;
 use crate::rail::alignment::AlignmentBuilder;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,8 @@ pub enum HorizontalKind {
 pub struct Horizontal {
     /// Kind of element.
     pub kind: HorizontalKind,
+    /// Name, for windows of expectations (`after: {rear_enters: climb}`).
+    pub name: Option<String>,
     /// Length along the rail, m.
     pub length_m: Option<Positive>,
     /// Radius of an arc, m.
@@ -65,6 +68,8 @@ pub enum VerticalKind {
 pub struct Vertical {
     /// Kind of element.
     pub kind: VerticalKind,
+    /// Name, for windows of expectations (`after: {rear_enters: climb}`).
+    pub name: Option<String>,
     /// Length along the rail, m.
     pub length_m: Option<Positive>,
     /// Radius of an arc, least radius of a transition, m.
@@ -162,6 +167,7 @@ pub(super) fn horizontal(
 ) -> Result<(), DataError> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
+        let from_m = b.chainage_m();
         let given = [
             ("length_m", e.length_m.is_some()),
             ("radius_m", e.radius_m.is_some()),
@@ -235,6 +241,7 @@ pub(super) fn horizontal(
                 })?;
             }
         }
+        named(&e.name, &path, from_m, b)?;
     }
     Ok(())
 }
@@ -247,6 +254,7 @@ pub(super) fn vertical(
 ) -> Result<(), DataError> {
     for (i, e) in elements.iter().enumerate() {
         let path = format!("{list}[{i}]");
+        let from_m = b.chainage_m();
         let given = [
             ("length_m", e.length_m.is_some()),
             ("radius_m", e.radius_m.is_some()),
@@ -322,8 +330,41 @@ pub(super) fn vertical(
                 })?;
             }
         }
+        named(&e.name, &path, from_m, b)?;
     }
     Ok(())
+}
+
+/// Keep the place of an element that has a name. Of one that is repeated the first counts.
+fn named(
+    name: &Option<String>,
+    path: &str,
+    from_m: f64,
+    b: &mut AlignmentBuilder,
+) -> Result<(), DataError> {
+    let Some(name) = name else { return Ok(()) };
+    match b.places.iter().find(|(_, place)| place.name == *name) {
+        Some((at, _)) if at == path => Ok(()),
+        Some(_) => Err(name_taken(path, name)),
+        None => {
+            let place = Place {
+                name: name.clone(),
+                from_m,
+                to_m: b.chainage_m(),
+            };
+            b.places.push((path.to_owned(), place));
+            Ok(())
+        }
+    }
+}
+
+/// Two elements have one name.
+pub(super) fn name_taken(path: &str, name: &str) -> DataError {
+    DataError::new(
+        format!("{path}.name"),
+        format!("another element is called `{name}` already"),
+        "a name of its own for each element",
+    )
 }
 
 fn steep(keys: &ElementKeys<'_>, key: &str, grade_deg: f64) -> Result<(), DataError> {

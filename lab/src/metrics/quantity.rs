@@ -1,0 +1,93 @@
+//! The quantities that an estimator marks valid or not, each by itself.
+
+use crate::metrics::of_estimator::DEGREE;
+use crate::metrics::series::ErrorSample;
+use monorig_sim::config::scenario::IntegrityLimits;
+use serde::{Deserialize, Serialize};
+
+/// A quantity that an estimator estimates, with a validity of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Total mass.
+    Mass,
+    /// Slope at the IMU.
+    Slope,
+    /// Effective slope of the whole vehicle.
+    EffectiveSlope,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Mass, Self::Slope, Self::EffectiveSlope];
+
+    /// As names of metrics begin.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Slope => "slope",
+            Self::EffectiveSlope => "effective_slope",
+        }
+    }
+
+    /// In a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Slope => "slope",
+            Self::EffectiveSlope => "effective slope",
+        }
+    }
+
+    /// The column of recordings, `estimates/NAME/…`.
+    pub fn channel(self) -> &'static str {
+        match self {
+            Self::Mass => "total_mass",
+            Self::Slope => "grade",
+            Self::EffectiveSlope => "effective_grade",
+        }
+    }
+
+    /// Whether the estimator marks it valid.
+    pub fn is_valid(self, x: &ErrorSample) -> bool {
+        match self {
+            Self::Mass => x.mass_valid,
+            Self::Slope => x.slope_valid,
+            Self::EffectiveSlope => x.effective_valid,
+        }
+    }
+
+    /// Its error: the mass's as a share of the mass, slopes in degrees.
+    pub fn error(self, x: &ErrorSample) -> f64 {
+        match self {
+            Self::Mass => x.mass_rel,
+            Self::Slope => x.slope / DEGREE,
+            Self::EffectiveSlope => x.slope_effective / DEGREE,
+        }
+    }
+
+    /// (error / reported standard deviation)².
+    pub fn nees(self, x: &ErrorSample) -> f64 {
+        match self {
+            Self::Mass => x.mass_nees,
+            Self::Slope => x.slope_nees,
+            Self::EffectiveSlope => x.effective_nees,
+        }
+    }
+
+    /// Its alert limit, in the unit of [`Quantity::error`].
+    pub fn alert(self, limits: &IntegrityLimits) -> f64 {
+        match self {
+            Self::Mass => limits.mass_rel,
+            Self::Slope => limits.slope_deg,
+            Self::EffectiveSlope => limits.effective_slope_deg,
+        }
+    }
+
+    /// Whether the sample is misleading: marked valid, and its error exceeds both k standard deviations and the alert limit.
+    pub fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
+        self.is_valid(x)
+            && self.nees(x) > limits.k * limits.k
+            && self.error(x).abs() > self.alert(limits)
+    }
+}

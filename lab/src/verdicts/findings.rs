@@ -1,0 +1,83 @@
+//! Findings: what a user must know before he trusts an estimate, worst first.
+
+use crate::batch::RunResult;
+use crate::verdicts::integrity::Integrity;
+use crate::verdicts::summary::Summary;
+
+/// A misleading estimate: the worst sample of one estimator and quantity over all runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// In a line: estimator, error, NEES, seed, instant, share.
+    pub text: String,
+    /// Error over alert limit.
+    pub severity: f64,
+    /// Whether it makes the verdict fail: not that of a published method shown for reference, nor a known failure, nor one within what is
+    /// allowed.
+    pub fails: bool,
+}
+
+/// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over alert limit.
+pub fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
+    of_summaries(runs.into_iter().filter_map(|r| r.summary.as_ref()))
+}
+
+/// The same of summaries.
+pub fn of_summaries<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Finding> {
+    let mut all: Vec<(Integrity, u64)> = Vec::new();
+    for run in runs {
+        for new in &run.integrity {
+            let same = |(i, _): &&mut (Integrity, u64)| {
+                i.estimator == new.estimator && i.quantity == new.quantity
+            };
+            match all.iter_mut().find(same) {
+                Some((sum, seed)) => {
+                    if new.severity() > sum.severity() {
+                        *seed = run.seed;
+                    }
+                    sum.add(new);
+                }
+                None => all.push((new.clone(), run.seed)),
+            }
+        }
+    }
+    let mut findings: Vec<Finding> = all
+        .iter()
+        .filter_map(|(i, seed)| finding(i, *seed))
+        .collect();
+    findings.sort_by(|a, b| {
+        let order = b.fails.cmp(&a.fails);
+        order.then(b.severity.total_cmp(&a.severity))
+    });
+    findings
+}
+
+fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
+    let (words, worst) = (of.words()?, of.worst?);
+    let share = of.share();
+    let (fails, mark) = match (of.at_most, &of.known_failure) {
+        (None, _) => (false, " [for reference only]"),
+        (_, Some(_)) => (false, " [known failure]"),
+        (Some(most), None) if share <= most => (false, " [within what is allowed]"),
+        _ => (true, ""),
+    };
+    Some(Finding {
+        text: format!(
+            "{words} (seed {seed}, t = {:.1} s); {} % of its valid samples are misleading{mark}",
+            worst.t_s,
+            percent(share)
+        ),
+        severity: of.severity(),
+        fails,
+    })
+}
+
+/// A share in per cent with two significant digits.
+pub(super) fn percent(share: f64) -> String {
+    let x = 100.0 * share;
+    match x {
+        x if x >= 10.0 => format!("{x:.0}"),
+        x if x >= 1.0 => format!("{x:.1}"),
+        x if x >= 0.1 => format!("{x:.2}"),
+        x => format!("{x:.3}"),
+    }
+}

@@ -1,0 +1,132 @@
+//! Integrity of the estimators of a run: how many of their valid samples are misleading, and the worst of these.
+
+use crate::metrics::series::{ErrorSample, ErrorSeries};
+use crate::metrics::{Quantity, misleading_share};
+use monorig_sim::config::scenario::{KnownFailure, ScenarioFile};
+use serde::{Deserialize, Serialize};
+
+/// What one estimator's marks of one quantity were worth, over a whole run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Integrity {
+    /// Estimator.
+    pub estimator: String,
+    /// Quantity.
+    pub quantity: Quantity,
+    /// Samples.
+    pub samples: u64,
+    /// Of these, marked valid.
+    pub valid: u64,
+    /// Of these, misleading: the error exceeds k reported standard deviations and the alert limit.
+    pub misleading: u64,
+    /// Alert limit: a share of the mass, or degrees.
+    pub alert: f64,
+    /// The misleading sample with the largest error.
+    pub worst: Option<Misleading>,
+    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for reference only.
+    pub at_most: Option<f64>,
+    /// Why it is known to be misleading, if it is and `expect` does not bound it.
+    pub known_failure: Option<String>,
+}
+
+/// A misleading sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Misleading {
+    /// Instant, s.
+    pub t_s: f64,
+    /// Error: a share of the mass, or degrees.
+    pub error: f64,
+    /// (error / reported standard deviation)²; none if it is infinite.
+    pub nees: Option<f64>,
+}
+
+impl Integrity {
+    /// Of every estimator and quantity of a run.
+    pub fn of(series: &ErrorSeries, file: &ScenarioFile) -> Vec<Self> {
+        let estimators = series.estimators.iter();
+        estimators
+            .flat_map(|(name, samples)| {
+                Quantity::ALL.map(|q| Self::of_one(series, file, name, q, samples))
+            })
+            .collect()
+    }
+
+    fn of_one(
+        series: &ErrorSeries,
+        file: &ScenarioFile,
+        name: &str,
+        quantity: Quantity,
+        samples: &[ErrorSample],
+    ) -> Self {
+        let limits = &series.limits;
+        let valid = || samples.iter().filter(|x| quantity.is_valid(x));
+        let misleading = || valid().filter(|x| quantity.is_misleading(x, limits));
+        let size = |x: &&ErrorSample| quantity.error(x).abs();
+        let worst = misleading().max_by(|a, b| size(a).total_cmp(&size(b)));
+        let metric = misleading_share(quantity);
+        let meant = |k: &&KnownFailure| {
+            k.metric == metric
+                && k.estimator.as_deref() == Some(name)
+                && !file.expect.iter().any(|e| e.is_meant_by(k))
+        };
+        Self {
+            estimator: name.to_owned(),
+            quantity,
+            samples: samples.len() as u64,
+            valid: valid().count() as u64,
+            misleading: misleading().count() as u64,
+            alert: quantity.alert(limits),
+            worst: worst.map(|x| Misleading {
+                t_s: x.t_s,
+                error: quantity.error(x),
+                nees: Some(quantity.nees(x)).filter(|n| n.is_finite()),
+            }),
+            at_most: (!series.references.contains(name)).then_some(limits.max_share),
+            known_failure: file
+                .known_failures
+                .iter()
+                .find(meant)
+                .map(|k| k.why.clone()),
+        }
+    }
+
+    /// Share of the valid samples that is misleading; not a number if none is valid.
+    pub fn share(&self) -> f64 {
+        self.misleading as f64 / self.valid as f64
+    }
+
+    /// How many alert limits the worst sample is off; 0 if none is misleading.
+    pub fn severity(&self) -> f64 {
+        self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
+    }
+
+    /// With what another run has of the same estimator and quantity.
+    pub fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.valid += other.valid;
+        self.misleading += other.misleading;
+        if other.severity() > self.severity() {
+            self.worst = other.worst;
+        }
+    }
+
+    /// What the worst sample is, such as `marks a mass valid that is 59 % off: NEES 215`; none if none is misleading.
+    pub fn words(&self) -> Option<String> {
+        let worst = self.worst?;
+        let nees = worst
+            .nees
+            .map_or("infinite".to_owned(), |n| format!("{n:.0}"));
+        let off = match self.quantity {
+            Quantity::Mass => format!("{:.0} %", 100.0 * worst.error.abs()),
+            _ => format!("{:.2}°", worst.error.abs()),
+        };
+        let article = match self.quantity {
+            Quantity::EffectiveSlope => "an",
+            _ => "a",
+        };
+        Some(format!(
+            "{} marks {article} {} valid that is {off} off: NEES {nees}",
+            self.estimator,
+            self.quantity.words()
+        ))
+    }
+}

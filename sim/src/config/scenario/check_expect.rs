@@ -1,0 +1,202 @@
+//! What expectations, known failures, alert limits and the names of events must keep to.
+
+use super::ScenarioFile;
+use super::check::{Wrong, one_of_them, wrong};
+use crate::config::checked::{NonNegative, Positive};
+use crate::config::file::nearest;
+
+/// Check them.
+pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
+    event_names(file)?;
+    expectations(file)?;
+    defaults(file)?;
+    known_failures(file)
+}
+
+/// No two events and points of the speed reference have one name; a point by chainage has none.
+fn event_names(file: &ScenarioFile) -> Result<(), Wrong> {
+    let events = file.events.iter().enumerate();
+    let events = events.map(|(i, e)| (format!("events[{i}].name"), e.name()));
+    let points = file.drive.speed.iter().enumerate();
+    let points = points.map(|(i, p)| (format!("drive.speed[{i}].name"), p.name.as_deref()));
+    let mut names: Vec<&str> = Vec::new();
+    for (key, name) in events.chain(points) {
+        let Some(name) = name else { continue };
+        if names.contains(&name) {
+            return wrong(
+                key,
+                format!("another event or point of the speed reference is called `{name}` already"),
+                "a name of its own for each",
+            );
+        }
+        names.push(name);
+    }
+    match file
+        .drive
+        .speed
+        .iter()
+        .position(|p| p.name.is_some() && p.at_s.is_none())
+    {
+        Some(i) => wrong(
+            format!("drive.speed[{i}].name"),
+            "only a point by time (`at_s`) has a name",
+            "for a point by chainage, a name in the track file and `after: {front_enters: NAME}`",
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Availabilities that can fail, and references that are among the estimators.
+fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
+    let a = &file.availability;
+    for (key, share) in [
+        ("mass", a.mass),
+        ("slope", a.slope),
+        ("effective_slope", a.effective_slope),
+    ] {
+        if share.is_some_and(|x| x.get() == 0.0) {
+            return wrong(
+                format!("availability.{key}"),
+                "an availability that no run can miss cannot fail",
+                "a share above 0, such as 0.9",
+            );
+        }
+    }
+    for (i, name) in file.integrity.reference_only.iter().enumerate() {
+        if !file.estimators.contains_key(name) {
+            return wrong(
+                format!("integrity.reference_only[{i}]"),
+                format!("`{name}` is not among this scenario's estimators"),
+                one_of_them(file, name),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A known failure says why, and is about one bound of `expect`, or about what an estimator is held to without it.
+fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
+    for (i, known) in file.known_failures.iter().enumerate() {
+        let key = format!("known_failures[{i}]");
+        if known.why.trim().is_empty() {
+            return wrong(
+                format!("{key}.why"),
+                "a known failure says why physics or the method does not allow more",
+                "a sentence with the cause and its size",
+            );
+        }
+        let meant = file.expect.iter().filter(|e| e.is_meant_by(known)).count();
+        // what an estimator is held to without being bounded; `monorig-lab` knows whether it is
+        let implied = ["_misleading_share", "_availability"];
+        let implied = implied.iter().any(|end| known.metric.ends_with(end))
+            && known
+                .estimator
+                .as_ref()
+                .is_some_and(|name| file.estimators.contains_key(name));
+        match meant {
+            1 => {}
+            0 if implied => {}
+            0 => {
+                let names = || file.expect.iter().map(|e| e.metric.as_str());
+                return wrong(
+                    &key,
+                    "there is no such bound in `expect`",
+                    match nearest(&known.metric, names()) {
+                        Some(near) => format!(
+                            "`estimator` and `metric` of a bound in `expect`, such as `{near}`"
+                        ),
+                        None => "`estimator` and `metric` of a bound in `expect`".to_owned(),
+                    },
+                );
+            }
+            n => {
+                return wrong(
+                    &key,
+                    format!("{n} bounds in `expect` are of this estimator and metric"),
+                    "add the `after_s`, `until_s`, `after` or `until` of the one that is meant",
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every expectation bounds something over a time that there is.
+fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
+    let end_s = file.stop.time_limit_s();
+    for (i, e) in file.expect.iter().enumerate() {
+        let key = format!("expect[{i}]");
+        if let Some(name) = &e.estimator
+            && !file.estimators.contains_key(name)
+        {
+            return wrong(
+                format!("{key}.estimator"),
+                format!("`{name}` is not among this scenario's estimators"),
+                match file.estimators.is_empty() {
+                    true => "add it under `estimators:`".to_owned(),
+                    false => one_of_them(file, name),
+                },
+            );
+        }
+        match (e.at_least, e.at_most) {
+            (None, None) => {
+                return wrong(
+                    key,
+                    "this expectation bounds nothing, so it cannot fail",
+                    "add `at_most`, `at_least`, or both",
+                );
+            }
+            (Some(least), Some(most)) if least > most => {
+                return wrong(
+                    key,
+                    format!(
+                        "nothing is at least {} and at most {}",
+                        least.get(),
+                        most.get()
+                    ),
+                    "swap the two bounds",
+                );
+            }
+            _ => {}
+        }
+        for (key_s, key_by_name, both) in [
+            ("after_s", "after", e.after_s.is_some() && e.after.is_some()),
+            ("until_s", "until", e.until_s.is_some() && e.until.is_some()),
+        ] {
+            if both {
+                return wrong(
+                    format!("{key}.{key_by_name}"),
+                    format!("`{key_s}` and `{key_by_name}` say the same thing twice"),
+                    "keep one of them",
+                );
+            }
+        }
+        if e.availability.is_some_and(|a| a.get() == 0.0) {
+            return wrong(
+                format!("{key}.availability"),
+                "an availability that no run can miss cannot fail",
+                "a share above 0, such as 0.9",
+            );
+        }
+        let after_s = e.after_s.map_or(0.0, NonNegative::get);
+        let until_s = e.until_s.map_or(end_s, Positive::get);
+        if after_s >= until_s.min(end_s) {
+            return wrong(
+                format!("{key}.after_s"),
+                format!(
+                    "nothing is left to measure between {after_s} s and {} s",
+                    until_s.min(end_s)
+                ),
+                "write an earlier time",
+            );
+        }
+        if e.quantile.is_some_and(|q| q.get() == 0.0) {
+            return wrong(
+                format!("{key}.quantile"),
+                "a bound that no run has to hold cannot fail",
+                "write a share above 0, such as 0.5",
+            );
+        }
+    }
+    Ok(())
+}
