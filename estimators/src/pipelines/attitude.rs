@@ -59,7 +59,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
             params.integrity,
             Instruments {
                 accelerometer: true,
-                gyro: params.attitude_supervision.gyro,
+                // As in rail_fusion.
+                gyro: false,
             },
         ),
         filter: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),

@@ -2,6 +2,7 @@
 
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
+use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
@@ -12,7 +13,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 1";
+const MAGIC: &[u8; 16] = b"monorig replay 2";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]

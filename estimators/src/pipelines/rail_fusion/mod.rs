@@ -80,7 +80,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let [front, rear] = train.span_m();
     let uses = Instruments {
         accelerometer: true,
-        gyro: params.attitude_supervision.gyro,
+        // The filter's own monitor contradicts a wrong gyro; the regression of the plausibility check takes the pitch rate for that of the
+        // grade, which it is not in bends.
+        gyro: false,
     };
     RailFusion {
         validity: Validity::new(vehicle, params.integrity, uses),
