@@ -148,7 +148,7 @@ macro_rules! numbers {
         })*
     };
 }
-numbers!(u32, u64, i64);
+numbers!(u8, i16, u32, u64, i64);
 
 macro_rules! finite_numbers {
     ($($number:ty),*) => {

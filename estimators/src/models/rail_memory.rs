@@ -11,10 +11,10 @@ use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 
 /// Nodes remembered.
-pub const NODES: usize = 380;
+pub const NODES: usize = 360;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 52.0;
+const SPARE_M: Real = 48.0;
 /// Share of what a later visit reads.
 const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
@@ -65,17 +65,6 @@ impl Node {
 
     fn value(self) -> [Real; 2] {
         [Real::from(self.u) * U_STEP, Real::from(self.bend) * BEND_STEP]
-    }
-}
-
-impl State for Node {
-    fn visit(&mut self, archive: &mut Archive) {
-        let [low, high] = self.u.to_le_bytes();
-        let [low, high, bend] = archive.raw([low, high, self.bend]);
-        *self = Self {
-            u: i16::from_le_bytes([low, high]),
-            bend,
-        };
     }
 }
 
@@ -262,6 +251,7 @@ impl State for RailMemory {
     }
 }
 
+state!(Node { u, bend; });
 state!(Place { node, rest_m; });
 
 #[cfg(test)]
@@ -316,7 +306,7 @@ mod tests {
     fn it_forgets_the_far_end() {
         let mut memory = RailMemory::new(18.0);
         run(&mut memory, 0.0, 100.0);
-        assert!(memory.at(memory.here(), -65.0, 0.0).behind_m < 0.5);
-        assert!(memory.at(memory.here(), -80.0, 0.0).behind_m > 5.0);
+        assert!(memory.at(memory.here(), -61.0, 0.0).behind_m < 0.5);
+        assert!(memory.at(memory.here(), -76.0, 0.0).behind_m > 5.0);
     }
 }

@@ -97,6 +97,8 @@ pub struct Attitude {
     pub bias_mps2: Real,
     /// Standard deviation of what the rail memory keeps, sin θ + b/g.
     pub sum_sd: Real,
+    /// Rate of the pitch angle, rad/s; not that about the body's y axis, which in a bend turns the heading too.
+    pub pitch_rate_radps: Real,
     /// Rate of the heading, rad/s.
     pub yaw_rate_radps: Real,
     /// Vertical curvature of the rail under the unit, 1/m.
@@ -186,7 +188,7 @@ impl AttitudeFilter {
             self.wheels.shock();
         }
         let outcome = self.aid_by_wheels(z, lever_mps, dt);
-        self.new_nis = outcome.status.filter(|_| outcome.used > 0).map(|_| self.nis);
+        self.new_nis = outcome.status.filter(|_| outcome.used > 0 && outcome.rejected == 0).map(|_| self.nis);
         self.aid_by_gravity(&inputs, dt);
         self.limit(z, dt)?;
         let x = self.belief.x;
@@ -208,6 +210,7 @@ impl AttitudeFilter {
             roll_rad: x[PHI],
             bias_mps2: x[BIAS_X],
             sum_sd: self.sum_sd(),
+            pitch_rate_radps: motion.theta_dot,
             yaw_rate_radps: (q * sin(x[PHI]) + r * cos(x[PHI])) / cos(x[THETA]),
             curvature_per_m: self.curvature.per_m(),
             imu: inputs.force.is_some() && (inputs.rate.is_some() || !self.supervision.gyro),
@@ -397,7 +400,7 @@ impl AttitudeFilter {
 /// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
 const MODEL_SD_RAD: Real = 0.0003;
 
-state!(Attitude { speed_mps, speed_sd_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, yaw_rate_radps, curvature_per_m, imu, wheels; });
+state!(Attitude { speed_mps, speed_sd_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels; });
 impl State for AttitudeFilter {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {

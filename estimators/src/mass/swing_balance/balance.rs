@@ -20,7 +20,7 @@ use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State};
 use crate::filters::gaussian::Gaussian;
-use crate::models::swing::{SUBSTEPS, SwingBlock};
+use crate::models::swing::SwingBlock;
 use crate::models::train_means::TrainMeans;
 
 /// Indices of the state.
@@ -236,10 +236,7 @@ impl SwingBalance {
 
     /// The pendulum over a block, and again a little longer.
     fn swing(&self, block: &Block, means: &TrainMeans) -> [SwingBlock; 2] {
-        let mut a = [0.0; SUBSTEPS];
-        for (to, from) in a.iter_mut().zip(block.acceleration_mps2) {
-            *to = Real::from(from) * means.load_cos;
-        }
+        let a = block.accelerations().map(|a| a * means.load_cos);
         let h = Real::from(block.substep_s);
         [0.0, LENGTH_STEP].map(|more| SwingBlock::new(self.length_m(more), &a, h))
     }

@@ -187,7 +187,14 @@ impl RailFusion {
 
     /// Hands over what the validity rule goes by.
     fn supervise(&mut self, reading: &Reading, dt: Real) {
-        self.validity.observe(reading, dt);
+        // The check takes the pitch rate for that of the grade.
+        let found = self.attitude.found();
+        let pitch_rate_radps = reading.pitch_rate_radps.map(|_| found.pitch_rate_radps);
+        let seen = Reading {
+            pitch_rate_radps,
+            ..*reading
+        };
+        self.validity.observe(&seen, dt);
         if let Some(nis) = self.attitude.new_nis() {
             self.validity.innovation(Source::WheelSpeed, nis, dt);
         }
