@@ -11,10 +11,10 @@ use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 
 /// Nodes remembered.
-pub const NODES: usize = 360;
+pub const NODES: usize = 300;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 48.0;
+const SPARE_M: Real = 36.0;
 /// Share of what a later visit reads.
 const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
@@ -306,7 +306,7 @@ mod tests {
     fn it_forgets_the_far_end() {
         let mut memory = RailMemory::new(18.0);
         run(&mut memory, 0.0, 100.0);
-        assert!(memory.at(memory.here(), -61.0, 0.0).behind_m < 0.5);
-        assert!(memory.at(memory.here(), -76.0, 0.0).behind_m > 5.0);
+        assert!(memory.at(memory.here(), -50.0, 0.0).behind_m < 0.5);
+        assert!(memory.at(memory.here(), -64.0, 0.0).behind_m > 5.0);
     }
 }

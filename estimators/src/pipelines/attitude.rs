@@ -29,12 +29,7 @@ params! {
 
 param_groups! {
     /// Parameters of the attitude estimator.
-    Params {
-        attitude: AttitudeParams,
-        lean: LeanParams,
-        attitude_supervision: AttitudeSupervision,
-        integrity: Integrity,
-    }
+    Params { attitude: AttitudeParams, lean: LeanParams, attitude_supervision: AttitudeSupervision, integrity: Integrity }
 }
 
 /// The pipeline.

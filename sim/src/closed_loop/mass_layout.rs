@@ -82,12 +82,12 @@ fn stiffness_npm(train: &Train, load: usize, support: usize, imu_body: usize) ->
         return None;
     }
     let n = train.bodies.len();
-    let mut K = DMatrix::<f64>::zeros(n, n);
+    let mut stiffness = DMatrix::<f64>::zeros(n, n);
     for c in &train.connections {
         if c.kind != ConnectionKind::Chain {
             for (i, j) in [(c.a, c.b), (c.b, c.a)] {
-                K[(i, i)] += c.k;
-                K[(i, j)] -= c.k;
+                stiffness[(i, i)] += c.k;
+                stiffness[(i, j)] -= c.k;
             }
         }
     }
@@ -102,14 +102,14 @@ fn stiffness_npm(train: &Train, load: usize, support: usize, imu_body: usize) ->
     force[support] += 1.0;
     // The body with the IMU is held; what has no stiffness (the load) stays where it is.
     for i in 0..n {
-        if i == imu_body || K[(i, i)] == 0.0 {
-            K.row_mut(i).fill(0.0);
-            K.column_mut(i).fill(0.0);
-            K[(i, i)] = 1.0;
+        if i == imu_body || stiffness[(i, i)] == 0.0 {
+            stiffness.row_mut(i).fill(0.0);
+            stiffness.column_mut(i).fill(0.0);
+            stiffness[(i, i)] = 1.0;
             force[i] = 0.0;
         }
     }
-    let give = K.lu().solve(&force)?[support];
+    let give = stiffness.lu().solve(&force)?[support];
     (give > 0.0 && give.is_finite()).then(|| 1.0 / give)
 }
 

@@ -19,7 +19,7 @@ use block::{Block, BlockBuilder, BlockInput};
 use params::{SwingBalanceParams, SwingSupervision};
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
-const BLOCKS: usize = 32;
+const BLOCKS: usize = 28;
 /// Speed from which a block is of use, m/s; time after standing, s; share of the brake beyond which it is not.
 const MIN_SPEED_MPS: Real = 0.06;
 const SETTLE_S: Real = 0.3;

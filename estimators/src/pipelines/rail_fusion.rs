@@ -38,13 +38,7 @@ use effective::EffectiveGrade;
 
 param_groups! {
     /// Parameters of the rail fusion.
-    Params {
-        attitude: AttitudeParams,
-        balance: SwingBalanceParams,
-        attitude_supervision: AttitudeSupervision,
-        balance_supervision: SwingSupervision,
-        integrity: Integrity,
-    }
+    Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
 /// Speed below which no horizontal curvature is read, m/s.
@@ -60,6 +54,7 @@ pub struct RailFusion {
     validity: Validity,
     nominal: Nominal,
     standstill_mps: Real,
+    force_fusion: bool,
     air: ForceBalance,
     attitude: AttitudeFilter,
     rail: RailMemory,
@@ -88,6 +83,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
         validity: Validity::new(vehicle, params.integrity, uses),
         nominal,
         standstill_mps: vehicle.standstill_mps(None),
+        force_fusion: params.balance_supervision.force_fusion,
         air: ForceBalance::new(vehicle),
         attitude: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
         rail: RailMemory::new(rear - front),
@@ -144,7 +140,8 @@ impl RailFusion {
             slip: rejected > 0,
             doubt: self.torques.doubt(),
         };
-        if let Some(block) = self.mass.step(&input, &self.rail, dt) {
+        let block = self.mass.step(&input, &self.rail, dt);
+        if let Some(block) = block.filter(|_| self.force_fusion) {
             self.effective
                 .correct(&block, &self.mass, &self.nominal, &self.rail);
         }
@@ -279,4 +276,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { validity, attitude, rail, torques, mass, effective, brake; nominal, standstill_mps, air });
+state!(RailFusion { validity, attitude, rail, torques, mass, effective, brake; nominal, standstill_mps, force_fusion, air });
