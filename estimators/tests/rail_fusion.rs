@@ -224,7 +224,11 @@ fn every_switch_can_be_off() {
                 let found = world.run(&mut estimator, 25.0);
                 let error = (found.grade_rad.value - world.theta).abs();
                 // No gyro, no f_z, no gate: worse, but no nonsense.
-                assert!(found.is_finite() && error < 0.02, "{name}.{}: {error}", key.name);
+                assert!(
+                    found.is_finite() && error < 0.02,
+                    "{name}.{}: {error}",
+                    key.name
+                );
             }
         }
     }

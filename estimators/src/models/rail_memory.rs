@@ -64,7 +64,10 @@ impl Node {
     }
 
     fn value(self) -> [Real; 2] {
-        [Real::from(self.u) * U_STEP, Real::from(self.bend) * BEND_STEP]
+        [
+            Real::from(self.u) * U_STEP,
+            Real::from(self.bend) * BEND_STEP,
+        ]
     }
 }
 
@@ -117,7 +120,10 @@ impl RailMemory {
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
         let Some(now) = now else { return };
-        let (start, before) = self.last.replace((self.here, now)).unwrap_or((self.here, now));
+        let (start, before) = self
+            .last
+            .replace((self.here, now))
+            .unwrap_or((self.here, now));
         let (from, to) = (start.node, self.here.node);
         let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
         if self.known.is_none() || (to - from).abs() > NODES as i64 {

@@ -84,11 +84,7 @@ mod tests {
                 rate = half + 0.5 * dt * force(angle);
             }
         }
-        let block = SwingBlock::new(
-            length as Real,
-            &accelerations.map(|a| a as Real),
-            h as Real,
-        );
+        let block = SwingBlock::new(length as Real, &accelerations.map(|a| a as Real), h as Real);
         let [phi, phi_dot] = block.end([0.02, -0.1]);
         let mean = block.mean_angle([0.02, -0.1]);
         assert!((f64::from(phi as f32) - angle).abs() < 1e-6);

@@ -1,6 +1,6 @@
 //! Attitude alone: the grade under a vehicle from gyro, accelerometer and wheels, on a rail or a road.
 //!
-//! It estimates no mass, and the grade of the vehicle as a point. A road vehicle leans on its springs: `pitch_lean` and `roll_lean` tell how
+//! It estimates no mass, and the grade of the vehicle as a point: the effective grade of a train is not valid. A road vehicle leans on its springs: `pitch_lean` and `roll_lean` tell how
 //! far, per unit of acceleration, and are taken off the attitude of the body. Source: ours ([`crate::grade::attitude`]).
 
 use crate::api::aid::AidStatus;
@@ -38,6 +38,7 @@ pub struct AttitudePipeline {
     lean: LeanParams,
     mass: Value,
     standstill_mps: Real,
+    point: bool,
     validity: Validity,
     filter: AttitudeFilter,
     acceleration_mps2: Real,
@@ -49,6 +50,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
         lean: params.lean,
         mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
+        point: vehicle.tare_span_m == [0.0; 2] && vehicle.load_span_m == [0.0; 2],
         validity: Validity::new(
             vehicle,
             params.integrity,
@@ -81,8 +83,8 @@ impl Pipeline for AttitudePipeline {
         }
         let started = found.is_some();
         let found = found.unwrap_or_default();
-        self.acceleration_mps2 += lag(dt, self.lean.lean_lag_s)
-            * (found.acceleration_mps2 - self.acceleration_mps2);
+        self.acceleration_mps2 +=
+            lag(dt, self.lean.lean_lag_s) * (found.acceleration_mps2 - self.acceleration_mps2);
         let lean = self.lean_rad();
         let lean_sd = self.lean.lean_sd * lean;
         let sd = self.filter.grade_at_imu_sd_rad();
@@ -97,7 +99,11 @@ impl Pipeline for AttitudePipeline {
             t,
             total_mass_kg: self.mass,
             grade_rad: grade(self.filter.grade_at_imu_rad()),
-            effective_grade_rad: grade(found.pitch_rad),
+            // The effective grade of a long train is another; nothing here finds it.
+            effective_grade_rad: Value {
+                valid: started && self.point,
+                ..grade(found.pitch_rad)
+            },
             speed_mps: Value {
                 value: found.speed_mps,
                 sd: found.speed_sd_mps,
@@ -136,4 +142,4 @@ impl AttitudePipeline {
     }
 }
 
-state!(AttitudePipeline { validity, filter, acceleration_mps2; lean, mass, standstill_mps });
+state!(AttitudePipeline { validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });

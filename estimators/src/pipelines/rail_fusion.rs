@@ -145,8 +145,13 @@ impl RailFusion {
             self.effective
                 .correct(&block, &self.mass, &self.nominal, &self.rail);
         }
-        self.effective
-            .step(attitude, self.attitude.mount_sd_rad(), &self.mass, &self.rail, dt);
+        self.effective.step(
+            attitude,
+            self.attitude.mount_sd_rad(),
+            &self.mass,
+            &self.rail,
+            dt,
+        );
     }
 
     fn estimate(&self, t: Time, started: bool, moving: bool) -> Estimate {

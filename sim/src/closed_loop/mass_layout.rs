@@ -54,7 +54,9 @@ fn load(train: &Train, load: usize, at_m: f64, imu_body: usize) -> Option<Suspen
 fn places_of(train: &Train, i: usize, at_m: f64, depth: usize) -> Option<[f64; 2]> {
     let body = &train.bodies[i];
     let span = |places: &mut dyn Iterator<Item = f64>| {
-        places.fold([f64::MAX, f64::MIN], |[near, far], x| [near.min(x), far.max(x)])
+        places.fold([f64::MAX, f64::MIN], |[near, far], x| {
+            [near.min(x), far.max(x)]
+        })
     };
     if !body.stations.is_empty() {
         let mut stations = body.stations.iter().map(|st| at_m - body.start_s - st.x_m);

@@ -95,12 +95,7 @@ impl GravityAiding {
 }
 
 /// `residual` is f_y without its bias less the prediction.
-fn fuse_lateral(
-    belief: &mut Gaussian<N>,
-    residual: Real,
-    yaw_rate: Real,
-    R: Real,
-) -> AidStatus {
+fn fuse_lateral(belief: &mut Gaussian<N>, residual: Real, yaw_rate: Real, R: Real) -> AidStatus {
     let x = belief.x;
     let mut h = SVector::<Real, N>::zeros();
     h[V] = yaw_rate;
@@ -111,12 +106,7 @@ fn fuse_lateral(
 }
 
 /// `residual` is f_z without its bias less the prediction.
-fn fuse_vertical(
-    belief: &mut Gaussian<N>,
-    residual: Real,
-    pitch_rate: Real,
-    R: Real,
-) -> AidStatus {
+fn fuse_vertical(belief: &mut Gaussian<N>, residual: Real, pitch_rate: Real, R: Real) -> AidStatus {
     let x = belief.x;
     let mut h = SVector::<Real, N>::zeros();
     h[V] = -pitch_rate;

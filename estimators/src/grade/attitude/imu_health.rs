@@ -1,10 +1,10 @@
 //! Health of the IMU: what of it is in use.
 
 use super::kinematics::Inputs;
+use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::preprocess::front_end::Channels;
-use crate::Real;
 
 /// Low-pass of |f| − g, s. A shorter one (0.1 s) rejects the shocks of rail joints, too.
 const NORM_LAG_S: Real = 0.4;

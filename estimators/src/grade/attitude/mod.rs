@@ -19,13 +19,13 @@ pub mod wheel_aiding;
 
 use nalgebra::{SVector, Vector3};
 
+use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::gaussian::Gaussian;
 use crate::preprocess::front_end::Channels;
-use crate::Real;
 use arm_error::ArmError;
 use gravity_aiding::GravityAiding;
 use imu_health::ImuHealth;
@@ -188,7 +188,10 @@ impl AttitudeFilter {
             self.wheels.shock();
         }
         let outcome = self.aid_by_wheels(z, lever_mps, dt);
-        self.new_nis = outcome.status.filter(|_| outcome.used > 0 && outcome.rejected == 0).map(|_| self.nis);
+        self.new_nis = outcome
+            .status
+            .filter(|_| outcome.used > 0 && outcome.rejected == 0)
+            .map(|_| self.nis);
         self.aid_by_gravity(&inputs, dt);
         self.limit(z, dt)?;
         let x = self.belief.x;
@@ -198,8 +201,11 @@ impl AttitudeFilter {
             None => self.curvature.set(x[KAPPA]),
         }
         let known = self.belief.P[(THETA, THETA)] < MAX_ARM_SD_RAD * MAX_ARM_SD_RAD;
-        self.arm
-            .step(speed * dt, known.then_some(x[THETA]), self.curvature.per_m());
+        self.arm.step(
+            speed * dt,
+            known.then_some(x[THETA]),
+            self.curvature.per_m(),
+        );
         let [_, q, r] = inputs.rate.unwrap_or_default();
         self.found = Attitude {
             speed_mps: speed,
@@ -247,7 +253,9 @@ impl AttitudeFilter {
         let scale = p.wheel_scale_sd / sqrt(count);
         let speed = 2.0 * p.wheel_speed_sd_mps + scale * v.abs();
         let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let sd = SVector::from([speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0]);
+        let sd = SVector::from([
+            speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0,
+        ]);
         self.belief = Gaussian::independent(x, sd);
         for (angle, bias_at) in [(THETA, BIAS_X), (PHI, BIAS_Y)] {
             self.belief.P[(angle, bias_at)] = -bias * bias / g_theta;

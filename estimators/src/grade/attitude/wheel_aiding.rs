@@ -78,11 +78,7 @@ struct Vote {
 
 impl WheelAiding {
     /// For `drives` wheels.
-    pub fn new(
-        drives: usize,
-        params: &AttitudeParams,
-        supervision: &AttitudeSupervision,
-    ) -> Self {
+    pub fn new(drives: usize, params: &AttitudeParams, supervision: &AttitudeSupervision) -> Self {
         Self {
             drives: drives.min(MAX_DRIVES),
             sd_mps: params.wheel_speed_sd_mps,
@@ -198,7 +194,13 @@ impl WheelAiding {
 
     /// Wheels that agree with each other and contradict the filter: then the pitch, the gyro's integral, is wrong. The mean of the innovations finds
     /// that much sooner than the mean of their squares: with the wheels' noise white, its variance is S dt/(2 τ).
-    fn watch_gyro(&mut self, belief: &mut Gaussian<N>, vote: &Vote, innovation: [Real; 2], dt: Real) {
+    fn watch_gyro(
+        &mut self,
+        belief: &mut Gaussian<N>,
+        vote: &Vote,
+        innovation: [Real; 2],
+        dt: Real,
+    ) {
         let range = AGREE_SD * self.sd_mps + SPREAD * vote.mean.abs();
         let agree = vote.rejected == 0 && (vote.used == 1 || vote.range < range);
         let [y, S] = innovation;

@@ -279,8 +279,7 @@ impl SwingBalance {
             } else {
                 0.0
             };
-            let by_angle =
-                -GRAVITY * means.load_cos * (1.0 + depth * means.load_curvature_per_m);
+            let by_angle = -GRAVITY * means.load_cos * (1.0 + depth * means.load_curvature_per_m);
             let mean = swing.mean_angle(free);
             let by_length = (longer.mean_angle(free) - mean) / LENGTH_STEP;
             let [by_start, by_rate] = swing.mean;
@@ -345,21 +344,12 @@ impl SwingBalance {
         Some(Update {
             innovation_n: e,
             variance: S_nominal,
-            normalised: if e < 0.0 {
-                -sqrt(square)
-            } else {
-                sqrt(square)
-            },
+            normalised: if e < 0.0 { -sqrt(square) } else { sqrt(square) },
             deweighted: ratio > 1.0,
         })
     }
 
-    fn predict(
-        &mut self,
-        block: &Block,
-        means: &TrainMeans,
-        [swing, longer]: [&SwingBlock; 2],
-    ) {
+    fn predict(&mut self, block: &Block, means: &TrainMeans, [swing, longer]: [&SwingBlock; 2]) {
         let T = block.length_s();
         let mut F = SMatrix::<Real, N, N>::identity();
         let keep = exp(-T / FORCE_MEMORY_S);

@@ -16,7 +16,11 @@ const SUBSTEP_S: Real = 0.1;
 const ACCELERATION_STEP: Real = 2e-4;
 
 fn quantised(acceleration_mps2: Real) -> i16 {
-    within(floor(acceleration_mps2 / ACCELERATION_STEP + 0.5), -32_000.0, 32_000.0) as i16
+    within(
+        floor(acceleration_mps2 / ACCELERATION_STEP + 0.5),
+        -32_000.0,
+        32_000.0,
+    ) as i16
 }
 
 /// Signals of one sample.
@@ -73,7 +77,8 @@ impl Block {
 
     /// Acceleration in parts, m/s².
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
-        self.acceleration.map(|steps| Real::from(steps) * ACCELERATION_STEP)
+        self.acceleration
+            .map(|steps| Real::from(steps) * ACCELERATION_STEP)
     }
 
     /// Its length, s.

@@ -68,8 +68,7 @@ impl LoadWatch {
     /// Takes a normalised residual of a block of `length_s`; returns whether the load is another.
     fn take(&mut self, residual: Real, length_s: Real) -> bool {
         let scaled = residual / crate::api::real::sqrt(self.square.max(1.0));
-        self.square +=
-            length_s / SCALE_S * ((residual * residual).min(MAX_SQUARE) - self.square);
+        self.square += length_s / SCALE_S * ((residual * residual).min(MAX_SQUARE) - self.square);
         let scaled = scaled.clamp(-MAX_RESIDUAL, MAX_RESIDUAL);
         self.up = (self.up + scaled - ALLOWANCE).max(0.0);
         self.down = (self.down - scaled - ALLOWANCE).max(0.0);
@@ -151,7 +150,10 @@ impl SwingMass {
                 rounds: 0,
             },
             catch_up: 0,
-            published: [nominal.tare_kg + nominal.load0_kg, 0.25 * nominal.max_load_kg],
+            published: [
+                nominal.tare_kg + nominal.load0_kg,
+                0.25 * nominal.max_load_kg,
+            ],
             watch: LoadWatch::new(),
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
@@ -203,8 +205,8 @@ impl SwingMass {
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
         let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
         // Going back over rail that is no longer remembered, or never was.
-        let onto_unknown = block.speed_mps < 0.0
-            && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
+        let onto_unknown =
+            block.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
         if !moving || self.settle_s > 0.0 || block.brake > MAX_BRAKE {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
         } else if !block.sound {
@@ -263,7 +265,8 @@ impl SwingMass {
         let load_kg = self.filter.belief().x[MASS];
         let moved = (load_kg - self.calm.start_kg).abs();
         let far = moved > MAX_START_ERROR * (load_kg + START_FLOOR * self.tare_kg);
-        if !due || !kept || !far || self.calm.rounds >= MAX_ROUNDS || !self.supervision.relinearise {
+        if !due || !kept || !far || self.calm.rounds >= MAX_ROUNDS || !self.supervision.relinearise
+        {
             return;
         }
         self.filter = self.calm.filter;

@@ -69,8 +69,8 @@ impl EffectiveGrade {
             + x[R0] * (1.0 - nominal.load_share * (1.0 - means.load_cos))
             + x[CV] * v.abs()
             + x[QC] * means.bend_per_m;
-        let uphill =
-            Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance + M * x[B];
+        let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
+            + M * x[B];
         let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
         let difference = (uphill - read) / (M * GRAVITY);
         let unread = unread_variance(&means, mass, rail);
@@ -104,7 +104,8 @@ impl EffectiveGrade {
             + x[ETA] * behind
             + self.correction;
         let pitch = attitude.pitch_sd_rad;
-        self.variance = pitch * pitch + mount_sd_rad * mount_sd_rad + unread_variance(&means, mass, rail);
+        self.variance =
+            pitch * pitch + mount_sd_rad * mount_sd_rad + unread_variance(&means, mass, rail);
     }
 
     /// The effective grade; `valid` is whether what it rests on is there.
@@ -125,8 +126,8 @@ fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
 
 /// Variance of the mean grade from rail that was not read.
 fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> Real {
-    let ahead = means.ahead_kgm / mass.mass_kg()
-        * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
+    let ahead =
+        means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
     let behind = behind(means, mass);
     ahead * ahead + behind * behind * mass.filter().belief().P[(ETA, ETA)]
 }
