@@ -303,6 +303,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("fixed_and_varying", "study.yaml", "fixed: {cutoff_hz: 2}", "fixed: {delta: 0.99}"),
     ("published_unknown", "study.yaml", "kappa: 0.966", "capa: 0.966"),
     ("unknown_metric", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rms_kg"),
+    ("valid_without_availability", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rmse_kg_valid"),
     ("metric_of_the_train", "study.yaml", "metric: mass_rmse_kg", "metric: speed_rmse_mps"),
     ("window_empty", "study.yaml", "after_s: 20}", "after_s: 10, until_s: 9}"),
     ("constraint_bounds_nothing", "study.yaml", ", at_least: 0.1", ""),

@@ -4,12 +4,12 @@
 
 mod reference;
 
+use monorig_estimators::Setting;
 use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use monorig_estimators::Setting;
 use monorig_estimators::registry::{build, keys};
 use reference::{Table, assert_agrees};
 
@@ -189,7 +189,11 @@ fn liu_2023() {
         .into_iter()
         .enumerate()
     {
-        let named = (name, &mass0[..], &two_stages[..]);
+        let settings = match name {
+            "dffrls_aekf_robust" => &[mass0[0], ("delta", 0.995)][..],
+            _ => &mass0[..],
+        };
+        let named = (name, settings, &two_stages[..]);
         rows.extend(number(
             run,
             drive("pipeline_liu_input.csv", &rail(), named, traction_row),

@@ -3,7 +3,7 @@
 use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::preprocess::conditioning::{Axis, Conditioning, ConditioningParams, LearntNoise};
+use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::input_check::InputCheck;
 use crate::preprocess::sample_hold::SampleHold;
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
@@ -198,31 +198,19 @@ impl FrontEnd {
         })
     }
 
-    /// Conditions the axes of the IMU that have a new sample, and learns the gyro's biases.
+    /// Learns noise and gyro biases from new samples of the IMU.
     fn condition_imu(&mut self, new_force: bool, new_rate: bool, dt: Real) {
         let Some(conditioning) = &mut self.conditioning else {
             return;
         };
-        let standing = self.standing;
-        let mut condition = |axis: Axis, held: &mut SampleHold| {
-            let value = held.value()?;
-            let period_s = held.waited_s().max(dt);
-            let passed = conditioning.axis(axis, value, period_s, standing);
-            held.replace(passed);
-            Some(passed)
-        };
-        if new_force {
-            condition(Axis::Forward, &mut self.forward);
-            condition(Axis::Left, &mut self.left);
+        if let Some(force) = self.forward.value().filter(|_| new_force) {
+            let period_s = self.forward.waited_s().max(dt);
+            conditioning.force(force, period_s, self.standing);
         }
-        let rates = if new_rate {
-            condition(Axis::Pitch, &mut self.pitch_rate)
-                .zip(condition(Axis::Yaw, &mut self.yaw_rate))
-        } else {
-            None
-        };
+        let rates = self.pitch_rate.value().zip(self.yaw_rate.value());
+        let rates = rates.map(|(pitch, yaw)| [pitch, yaw]);
         let period_s = self.pitch_rate.gap_s().max(dt);
-        conditioning.calibrate(standing, rates.map(|(pitch, yaw)| [pitch, yaw]), period_s, dt);
+        conditioning.calibrate(self.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
@@ -243,7 +231,10 @@ impl FrontEnd {
             let last = conditioning.last_speed();
             return (None, voted.map(|voted| last.unwrap_or(voted)), false);
         };
-        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).max(0.0);
+        let period_s = self
+            .sampled
+            .map_or(0.0, |before| now.since(before))
+            .max(0.0);
         self.sampled = Some(now);
         match conditioning.speed(speed, period_s, self.standing) {
             Some(speed) => {
@@ -377,5 +368,40 @@ mod tests {
             .read(&z, &Command::default(), 0.01)
             .unwrap();
         assert_eq!(reading.pitch_rate_radps, Some(0.1));
+    }
+
+    /// Speeds of eight wheels over 10 s, then one second of `faulty` ones; what is known at the end.
+    fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
+        let mut front = FrontEnd::new(&vehicle());
+        let mut random = crate::testing::Random::new(91);
+        let mut last = Reading::default();
+        for k in 1..=1_100 {
+            let t = Time::from_ns(10_000_000 * k);
+            let mut z = Measurements::at(t);
+            for (i, place) in z.wheel_speed_mps.iter_mut().enumerate() {
+                let noisy = 1.0 + 0.005 * random.normal();
+                let value = if k > 1_000 {
+                    faulty(i, noisy)
+                } else {
+                    Some(noisy)
+                };
+                *place = value.map(|value| Sample { t, value });
+            }
+            last = front.read(&z, &Command::default(), 0.01).unwrap();
+        }
+        last
+    }
+
+    #[test]
+    fn why_the_speed_is_not_known() {
+        let fine = after(|_, noisy| Some(noisy));
+        assert!(fine.speed_mps.is_some() && fine.wheel_speed_fault.is_none());
+        let fault = |reading: Reading| (reading.speed_mps, reading.wheel_speed_fault);
+        let slips = after(|i, noisy| Some(noisy + if i < 6 { 0.3 * (i + 1) as Real } else { 0.0 }));
+        assert_eq!(fault(slips), (None, Some(Rejection::Slip)));
+        let stuck = after(|_, _| Some(1.0));
+        assert_eq!(fault(stuck), (None, Some(Rejection::Stuck)));
+        let stale = after(|_, _| None);
+        assert_eq!(fault(stale), (None, None));
     }
 }
