@@ -41,6 +41,25 @@ pub struct Reading {
     pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
+    /// All axes of the IMU, and each drive unit by itself.
+    pub channels: Channels,
+}
+
+/// What the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Channels {
+    /// Specific force in IMU axes, m/s².
+    pub specific_force_mps2: Option<[Real; 3]>,
+    /// Angular rate in IMU axes, rad/s.
+    pub angular_rate_radps: Option<[Real; 3]>,
+    /// Whether the specific force, and the angular rate, is a new sample.
+    pub new: [bool; 2],
+    /// Wheel speed of each drive unit with a new sample, m/s.
+    pub new_wheel_speed_mps: [Option<Real>; MAX_DRIVES],
+    /// Motor torque of each drive unit, N·m.
+    pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
+    /// Motor torque commanded of each drive unit, N·m.
+    pub commanded_torque_nm: [Real; MAX_DRIVES],
 }
 
 /// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques; of a robust one
@@ -60,6 +79,7 @@ pub struct FrontEnd {
     forward: SampleHold,
     left: SampleHold,
     up: SampleHold,
+    roll_rate: SampleHold,
     pitch_rate: SampleHold,
     yaw_rate: SampleHold,
     steering: SampleHold,
@@ -81,6 +101,7 @@ impl FrontEnd {
             forward: SampleHold::default(),
             left: SampleHold::default(),
             up: SampleHold::default(),
+            roll_rate: SampleHold::default(),
             pitch_rate: SampleHold::default(),
             yaw_rate: SampleHold::default(),
             steering: SampleHold::default(),
@@ -110,19 +131,27 @@ impl FrontEnd {
         self.left.take(axis(force, |[_, y, _]| y), now);
         self.up.take(axis(force, |[_, _, z]| z), now);
         let new_rate = self.pitch_rate.take(axis(rate, |[_, y, _]| -y), now);
+        self.roll_rate.take(axis(rate, |[x, _, _]| x), now);
         self.yaw_rate.take(axis(rate, |[_, _, z]| z), now);
         self.condition_imu(new_force, new_rate, dt);
         self.steering.take(z.steering_angle_rad, now);
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
         }
-        let mut new_speed = false;
+        let (mut new_speed, mut new_wheel_speed_mps) = (false, [None; MAX_DRIVES]);
         let wheels = self.speed.iter_mut().zip(z.wheel_speed_mps);
-        for (held, sample) in wheels.take(self.drives) {
-            new_speed |= held.take(sample, now);
+        for ((held, sample), new) in wheels.take(self.drives).zip(&mut new_wheel_speed_mps) {
+            if held.take(sample, now) {
+                new_speed = true;
+                *new = held.fresh(now, dt);
+            }
         }
 
         let motor_torque_nm = self.total_torque(now, dt);
+        let vector = |axes: [&SampleHold; 3]| {
+            let [x, y, z] = axes.map(|held| held.fresh(now, dt));
+            Some([x?, y?, z?])
+        };
         let wheels = self.speed.iter().take(self.drives);
         let voted = self.vote.speed_mps(
             wheels.filter_map(|held| held.fresh(now, dt)),
@@ -157,6 +186,15 @@ impl FrontEnd {
                 .map_or(LearntNoise::default(), Conditioning::learnt_noise),
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
+            channels: Channels {
+                specific_force_mps2: vector([&self.forward, &self.left, &self.up]),
+                angular_rate_radps: vector([&self.roll_rate, &self.pitch_rate, &self.yaw_rate])
+                    .map(|[p, theta_dot, r]| [p, -theta_dot, r]),
+                new: [new_force, new_rate],
+                new_wheel_speed_mps,
+                motor_torque_nm: self.torque.map(|held| held.fresh(now, dt)),
+                commanded_torque_nm: u.motor_torque_nm,
+            },
         })
     }
 
@@ -248,6 +286,7 @@ impl State for FrontEnd {
             forward,
             left,
             up,
+            roll_rate,
             pitch_rate,
             yaw_rate,
             steering,
@@ -258,7 +297,7 @@ impl State for FrontEnd {
         check.visit(archive);
         torque.visit(archive);
         speed.visit(archive);
-        for axis in [forward, left, up, pitch_rate, yaw_rate, steering] {
+        for axis in [forward, left, up, roll_rate, pitch_rate, yaw_rate, steering] {
             axis.visit(archive);
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
+use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::closed_loop::SimulationBuilder;
 use monorig_sim::closed_loop::registry::Registry;
@@ -13,7 +14,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 1";
+const MAGIC: &[u8; 16] = b"monorig replay 2";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -158,6 +159,7 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         tare_span_m: [tare_near, tare_far],
         load_span_m: [load_near, load_far],
         imu_arm_m,
+        layout,
         accel_bias_sd_mps2,
         gyro_bias_sd_radps,
         road,
@@ -179,8 +181,10 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         imu_arm_m,
         accel_bias_sd_mps2.unwrap_or(NOT_KNOWN),
         gyro_bias_sd_radps.unwrap_or(NOT_KNOWN),
+        if layout.is_some() { 1.0 } else { 0.0 },
         if road.is_some() { 1.0 } else { 0.0 },
     ];
+    numbers.extend(layout.iter().flat_map(MassLayout::numbers));
     if let Some(RoadVehicle {
         drag_area_m2,
         air_density_kgpm3,
@@ -215,11 +219,16 @@ fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
         tare_span_m: [get()?, get()?],
         load_span_m: [get()?, get()?],
         imu_arm_m: get()?,
+        layout: None,
         accel_bias_sd_mps2: known(get()?),
         gyro_bias_sd_radps: known(get()?),
         road: None,
     };
-    if get()? != 0.0 {
+    let (layout, road) = (get()?, get()?);
+    if layout != 0.0 {
+        vehicle.layout = Some(MassLayout::from_numbers(&mut *get)?);
+    }
+    if road != 0.0 {
         vehicle.road = Some(RoadVehicle {
             drag_area_m2: get()?,
             air_density_kgpm3: get()?,

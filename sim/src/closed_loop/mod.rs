@@ -13,6 +13,7 @@
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `end` | when a run ends, and how |
+//! | `mass_layout` | where the masses sit, for estimators that use more than spans |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
@@ -23,6 +24,7 @@ mod end;
 pub mod estimators;
 pub mod events;
 mod instruments;
+mod mass_layout;
 mod nominal_vehicle;
 mod observer;
 pub mod obstacles;

@@ -1,10 +1,12 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
+use super::mass_layout;
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::plant::road::Car;
 use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
 use crate::sensors::{accelerometer, gyro};
 use crate::train::Train;
+use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::VehicleData;
 
 /// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
@@ -39,6 +41,18 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
             (tare, load, mount_x - middle_x)
         }
     };
+    let resistance = train.nominal_running_resistance(
+        nominal_mass_kg(train),
+        scenario.file.physics.gravity_mps2.get(),
+    );
+    let layout = train.mounts.get(imu).and_then(|mount| {
+        let at_m = start_s + middle_x;
+        let layout = mass_layout::of_train(train, at_m, mount.body, -mount.pose.translation.z)?;
+        Some(MassLayout {
+            load_share_of_resistance: (train.resistance.running_wheel / resistance).min(1.0),
+            ..layout
+        })
+    });
     VehicleData {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -48,17 +62,12 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
         efficiency: first.map_or(1.0, |d| d.efficiency_drive),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: nominal.running_resistance.map_or(
-            train.nominal_running_resistance(
-                nominal_mass_kg(train),
-                scenario.file.physics.gravity_mps2.get(),
-            ),
-            f64::from,
-        ),
+        running_resistance: nominal.running_resistance.map_or(resistance, f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
         tare_span_m,
         load_span_m,
         imu_arm_m,
+        layout: layout.filter(|_| !point),
         accel_bias_sd_mps2: None,
         gyro_bias_sd_radps: None,
         road: None,
