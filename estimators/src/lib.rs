@@ -52,7 +52,7 @@
 //! | [`registry`] | the same by name (feature `registry`) |
 //! | `published` | the methods letter by letter, errata and all (feature `printed`) |
 //!
-//! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `baseline`, `bench`).
+//! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `rail_fusion`, `baseline`, `bench`).
 //!
 //! # Notation
 //!

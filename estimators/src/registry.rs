@@ -41,6 +41,8 @@ use crate::pipelines::patent::mmrls_sh_stf;
 use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
 #[cfg(feature = "bench")]
 use crate::pipelines::regression;
+#[cfg(feature = "rail_fusion")]
+use crate::pipelines::{attitude, rail_fusion};
 #[cfg(feature = "resistance")]
 use crate::pipelines::resistance_robust;
 use crate::pipelines::runner::Runner;
@@ -231,6 +233,10 @@ registry! {{
     "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
     "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::Resistance,
+    /// Ours: attitude filter, rail memory, force balance with a swinging load.
+    "rail_fusion" in "rail_fusion" as Supervised => rail_fusion::RailFusion,
+    /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
+    "attitude" in "rail_fusion" as Supervised => attitude::AttitudePipeline,
     /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no mass.
     "ekf_v_theta_biases" in "baseline" as Supervised => ekf_v_theta_biases::EkfVThetaBiases,
     /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no mass.

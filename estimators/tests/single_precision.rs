@@ -30,6 +30,7 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
         tare_span_m: pair(v.tare_span_m),
         load_span_m: pair(v.load_span_m),
         imu_arm_m: v.imu_arm_m as f32,
+        layout: None,
         accel_bias_sd_mps2: v.accel_bias_sd_mps2.map(|sd| sd as f32),
         gyro_bias_sd_radps: v.gyro_bias_sd_radps.map(|sd| sd as f32),
         road: None,

@@ -4,6 +4,7 @@ pub mod aid;
 pub mod error;
 pub mod estimator;
 pub(crate) mod fingerprint;
+pub mod mass_layout;
 pub mod params;
 pub mod real;
 pub mod signals;

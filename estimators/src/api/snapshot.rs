@@ -148,7 +148,7 @@ macro_rules! numbers {
         })*
     };
 }
-numbers!(u32, u64, i64);
+numbers!(u8, i16, u32, u64, i64);
 
 macro_rules! finite_numbers {
     ($($number:ty),*) => {
@@ -249,6 +249,18 @@ impl<const R: usize, const C: usize> State for SMatrix<Real, R, C> {
     fn visit(&mut self, archive: &mut Archive) {
         self.iter_mut().for_each(|number| number.visit(archive));
     }
+}
+
+/// A symmetric matrix: its lower triangle.
+pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive: &mut Archive) {
+    for j in 0..N {
+        for i in j..N {
+            if let Some(number) = matrix.get_mut((i, j)) {
+                number.visit(archive);
+            }
+        }
+    }
+    matrix.fill_upper_triangle_with_lower_triangle();
 }
 
 /// A part that is there or not by how the estimator was built.

@@ -4,6 +4,7 @@ use core::ops::Deref;
 
 use crate::Real;
 use crate::api::fingerprint::Fingerprint;
+use crate::api::mass_layout::MassLayout;
 use crate::api::params::ParamError;
 use crate::api::signals::MAX_DRIVES;
 
@@ -43,6 +44,8 @@ pub struct VehicleData {
     pub load_span_m: [Real; 2],
     /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
+    /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are known.
+    pub layout: Option<MassLayout>,
     /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g: 0.01 of a calibrated
     /// IMU, 0.05 to 0.1 of an uncalibrated one, 0.17 for each degree by which its mount is off. `None`: not known.
     pub accel_bias_sd_mps2: Option<Real>,
@@ -66,6 +69,7 @@ impl Default for VehicleData {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            layout: None,
             accel_bias_sd_mps2: None,
             gyro_bias_sd_radps: None,
             road: None,
@@ -157,6 +161,10 @@ impl Vehicle {
             ("load_span_m", span(data.load_span_m)),
             ("imu_arm_m", data.imu_arm_m.abs() < MAX_LENGTH_M),
             (
+                "layout",
+                data.layout.is_none_or(|layout| layout.is_possible()),
+            ),
+            (
                 "accel_bias_sd_mps2",
                 data.accel_bias_sd_mps2.is_none_or(not_negative),
             ),
@@ -188,6 +196,7 @@ impl Vehicle {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
+            layout: None,
             ..self.0
         })
     }
@@ -224,6 +233,7 @@ impl Vehicle {
             tare_span_m,
             load_span_m,
             imu_arm_m,
+            layout,
             accel_bias_sd_mps2,
             gyro_bias_sd_radps,
             road,
@@ -240,6 +250,9 @@ impl Vehicle {
         ];
         print.numbers(numbers.iter().chain(&mass_range_kg));
         print.numbers(tare_span_m.iter().chain(&load_span_m));
+        if let Some(layout) = layout {
+            layout.fingerprint(print);
+        }
         // -1: not known.
         let biases = [accel_bias_sd_mps2, gyro_bias_sd_radps].map(|sd| sd.unwrap_or(-1.0));
         print.numbers(biases.iter());

@@ -114,6 +114,7 @@ fn two_stage(
     let mut random = Random::new(seed);
     let (mass0_kg, grade0_deg, q_v, q_theta, wheel_speed_sd) = (12_000.0, 25.0, 1e-4, 2e-5, 0.005);
     let told = [
+        ("noise", Setting::Choice("told")),
         ("mass0_kg", Setting::Number(mass0_kg)),
         ("mass_sd", mass_sd.into()),
         ("mu_sd", mu_sd.into()),
@@ -166,6 +167,7 @@ fn inertial(name: &str, accel_bias_sd: Real, seed: u64) -> (Value, Real) {
     let (q_v, q_theta, wheel_speed_sd, grade0_deg): (Real, Real, Real, Real) =
         (1e-6, 5e-6, 0.005, 30.0);
     let settings = [
+        ("noise", Setting::Choice("told")),
         ("q_v", Setting::Number(q_v)),
         ("q_theta", q_theta.into()),
         ("wheel_speed_sd_mps", wheel_speed_sd.into()),
@@ -212,6 +214,7 @@ fn kinematic(accel_bias_sd: Real, seed: u64) -> (Value, Real) {
         (1e-6, 1e-3, 1e-5, 0.02, 0.005);
     let grade0_deg: Real = 30.0;
     let settings = [
+        ("noise", Setting::Choice("told")),
         ("q_v", Setting::Number(q_v)),
         ("q_a", q_a.into()),
         ("q_i", q_i.into()),
@@ -257,6 +260,7 @@ fn grade_of_the_joint_filter_by_noise_and_by_mass() {
             let (mass0_kg, grade0_deg, q_v, q_theta, wheel_speed_sd) =
                 (12_000.0, 25.0, 1e-4, 2e-5, 0.005);
             let settings = [
+                ("noise", Setting::Choice("told")),
                 ("mass0_kg", Setting::Number(mass0_kg)),
                 ("mass_sd", mass_sd.into()),
                 ("q_v", q_v.into()),
@@ -284,6 +288,7 @@ fn coupled(seed: u64) -> (Value, Real) {
     let vehicle = single();
     let (mass0_kg, mass_sd, residual_sd): (Real, Real, Real) = (12_000.0, 0.06, 0.02);
     let settings = [
+        ("noise", Setting::Choice("told")),
         ("mass0_kg", Setting::Number(mass0_kg)),
         ("mass_sd", mass_sd.into()),
         ("sine_sd", 0.5.into()),
@@ -328,6 +333,7 @@ fn grade_of_the_resistance_method_by_bias() {
     assert_consistent("resistance_dffrls_robust", |seed| {
         let mut random = Random::new(seed);
         let settings = [
+            ("noise", Setting::Choice("told")),
             ("accel_bias_sd_mps2", Setting::Number(0.3)),
             ("residual_sd_mps2", 1e-4.into()),
         ];

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::api::real::{ln, sqrt};
-use crate::api::snapshot::{Blank, state};
+use crate::api::snapshot::{Archive, Blank, State, state, visit_symmetric};
 
 /// A belief about `N` quantities: mean `x` and covariance `P` (symmetric, positive semi-definite).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -257,6 +257,15 @@ impl<const N: usize> Gaussian<N> {
         // Not `all`: without early ends the comparisons run side by side.
         let finite = |ok: bool, v: &Real| ok & v.is_finite();
         self.P.iter().fold(self.x.iter().fold(true, finite), finite)
+    }
+}
+
+impl<const N: usize> Gaussian<N> {
+    /// For a snapshot, of a belief whose covariance is kept symmetric to the last bit: without its upper triangle.
+    pub(crate) fn visit_lower(&mut self, archive: &mut Archive) {
+        self.x.visit(archive);
+        visit_symmetric(&mut self.P, archive);
+        archive.require(is_covariance(&self.P));
     }
 }
 

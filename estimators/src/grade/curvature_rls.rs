@@ -272,4 +272,82 @@ mod tests {
         }
         assert_eq!(curvature.per_m(), (0.0, 0.05));
     }
+
+    fn straight(k: usize, speed_mps: Real) -> Reading {
+        Reading {
+            speed_mps: Some(speed_mps),
+            specific_force_mps2: Some(1.0 + 0.3 + 0.001 * k as Real),
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn the_standstill_speed_is_that_of_the_vehicle_and_learning_starts_after_settling() {
+        let new = |standstill_mps| {
+            let params = CurvatureParams {
+                standstill_mps,
+                ..Default::default()
+            };
+            Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None)
+        };
+        assert_eq!(new(None).standstill_mps(), 0.05);
+        let mut curvature = new(Some(0.2));
+        assert_eq!((curvature.standstill_mps(), curvature.lambda()), (0.2, 1.0));
+        for (speed, learning) in [(0.1, false), (0.5, true), (0.1, false), (-0.5, true)] {
+            for k in 0..95 {
+                curvature.step(&straight(k, speed), 0.0, 0.01);
+                assert!(!learning || !curvature.learning());
+            }
+            for k in 0..200 {
+                curvature.step(&straight(k, speed), 0.0, 0.01);
+            }
+            assert_eq!(curvature.learning(), learning, "{speed}");
+        }
+        curvature.step(&Reading::default(), 0.0, 0.01);
+        assert!(!curvature.learning());
+    }
+
+    /// A ramp of speed at 0.3 m/s² on a grade whose reading grows by 0.1 m/s³.
+    #[test]
+    fn what_the_place_reads_is_the_specific_force_less_the_acceleration() {
+        let policy = DynamicForgetting::default().policy();
+        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        assert_eq!(curvature.at_place(), (None, 0.0));
+        for k in 0..1_000 {
+            curvature.step(&straight(k, 1.0 + 0.003 * k as Real), 0.0, 0.01);
+        }
+        let (place, speed) = curvature.at_place();
+        // Late by the filters, the same for both.
+        let late_s = (1.0 + 0.003 * 999.0 - speed) / 0.3;
+        assert!((0.1..0.6).contains(&late_s), "{late_s}");
+        let [u, across] = place.unwrap();
+        assert!((u - 1.0 - 0.1 * (9.99 - late_s)).abs() < 0.01, "{u}");
+        assert_eq!(across, 0.0);
+        curvature.step(&Reading::default(), 0.0, 0.01);
+        assert_eq!(curvature.at_place(), (None, speed));
+    }
+
+    /// At constant speed every sample brings h²/r, h = g v cos θ, ten times a second.
+    #[test]
+    fn the_information_about_curvature_grows_by_the_square_of_speed() {
+        let params = CurvatureParams::default();
+        let mut curvature = Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None);
+        let (v, theta): (Real, Real) = (2.0, 0.5);
+        for _ in 0..5_000 {
+            let reading = Reading {
+                speed_mps: Some(v),
+                specific_force_mps2: Some(1.0),
+                ..Default::default()
+            };
+            curvature.step(&reading, theta, 0.01);
+        }
+        let (h, r) = (GRAVITY * v * cos(theta), 0.1 * 0.1);
+        let samples = curvature.rls.updates() as Real;
+        assert!((485.0..=500.0).contains(&samples), "{samples}");
+        let information = 1.0 / (0.05 * 0.05) + samples * h * h / r;
+        assert!((curvature.rls.belief.P.x * information - 1.0).abs() < 1e-2);
+        let (found, sd) = curvature.per_m();
+        assert!(found.abs() < 1e-6);
+        assert!((sd / (curvature.rls.spread() / information.sqrt()) - 1.0).abs() < 1e-2);
+    }
 }

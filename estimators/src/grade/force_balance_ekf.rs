@@ -14,16 +14,16 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::preprocess::conditioning::LearntNoise;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::innovation_gate::Passage;
 use crate::filters::model::Model;
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
+use crate::preprocess::conditioning::LearntNoise;
 use crate::supervise::gate::{Gate, Judgement};
 use crate::supervise::validity::Integrity;
-use crate::filters::innovation_gate::Passage;
 
 params! {
     /// Parameters of the slope filter.
@@ -450,3 +450,7 @@ mod tests {
         assert_eq!(filter.belief().x.y, theta);
     }
 }
+
+#[cfg(test)]
+#[path = "force_balance_ekf_tests.rs"]
+mod laws;

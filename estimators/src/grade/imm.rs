@@ -20,6 +20,7 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
 
+use crate::api::aid::AidOutcome;
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
@@ -29,6 +30,7 @@ use crate::api::snapshot::{Archive, State, visit_built};
 use crate::filters::ekf::{Ekf, Preview};
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
+use crate::filters::innovation_gate::Passage;
 use crate::filters::model::Model;
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::mass::differenced_rls::{DifferencedMass, DifferencedParams};
@@ -36,10 +38,8 @@ use crate::models::distributed_train::steeper;
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
-use crate::preprocess::front_end::Reading;
-use crate::api::aid::AidOutcome;
-use crate::filters::innovation_gate::Passage;
 use crate::preprocess::conditioning::ConditioningParams;
+use crate::preprocess::front_end::Reading;
 use crate::supervise::Supervisors;
 use crate::supervise::control::{self, Control};
 use crate::supervise::gate::{Gate, Judgement};
@@ -302,8 +302,7 @@ impl<const K: usize> SlopeModels<K> {
         let Gaussian { x, P } = self.imm.combined();
         let [q_v, q_a, q_i] = [self.params.q_v, self.params.q_a, self.params.q_i].map(|q| q * dt);
         let of_speed = P.m11 + dt * (2.0 * P.m12 + dt * P.m22) + q_v + R.m22;
-        let of_force =
-            P.m22 + GRAVITY * (2.0 * P.m23 + GRAVITY * (P.m33 + q_i)) + q_a + R.m11;
+        let of_force = P.m22 + GRAVITY * (2.0 * P.m23 + GRAVITY * (P.m33 + q_i)) + q_a + R.m11;
         let [speed_gate, force_gate] = &mut self.gates;
         let speed = speed_gate.judge(z.y - x.x - dt * x.y, of_speed);
         let force = force_gate.judge(z.x - x.y - GRAVITY * x.z, of_force);
@@ -547,3 +546,7 @@ impl<const K: usize> State for SlopeModels<K> {
         aids.visit(archive);
     }
 }
+
+#[cfg(test)]
+#[path = "imm_tests.rs"]
+mod tests;

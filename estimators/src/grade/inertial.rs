@@ -18,6 +18,7 @@ use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::innovation_gate::Passage;
 use crate::filters::model::{Filter, Model};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
 use crate::filters::ukf::{Spread, Ukf};
@@ -26,14 +27,13 @@ use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::pipelines::method::no_mass;
 use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::preprocess::front_end::Reading;
 use crate::supervise::control::{self, Control};
 use crate::supervise::gate::Gate;
 use crate::supervise::plausibility::Instruments;
 use crate::supervise::validity::{Source, Validity};
 use crate::supervise::{Supervisors, mapped};
-use crate::filters::innovation_gate::Passage;
-use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::{Real, Time};
 
 params! {
@@ -275,12 +275,20 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
             turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),
-            force_noise_mps2: reading.noise.specific_force_mps2.unwrap_or(0.0),
+            force_noise_mps2: self.force_noise(reading, dt),
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
         let _ = self.slope.filter.predict(&motion, dt);
         self.saturated = false;
         self.limit();
+    }
+
+    /// Noise of the specific force that the samples show, m/s²: 0 unless it is several times what the process noise of speed stands for
+    /// (the vehicle's own motion is in it).
+    fn force_noise(&self, reading: &Reading, dt: Real) -> Real {
+        let told = sqrt(self.params.q_v / dt);
+        let learnt = reading.noise.specific_force_mps2;
+        learnt.filter(|sd| *sd > 4.0 * told).unwrap_or(0.0)
     }
 
     /// No rail is steeper than the limit, whatever an instrument says.
@@ -428,3 +436,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
 }
 
 state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });
+
+#[cfg(test)]
+#[path = "inertial_tests.rs"]
+mod tests;

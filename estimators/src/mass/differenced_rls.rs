@@ -211,3 +211,7 @@ impl DifferencedMass {
     }
 }
 state!(DifferencedMass { signals, bends, train, last, rls, excited, saturated, outcome, status; params, mass0_kg, range_kg });
+
+#[cfg(test)]
+#[path = "differenced_rls_tests.rs"]
+mod tests;

@@ -282,6 +282,11 @@ impl MassEstimator for ForceBalanceRls {
         self.gate.excited()
     }
 
+    fn unmodelled_mps2(&self) -> Real {
+        let excess = self.rls.spread() * self.rls.spread() - 1.0;
+        self.params.residual_sd_mps2 * sqrt(excess)
+    }
+
     fn saturated(&self) -> bool {
         self.saturated
     }
@@ -302,3 +307,7 @@ impl MassEstimator for ForceBalanceRls {
 }
 state!(ForceBalanceRls { rls, gate, load, before, saturated, outcome, jolts;
     params, mass0_kg, mu0, range_kg });
+
+#[cfg(test)]
+#[path = "force_balance_rls_tests.rs"]
+mod tests;

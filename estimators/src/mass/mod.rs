@@ -3,3 +3,4 @@
 pub mod differenced_rls;
 pub mod force_balance_rls;
 pub mod multi_model_rls;
+pub mod swing_balance;

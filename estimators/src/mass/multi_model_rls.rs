@@ -278,6 +278,11 @@ impl MassEstimator for MultiModelMass {
         self.bends.now().force_n(self.fused() * self.mass0_kg)
     }
 
+    fn unmodelled_mps2(&self) -> Real {
+        let excess = self.straight.spread() * self.straight.spread() - 1.0;
+        self.params.residual_sd_mps2 * sqrt(excess)
+    }
+
     fn saturated(&self) -> bool {
         self.saturated
     }
@@ -299,64 +304,5 @@ state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, s
     params, start, mass0_kg, mu, bias_sd_mps2, range_kg });
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::vehicles::{Turn, car};
-
-    /// The car of 2 170 kg in a steady turn up a tenth, with 2 500 kg assumed.
-    fn turning(vehicle: &Vehicle) -> MultiModelMass {
-        let params = MultiModelParams {
-            mass0_kg: Some(2_500.0),
-            ..Default::default()
-        };
-        let mut stage = MultiModelMass::new(vehicle, params);
-        let balance = ForceBalance::new(vehicle);
-        let mut signals = MultiModelMass::resampler(&params);
-        let mut train = DistributedTrain::new(vehicle, params.standstill_mps);
-        let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
-        for _ in 0..6000 {
-            let sample = signals.step(&reading, &balance, true, 0.01);
-            stage.step(&reading, &balance, &signals, 0.0, 0.01);
-            if let Some(ready) = train.step(&signals, sample, &reading, true, 0.01) {
-                stage.sample(&ready, &balance, &train);
-            }
-        }
-        stage
-    }
-
-    #[test]
-    fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
-        let kg = |rls: &Rls<1>, stage: &MultiModelMass| stage.found(rls) * stage.mass0_kg;
-        let stage = turning(&car());
-        let (straight, right) = (kg(&stage.straight, &stage), kg(&stage.turning, &stage));
-        assert!(straight > 2_900.0, "{straight}");
-        assert!((right / 2_170.0 - 1.0).abs() < 0.03, "{right}");
-        let value = stage.mass_kg().value;
-        assert!(value < straight && value > right, "{value}");
-        // On a rail there is only the straight model.
-        let rail = turning(&car().without_road());
-        assert_eq!(rail.straight_weight, 1.0);
-        assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
-    }
-
-    #[test]
-    fn the_smaller_residual_is_the_likelier_whatever_its_sign() {
-        let rls = Rls::new(
-            Gaussian::<1>::independent(vector![1.0], vector![0.1]),
-            Forgetting::None,
-        );
-        let at = |residual: Real| {
-            log_likelihood(
-                &rls,
-                &Outcome {
-                    residual,
-                    ..Outcome::default()
-                },
-                1.0,
-                0.01,
-            )
-        };
-        assert!(at(0.0) > at(0.1) && at(0.1) > at(0.3));
-        assert_eq!(at(-0.2), at(0.2));
-    }
-}
+#[path = "multi_model_rls_tests.rs"]
+mod tests;

@@ -260,3 +260,7 @@ impl Blank for AlignedSample {
 state!(LastKnown { felt, imu, unit; });
 state!(AlignedSample { sample, felt; });
 state!(DistributedTrain { train, here, waiting, now, gaps, bias_mps2, learnt_s; point, standstill_mps });
+
+#[cfg(test)]
+#[path = "distributed_train_tests.rs"]
+mod tests;

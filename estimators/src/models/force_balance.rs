@@ -140,4 +140,21 @@ mod tests {
         assert!(balance.traction(torque, speed) * speed < motor_power(speed, torque));
         assert!(balance.traction(-torque, speed) * speed < motor_power(speed, -torque));
     }
+
+    #[test]
+    fn traction_is_torque_times_gear_over_radius_and_the_losses_of_its_direction() {
+        let balance = ForceBalance::new(&vehicle());
+        let plain = 300.0 * 20.0 / 0.17;
+        for (torque, speed, efficiency) in [
+            (1.0, 1.0, 0.9),
+            (1.0, -1.0, 1.0 / 0.9),
+            (-1.0, 1.0, 1.0 / 0.9),
+            (-1.0, -1.0, 0.9),
+            (1.0, 0.0, 0.9),
+            (-1.0, 0.0, 0.9),
+        ] {
+            let traction = balance.traction(300.0 * torque, speed);
+            assert!((traction - torque * plain * efficiency).abs() < 1e-6);
+        }
+    }
 }

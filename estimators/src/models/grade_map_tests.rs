@@ -123,3 +123,124 @@ fn garbage_places_are_survived() {
         );
     }
 }
+
+#[test]
+fn rail_passed_over_between_two_visits_is_a_straight_line() {
+    for direction in [1.0, -1.0] {
+        let mut rail = GradeMap::new(20.0);
+        rail.visit(direction * 0.1, [1.0, 0.5]);
+        rail.visit(direction * 2.1, [2.0, 0.0]);
+        let first = rail.cell(direction * 0.1);
+        for k in 0..=10 {
+            let cell = first + direction as i64 * k;
+            let [u, curvature] = rail.cells[GradeMap::slot(cell)];
+            assert!((u - 1.0 - 0.1 * k as Real).abs() < 1e-12);
+            assert!((curvature - 0.5 + 0.05 * k as Real).abs() < 1e-12);
+        }
+        assert_eq!(rail.known.map(|[low, high]| high - low), Some(10));
+    }
+}
+
+#[test]
+fn as_much_rail_is_known_as_there_are_cells_and_a_jump_beyond_them_forgets() {
+    for direction in [1, -1] {
+        let mut rail = GradeMap::new(20.0);
+        let at = |cell: i64| (cell as Real + 0.5) * 0.2;
+        for k in 0..300 {
+            rail.visit(at(direction * k), [1.0, 0.0]);
+        }
+        let [low, high] = rail.known.unwrap();
+        let (near, far) = (direction * 299, direction * (299 - 127));
+        assert_eq!((low, high), (near.min(far), near.max(far)));
+        // As far as there are cells it goes on, farther it begins anew.
+        for (jump, kept) in [(127, true), (129, false)] {
+            let mut jumped = rail;
+            jumped.visit(at(direction * (299 + jump)), [2.0, 0.0]);
+            let [low, high] = jumped.known.unwrap();
+            assert_eq!(high > low, kept, "{direction} {jump}");
+            let mut back = rail;
+            back.visit(at(direction * (299 - 127 - jump)), [2.0, 0.0]);
+            let [low, high] = back.known.unwrap();
+            assert_eq!(high > low, kept, "{direction} back {jump}");
+        }
+    }
+}
+
+#[test]
+fn the_gradient_at_an_end_takes_a_metre_of_known_rail() {
+    let mut rail = GradeMap::new(20.0); // cells of 0.2 m: five to the metre
+    for k in 0..=5 {
+        assert_eq!(
+            rail.known
+                .map_or(0.0, |known| rail.gradient(known, known[1], -1)),
+            0.0
+        );
+        rail.visit((k as Real + 0.5) * 0.2, [0.4 * 0.2 * k as Real, 0.0]);
+    }
+    let known = rail.known.unwrap();
+    assert!((rail.gradient(known, known[1], -1) - 0.4).abs() < 1e-12);
+    assert!((rail.gradient(known, known[0], 1) + 0.4).abs() < 1e-12);
+    assert!(rail.seen_up_to(1.19) && !rail.seen_up_to(1.21));
+}
+
+/// Rail not read goes on with the gradient of its end for 3 m, then level, and its doubt grows with its distance.
+#[test]
+fn beyond_its_ends_rail_goes_on_for_three_metres() {
+    let mut rail = GradeMap::new(20.0);
+    for k in 0..50 {
+        rail.visit((k as Real + 0.5) * 0.2, [0.4 * 0.2 * k as Real, 0.0]);
+    }
+    let (first, last) = (0.0, 0.4 * 0.2 * 49.0);
+    for (at, expected) in [
+        (10.1 + 1.0, last + 0.4 * 1.2),
+        (10.1 + 5.0, last + 0.4 * 3.0),
+        (0.1 - 1.0, first - 0.4 * 1.0),
+        (0.1 - 5.0, first - 0.4 * 3.0),
+    ] {
+        let mean = rail.mean(at, at).unwrap();
+        assert!(
+            (mean.value[0] - expected).abs() < 1e-9,
+            "{at}: {mean:?} {expected}"
+        );
+        let away = if at > 5.0 { at - 9.9 } else { 0.1 - at };
+        assert!((mean.unseen_m - away).abs() < 1e-9, "{at}: {mean:?}");
+        assert!(
+            (mean.doubt_mps2 - away * (0.01 + 0.4)).abs() < 1e-9,
+            "{at}: {mean:?}"
+        );
+    }
+}
+
+#[test]
+fn the_mean_of_a_train_weighs_tare_and_load_by_their_masses() {
+    let mean = |u, doubt_mps2| Mean {
+        value: [u, 0.3],
+        doubt_mps2,
+        unseen_m: 0.0,
+    };
+    let felt = LoadedGrade {
+        tare: mean(1.0, 0.2),
+        load: mean(2.0, 0.6),
+    };
+    let (u, doubt) = felt.whole(5_000.0, 20_000.0);
+    assert!((u - 1.75).abs() < 1e-12 && (doubt - 0.5).abs() < 1e-12);
+    assert_eq!(felt.whole(5_000.0, 4_000.0), (1.0, 0.2));
+    assert_eq!(felt.curvature_per_m(), 0.3);
+}
+
+/// The signals are late by their filters; the way in between is made up for, but never more than 2 m of it.
+#[test]
+fn the_delay_of_the_signals_is_made_up_for() {
+    for direction in [1.0, -1.0] {
+        let mut train = MappedTrain::new(&vehicle());
+        for _ in 0..100 {
+            train.step(Some([0.0, 0.0]), 0.5 * direction, direction, 0.01);
+        }
+        assert!((train.place_m - 0.5 * direction).abs() < 1e-9);
+        assert!((train.now_m - direction).abs() < 1e-9);
+        for _ in 0..1_000 {
+            train.step(Some([0.0, 0.0]), 0.5 * direction, direction, 0.01);
+        }
+        assert!((train.now_m - train.place_m - 2.0 * direction).abs() < 1e-9);
+    }
+}

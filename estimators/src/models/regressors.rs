@@ -312,4 +312,24 @@ mod tests {
             .filter(|r| r.row(&signals, &wheels).is_some());
         assert_eq!(count.count(), 6); // all but the differences and the curvature
     }
+
+    /// The column χ of the table.
+    #[test]
+    fn what_each_regression_finds_is_that_of_the_table() {
+        let column: std::vec::Vec<(Finds, bool)> = Regressor::ALL
+            .iter()
+            .map(|regressor| (regressor.finds(), regressor.has_free_term()))
+            .collect();
+        let expected = [
+            (Finds::InverseMass, true),
+            (Finds::Resistance, false),
+            (Finds::Mass, false),
+            (Finds::Mass, false),
+            (Finds::Mass, false),
+            (Finds::Curvature, false),
+            (Finds::Mass, false),
+            (Finds::Mass, true),
+        ];
+        assert_eq!(column, expected);
+    }
 }

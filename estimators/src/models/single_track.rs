@@ -227,4 +227,35 @@ mod tests {
             assert_eq!(bend(&car().road.unwrap(), &reading, &balance, 2e3), None);
         }
     }
+
+    #[test]
+    fn a_turn_needs_both_steering_and_side_force() {
+        for (steer_deg, across_mps2, turning) in [
+            (1.1, 0.31, true),
+            (-1.1, -0.31, true),
+            (1.1, 0.29, false),
+            (0.9, 0.31, false),
+        ] {
+            let bend = Bend {
+                steer_rad: Real::to_radians(steer_deg),
+                across_mps2,
+                ..Bend::default()
+            };
+            assert_eq!(bend.turning(), turning);
+        }
+    }
+
+    #[test]
+    fn the_bend_now_is_the_one_read_and_the_filtered_one_follows() {
+        let balance = ForceBalance::new(&car());
+        let reading = Turn::solve(2e3, 10.0, 0.3, 0.0).reading();
+        let mut bends = Bends::new(&car(), 1.0);
+        for _ in 0..500 {
+            bends.step(&reading, &balance, 2e3, 0.01);
+        }
+        let read = bend(&car().road.unwrap(), &reading, &balance, 2e3).unwrap();
+        assert_eq!(bends.now(), read);
+        let filtered = bends.filtered();
+        assert!((filtered.force_n(2e3) / read.force_n(2e3) - 1.0).abs() < 1e-6);
+    }
 }

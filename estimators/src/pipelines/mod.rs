@@ -33,6 +33,8 @@ macro_rules! variants {
     };
 }
 
+#[cfg(feature = "rail_fusion")]
+pub mod attitude;
 #[cfg(feature = "baseline")]
 pub mod complementary_filter;
 #[cfg(feature = "baseline")]
@@ -63,13 +65,16 @@ pub mod liu_2023_robust;
     feature = "huainan",
     feature = "guo2024",
     feature = "patent",
-    feature = "resistance"
+    feature = "resistance",
+    feature = "rail_fusion"
 ))]
 pub mod method;
 #[cfg(feature = "patent")]
 pub mod patent;
 #[cfg(feature = "patent")]
 pub mod patent_robust;
+#[cfg(feature = "rail_fusion")]
+pub mod rail_fusion;
 #[cfg(feature = "bench")]
 pub mod regression;
 #[cfg(feature = "resistance")]

@@ -2,22 +2,22 @@
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
-use crate::api::real::{cos, sin, sqrt};
+use crate::api::real::{GRAVITY, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
 use crate::models::distributed_train::{AlignedSample, DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise::control::{self, Control};
 use crate::supervise::observability::GradeObservability;
-use crate::supervise::slip::SlipDetector;
 use crate::supervise::plausibility::Instruments;
+use crate::supervise::slip::SlipDetector;
 use crate::supervise::validity::{Source, Validity};
 use crate::supervise::{self, Supervisors};
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
@@ -93,6 +93,11 @@ pub trait MassEstimator: Copy {
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
     /// with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
+
+    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the slope by this over g.
+    fn unmodelled_mps2(&self) -> Real {
+        0.0
+    }
 
     /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
     fn bend_n(&self) -> Real {
@@ -266,7 +271,8 @@ impl<M: MassEstimator> TwoStage<M> {
             };
             self.mass.slope_sd_rad(&steady, &self.train)
         });
-        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        let unmodelled = self.mass.unmodelled_mps2() / GRAVITY;
+        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd + unmodelled * unmodelled);
         let basis = running
             && self.slope.started()
             && !self.slope.clamped()
@@ -386,3 +392,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
 }
 
 state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, validity, aids, since_sample_s; balance, slip, conditioning, standstill_mps });
+
+#[cfg(test)]
+#[path = "two_stage_tests.rs"]
+mod tests;

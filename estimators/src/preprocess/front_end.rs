@@ -3,7 +3,7 @@
 use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::preprocess::conditioning::{Axis, Conditioning, ConditioningParams, LearntNoise};
+use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::input_check::InputCheck;
 use crate::preprocess::sample_hold::SampleHold;
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
@@ -41,6 +41,25 @@ pub struct Reading {
     pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
+    /// All axes of the IMU, and each drive unit by itself.
+    pub channels: Channels,
+}
+
+/// What the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Channels {
+    /// Specific force in IMU axes, m/s².
+    pub specific_force_mps2: Option<[Real; 3]>,
+    /// Angular rate in IMU axes, rad/s.
+    pub angular_rate_radps: Option<[Real; 3]>,
+    /// Whether the specific force, and the angular rate, is a new sample.
+    pub new: [bool; 2],
+    /// Wheel speed of each drive unit with a new sample, m/s.
+    pub new_wheel_speed_mps: [Option<Real>; MAX_DRIVES],
+    /// Motor torque of each drive unit, N·m.
+    pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
+    /// Motor torque commanded of each drive unit, N·m.
+    pub commanded_torque_nm: [Real; MAX_DRIVES],
 }
 
 /// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques; of a robust one
@@ -60,6 +79,7 @@ pub struct FrontEnd {
     forward: SampleHold,
     left: SampleHold,
     up: SampleHold,
+    roll_rate: SampleHold,
     pitch_rate: SampleHold,
     yaw_rate: SampleHold,
     steering: SampleHold,
@@ -81,6 +101,7 @@ impl FrontEnd {
             forward: SampleHold::default(),
             left: SampleHold::default(),
             up: SampleHold::default(),
+            roll_rate: SampleHold::default(),
             pitch_rate: SampleHold::default(),
             yaw_rate: SampleHold::default(),
             steering: SampleHold::default(),
@@ -110,19 +131,27 @@ impl FrontEnd {
         self.left.take(axis(force, |[_, y, _]| y), now);
         self.up.take(axis(force, |[_, _, z]| z), now);
         let new_rate = self.pitch_rate.take(axis(rate, |[_, y, _]| -y), now);
+        self.roll_rate.take(axis(rate, |[x, _, _]| x), now);
         self.yaw_rate.take(axis(rate, |[_, _, z]| z), now);
         self.condition_imu(new_force, new_rate, dt);
         self.steering.take(z.steering_angle_rad, now);
         for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
             held.take(sample, now);
         }
-        let mut new_speed = false;
+        let (mut new_speed, mut new_wheel_speed_mps) = (false, [None; MAX_DRIVES]);
         let wheels = self.speed.iter_mut().zip(z.wheel_speed_mps);
-        for (held, sample) in wheels.take(self.drives) {
-            new_speed |= held.take(sample, now);
+        for ((held, sample), new) in wheels.take(self.drives).zip(&mut new_wheel_speed_mps) {
+            if held.take(sample, now) {
+                new_speed = true;
+                *new = held.fresh(now, dt);
+            }
         }
 
         let motor_torque_nm = self.total_torque(now, dt);
+        let vector = |axes: [&SampleHold; 3]| {
+            let [x, y, z] = axes.map(|held| held.fresh(now, dt));
+            Some([x?, y?, z?])
+        };
         let wheels = self.speed.iter().take(self.drives);
         let voted = self.vote.speed_mps(
             wheels.filter_map(|held| held.fresh(now, dt)),
@@ -157,34 +186,31 @@ impl FrontEnd {
                 .map_or(LearntNoise::default(), Conditioning::learnt_noise),
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
+            channels: Channels {
+                specific_force_mps2: vector([&self.forward, &self.left, &self.up]),
+                angular_rate_radps: vector([&self.roll_rate, &self.pitch_rate, &self.yaw_rate])
+                    .map(|[p, theta_dot, r]| [p, -theta_dot, r]),
+                new: [new_force, new_rate],
+                new_wheel_speed_mps,
+                motor_torque_nm: self.torque.map(|held| held.fresh(now, dt)),
+                commanded_torque_nm: u.motor_torque_nm,
+            },
         })
     }
 
-    /// Conditions the axes of the IMU that have a new sample, and learns the gyro's biases.
+    /// Learns noise and gyro biases from new samples of the IMU.
     fn condition_imu(&mut self, new_force: bool, new_rate: bool, dt: Real) {
         let Some(conditioning) = &mut self.conditioning else {
             return;
         };
-        let standing = self.standing;
-        let mut condition = |axis: Axis, held: &mut SampleHold| {
-            let value = held.value()?;
-            let period_s = held.waited_s().max(dt);
-            let passed = conditioning.axis(axis, value, period_s, standing);
-            held.replace(passed);
-            Some(passed)
-        };
-        if new_force {
-            condition(Axis::Forward, &mut self.forward);
-            condition(Axis::Left, &mut self.left);
+        if let Some(force) = self.forward.value().filter(|_| new_force) {
+            let period_s = self.forward.waited_s().max(dt);
+            conditioning.force(force, period_s, self.standing);
         }
-        let rates = if new_rate {
-            condition(Axis::Pitch, &mut self.pitch_rate)
-                .zip(condition(Axis::Yaw, &mut self.yaw_rate))
-        } else {
-            None
-        };
+        let rates = self.pitch_rate.value().zip(self.yaw_rate.value());
+        let rates = rates.map(|(pitch, yaw)| [pitch, yaw]);
         let period_s = self.pitch_rate.gap_s().max(dt);
-        conditioning.calibrate(standing, rates.map(|(pitch, yaw)| [pitch, yaw]), period_s, dt);
+        conditioning.calibrate(self.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
@@ -205,7 +231,10 @@ impl FrontEnd {
             let last = conditioning.last_speed();
             return (None, voted.map(|voted| last.unwrap_or(voted)), false);
         };
-        let period_s = self.sampled.map_or(0.0, |before| now.since(before)).max(0.0);
+        let period_s = self
+            .sampled
+            .map_or(0.0, |before| now.since(before))
+            .max(0.0);
         self.sampled = Some(now);
         match conditioning.speed(speed, period_s, self.standing) {
             Some(speed) => {
@@ -257,6 +286,7 @@ impl State for FrontEnd {
             forward,
             left,
             up,
+            roll_rate,
             pitch_rate,
             yaw_rate,
             steering,
@@ -267,7 +297,7 @@ impl State for FrontEnd {
         check.visit(archive);
         torque.visit(archive);
         speed.visit(archive);
-        for axis in [forward, left, up, pitch_rate, yaw_rate, steering] {
+        for axis in [forward, left, up, roll_rate, pitch_rate, yaw_rate, steering] {
             axis.visit(archive);
         }
     }
@@ -338,5 +368,40 @@ mod tests {
             .read(&z, &Command::default(), 0.01)
             .unwrap();
         assert_eq!(reading.pitch_rate_radps, Some(0.1));
+    }
+
+    /// Speeds of eight wheels over 10 s, then one second of `faulty` ones; what is known at the end.
+    fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
+        let mut front = FrontEnd::new(&vehicle());
+        let mut random = crate::testing::Random::new(91);
+        let mut last = Reading::default();
+        for k in 1..=1_100 {
+            let t = Time::from_ns(10_000_000 * k);
+            let mut z = Measurements::at(t);
+            for (i, place) in z.wheel_speed_mps.iter_mut().enumerate() {
+                let noisy = 1.0 + 0.005 * random.normal();
+                let value = if k > 1_000 {
+                    faulty(i, noisy)
+                } else {
+                    Some(noisy)
+                };
+                *place = value.map(|value| Sample { t, value });
+            }
+            last = front.read(&z, &Command::default(), 0.01).unwrap();
+        }
+        last
+    }
+
+    #[test]
+    fn why_the_speed_is_not_known() {
+        let fine = after(|_, noisy| Some(noisy));
+        assert!(fine.speed_mps.is_some() && fine.wheel_speed_fault.is_none());
+        let fault = |reading: Reading| (reading.speed_mps, reading.wheel_speed_fault);
+        let slips = after(|i, noisy| Some(noisy + if i < 6 { 0.3 * (i + 1) as Real } else { 0.0 }));
+        assert_eq!(fault(slips), (None, Some(Rejection::Slip)));
+        let stuck = after(|_, _| Some(1.0));
+        assert_eq!(fault(stuck), (None, Some(Rejection::Stuck)));
+        let stale = after(|_, _| None);
+        assert_eq!(fault(stale), (None, None));
     }
 }

@@ -154,4 +154,31 @@ mod tests {
         assert_eq!(check, before);
         check.accept(&good, &u, 0.01).unwrap();
     }
+
+    #[test]
+    fn the_limits_themselves_are_possible() {
+        let u = Command::default();
+        let at = |ns: i64| Measurements::at(Time::from_ns(ns));
+        let second = 1_000_000_000;
+        // A pause of a minute to the nanosecond of its rounding; twice the time that has passed.
+        for (since, dt) in [(60 * second - 1, 0.01), (second / 4, 0.5)] {
+            let mut check = InputCheck::default();
+            check.accept(&at(second), &u, 0.01).unwrap();
+            assert_eq!(check.accept(&at(second + since), &u, dt), Ok(()));
+            assert!(
+                check
+                    .accept(&at(second + since + 61 * second), &u, dt)
+                    .is_err()
+            );
+        }
+        for ns in [MAX_TIME.ns(), -MAX_TIME.ns()] {
+            assert_eq!(InputCheck::default().accept(&at(ns), &u, 1.0), Ok(()));
+        }
+        for value in [100.0, -100.0] {
+            let z = with_speed(1.0, value);
+            assert_eq!(InputCheck::default().accept(&z, &u, 0.01), Ok(()));
+            let beyond = with_speed(1.0, 1.001 * value);
+            assert!(InputCheck::default().accept(&beyond, &u, 0.01).is_err());
+        }
+    }
 }

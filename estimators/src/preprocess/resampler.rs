@@ -193,4 +193,61 @@ mod tests {
         let second = resampler.step(&reading, &balance, true, 0.01).unwrap();
         assert_eq!(second.specific_force_mps2, None);
     }
+
+    fn rolling(speed_mps: Option<Real>) -> Reading {
+        Reading {
+            speed_mps,
+            motor_torque_nm: Some(0.0),
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn a_ramp_of_speed_is_its_acceleration() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut resampler = Resampler::new(2.0, 100.0, 0.0);
+        assert_eq!(
+            (resampler.speed_mps(), resampler.acceleration_mps2()),
+            (0.0, 0.0)
+        );
+        for k in 0..1_000 {
+            let v = 1.0 + 0.003 * k as Real;
+            let sample = resampler
+                .step(&rolling(Some(v)), &balance, true, 0.01)
+                .unwrap();
+            assert_eq!(sample.speed_mps, resampler.speed_mps());
+            assert_eq!(sample.acceleration_mps2, resampler.acceleration_mps2());
+        }
+        assert!((resampler.acceleration_mps2() - 0.3).abs() < 1e-6);
+        // Late by the filter, two poles at 2 Hz: some tenths of a second.
+        let late_s = (1.0 + 0.003 * 999.0 - resampler.speed_mps()) / 0.3;
+        assert!((0.05..0.3).contains(&late_s), "{late_s}");
+    }
+
+    #[test]
+    fn what_the_speed_became_while_it_was_not_known_is_no_acceleration() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut resampler = Resampler::new(2.0, 100.0, 0.0);
+        for _ in 0..100 {
+            resampler.step(&rolling(Some(1.0)), &balance, true, 0.01);
+        }
+        assert_eq!(resampler.step(&rolling(None), &balance, true, 0.01), None);
+        for _ in 0..100 {
+            let sample = resampler.step(&rolling(Some(2.0)), &balance, true, 0.01);
+            assert_eq!(sample.unwrap().acceleration_mps2, 0.0);
+        }
+    }
+
+    #[test]
+    fn standing_there_is_no_sample_however_short_the_settling() {
+        let balance = ForceBalance::new(&vehicle());
+        let mut resampler = Resampler::new(2.0, 100.0, 0.0);
+        for _ in 0..10 {
+            assert_eq!(
+                resampler.step(&rolling(Some(0.0)), &balance, false, 0.01),
+                None
+            );
+            assert!(!resampler.settled());
+        }
+    }
 }

@@ -93,11 +93,6 @@ impl SampleHold {
         self.value
     }
 
-    /// Puts another value in the place of the one held: that of a conditioned channel.
-    pub fn replace(&mut self, value: Real) {
-        self.value = Some(value);
-    }
-
     /// Whether the sensor is stuck.
     pub fn is_stuck(&self, now: Time) -> bool {
         self.stuck.is_stuck(now)
@@ -105,11 +100,7 @@ impl SampleHold {
 
     /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the shortest period it can see.
     pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
-        let timeout_s = self
-            .timeout_s()
-            .max(TIMEOUT_GAPS * dt_s)
-            .max(MIN_TIMEOUT_S)
-            + 1e-9;
+        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
         self.value
             .filter(|_| !self.is_stuck(now))
             .filter(|_| now.since(self.arrived) <= timeout_s)
@@ -146,8 +137,14 @@ mod tests {
         }
         // The gap counts for 0.3 s: mean 0.1 + 0.2/16, deviation 0.2/16.
         let timeout_s = 3.0 * (0.1 + 0.2 / 16.0) + 4.0 * 0.2 / 16.0;
-        assert_eq!(held.fresh(Time::from_s(5.0 + timeout_s - 0.001), 0.01), Some(1.0));
-        assert_eq!(held.fresh(Time::from_s(5.0 + timeout_s + 0.001), 0.01), None);
+        assert_eq!(
+            held.fresh(Time::from_s(5.0 + timeout_s - 0.001), 0.01),
+            Some(1.0)
+        );
+        assert_eq!(
+            held.fresh(Time::from_s(5.0 + timeout_s + 0.001), 0.01),
+            None
+        );
     }
 
     /// Share of the time after the first second that the channel is stale: samples every `period` s, each `delay` s late, the earlier of them lost.
@@ -199,5 +196,27 @@ mod tests {
         assert!(!held.take(at(3.0, 2.0), Time::from_s(100.5)));
         assert!(held.take(at(3.5, 2.0), Time::from_s(101.5)));
         assert_eq!(held.fresh(Time::from_s(101.5), 0.01), Some(2.0));
+    }
+
+    #[test]
+    fn a_stamp_seen_before_is_never_new_and_a_clock_is_set_back_after_more_than_a_second() {
+        let mut held = SampleHold::default();
+        assert!(held.take(at(100.0, 1.0), Time::from_s(100.0)));
+        assert!(!held.take(at(100.0, 2.0), Time::from_s(105.0)));
+        assert!(!held.take(at(99.0, 2.0), Time::from_s(101.0)));
+        assert!(held.take(at(99.0, 2.0), Time::from_s(101.001)));
+    }
+
+    #[test]
+    fn a_stuck_sensor_is_not_fresh() {
+        let mut held = SampleHold::default();
+        let mut random = crate::testing::Random::new(92);
+        let at = |k: i64| Time::from_ns(10_000_000 * k);
+        for k in 0..1_000 {
+            let value = if k < 900 { random.normal() } else { 0.7 };
+            held.take(Some(Sample { t: at(k), value }), at(k));
+        }
+        assert!(held.is_stuck(at(1_000)));
+        assert_eq!(held.fresh(at(1_000), 0.01), None);
     }
 }

@@ -85,4 +85,22 @@ mod tests {
         assert!(!stuck(|_| 1.0, 1000, 500));
         assert!(!stuck(|k| Real::from(1000 - k.min(1000)), 1000, 500));
     }
+
+    #[test]
+    fn one_legitimate_repeat_in_a_hundred_changes_is_a_sensor_that_repeats() {
+        for (repeats, noisy) in [(1, true), (2, false)] {
+            let mut detector = StuckDetector::default();
+            let at = |k: u32| Time::from_ns(10_000_000 * i64::from(k));
+            let mut last = 0.5;
+            for k in 1..=200 + repeats {
+                let value = if k <= repeats + 1 { 1.0 } else { Real::from(k) };
+                detector.take(value, last, at(k));
+                last = value;
+            }
+            for k in 300..=400 {
+                detector.take(last, last, at(k));
+            }
+            assert_eq!(detector.is_stuck(at(400)), noisy, "{repeats} {detector:?}");
+        }
+    }
 }

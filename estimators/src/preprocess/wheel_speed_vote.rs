@@ -85,4 +85,13 @@ mod tests {
         let most = [1.4, 1.0, 1.4, 1.0, 1.5, 1.4, 1.4, 1.4];
         assert_eq!(speed(&most, 50.0), None);
     }
+
+    #[test]
+    fn wheels_that_roll_may_differ_the_more_the_faster() {
+        // 0.05 m/s and 3 % of 3 m/s: 0.14 m/s.
+        assert_eq!(speed(&[3.0, 3.125], 50.0), Some(3.0625));
+        assert_eq!(speed(&[3.0, 3.15], 50.0), Some(3.0));
+        // Without torque the slower ones roll.
+        assert_eq!(speed(&[1.0, 1.0, 1.5, 1.5], 0.0), Some(1.0));
+    }
 }

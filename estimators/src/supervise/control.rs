@@ -155,4 +155,32 @@ mod tests {
             AidOutcome::Rejected(Rejection::Numeric)
         );
     }
+
+    #[test]
+    fn the_force_balance_needs_each_of_its_instruments() {
+        let full = Reading {
+            speed_mps: Some(1.0),
+            motor_torque_nm: Some(100.0),
+            specific_force_mps2: Some(0.0),
+            ..Reading::default()
+        };
+        assert_eq!(force_balance(&full, true, true), Control::Held);
+        for lacking in [
+            Reading {
+                speed_mps: None,
+                ..full
+            },
+            Reading {
+                motor_torque_nm: None,
+                ..full
+            },
+            Reading {
+                specific_force_mps2: None,
+                ..full
+            },
+        ] {
+            let stale = Control::Out(AidOutcome::Stale);
+            assert_eq!(force_balance(&lacking, true, true), stale);
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Random numbers for the tests of this crate (PCG-XSH-RR, O'Neill 2014; normal numbers by Box & Muller 1958).
 
+pub mod balance;
 mod jacobians;
 mod registry_tests;
 pub mod vehicles;

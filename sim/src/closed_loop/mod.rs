@@ -7,11 +7,13 @@
 //! | `builder` | what it is built from: a scenario, or code |
 //! | `registry` | the estimators and controllers that a scenario can name |
 //! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |
+//! | `resolved` | a scenario with all defaults written out |
 //! | `estimators` | an estimator in a run |
 //! | `observer` | what is shown to recorders and metrics after each step |
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `end` | when a run ends, and how |
+//! | `mass_layout` | where the masses sit, for estimators that use more than spans |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
@@ -22,11 +24,13 @@ mod end;
 pub mod estimators;
 pub mod events;
 mod instruments;
+mod mass_layout;
 mod nominal_vehicle;
 mod observer;
 pub mod obstacles;
 mod parts;
 pub mod registry;
+mod resolved;
 pub mod run;
 mod simulation;
 
@@ -34,5 +38,6 @@ pub use builder::SimulationBuilder;
 pub use end::{EndCondition, Ended, Outcome};
 pub use observer::{Observer, StepFrame};
 pub use registry::Registry;
+pub use resolved::resolved;
 pub use run::run;
 pub use simulation::Simulation;

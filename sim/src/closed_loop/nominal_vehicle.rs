@@ -1,8 +1,12 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
+use super::mass_layout;
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::plant::road::Car;
+use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
+use crate::sensors::{accelerometer, gyro};
 use crate::train::Train;
+use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::VehicleData;
 
 /// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
@@ -37,6 +41,18 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
             (tare, load, mount_x - middle_x)
         }
     };
+    let resistance = train.nominal_running_resistance(
+        nominal_mass_kg(train),
+        scenario.file.physics.gravity_mps2.get(),
+    );
+    let layout = train.mounts.get(imu).and_then(|mount| {
+        let at_m = start_s + middle_x;
+        let layout = mass_layout::of_train(train, at_m, mount.body, -mount.pose.translation.z)?;
+        Some(MassLayout {
+            load_share_of_resistance: (train.resistance.running_wheel / resistance).min(1.0),
+            ..layout
+        })
+    });
     VehicleData {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -46,21 +62,44 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
         efficiency: first.map_or(1.0, |d| d.efficiency_drive),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: nominal.running_resistance.map_or(
-            train.nominal_running_resistance(
-                nominal_mass_kg(train),
-                scenario.file.physics.gravity_mps2.get(),
-            ),
-            f64::from,
-        ),
+        running_resistance: nominal.running_resistance.map_or(resistance, f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
         tare_span_m,
         load_span_m,
         imu_arm_m,
+        layout: layout.filter(|_| !point),
         accel_bias_sd_mps2: None,
         gyro_bias_sd_radps: None,
         road: None,
     }
+}
+
+/// Least standard deviation of an accelerometer's bias that estimators are told, m/s²: what temperature and mounting do to a calibrated one.
+const MIN_ACCEL_BIAS_SD_MPS2: f64 = 0.01;
+
+/// The vehicle with what the sensor sheet says of the biases along the train: bias, switch-on bias and, of the accelerometer, the pitch of
+/// its mount times gravity. Standard deviations, never the values drawn.
+pub fn with_biases(vehicle: VehicleData, specs: &InstrumentSpecs, gravity: f64) -> VehicleData {
+    let accelerometer = specs.get(accelerometer::KIND.name);
+    let gyro = specs.get(gyro::KIND.name);
+    let tilted = |spec: &InstrumentSpec| {
+        let tilt = gravity * spec.mounting.misalignment_sd_deg.to_radians();
+        bias_sd(spec).hypot(tilt).max(MIN_ACCEL_BIAS_SD_MPS2)
+    };
+    VehicleData {
+        accel_bias_sd_mps2: accelerometer.map(tilted),
+        gyro_bias_sd_radps: gyro.map(bias_sd),
+        ..vehicle
+    }
+}
+
+/// Root mean square of the biases that a sheet says are drawn.
+fn bias_sd(spec: &InstrumentSpec) -> f64 {
+    let errors = &spec.errors;
+    let switch_on = errors
+        .switch_on_bias
+        .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
+    errors.bias_sd.hypot(switch_on)
 }
 
 /// Vehicle parameters of a car for the estimators: its data sheet, with the changes of the scenario.

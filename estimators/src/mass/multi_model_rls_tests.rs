@@ -1,0 +1,305 @@
+//! Tests of [`super`].
+
+use super::*;
+use crate::testing::balance::{Instant, Truth, steady_grade};
+use crate::testing::vehicles::{Turn, car, vehicle};
+use crate::testing::{Random, chi_square_band};
+
+/// The car of 2 170 kg in a steady turn up a tenth, with 2 500 kg assumed.
+fn turning(vehicle: &Vehicle) -> MultiModelMass {
+    let params = MultiModelParams {
+        mass0_kg: Some(2_500.0),
+        ..Default::default()
+    };
+    let mut stage = MultiModelMass::new(vehicle, params);
+    let balance = ForceBalance::new(vehicle);
+    let mut signals = MultiModelMass::resampler(&params);
+    let mut train = DistributedTrain::new(vehicle, params.standstill_mps);
+    let reading = Turn::solve(2_170.0, 8.0, 0.5, 1.0).reading();
+    for _ in 0..6000 {
+        let sample = signals.step(&reading, &balance, true, 0.01);
+        stage.step(&reading, &balance, &signals, 0.0, 0.01);
+        if let Some(ready) = train.step(&signals, sample, &reading, true, 0.01) {
+            stage.sample(&ready, &balance, &train);
+        }
+    }
+    stage
+}
+
+#[test]
+fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
+    let kg = |rls: &Rls<1>, stage: &MultiModelMass| stage.found(rls) * stage.mass0_kg;
+    let stage = turning(&car());
+    let (straight, right) = (kg(&stage.straight, &stage), kg(&stage.turning, &stage));
+    assert!(straight > 2_900.0, "{straight}");
+    assert!((right / 2_170.0 - 1.0).abs() < 0.03, "{right}");
+    let value = stage.mass_kg().value;
+    assert!(value < straight && value > right, "{value}");
+    // On a rail there is only the straight model.
+    let rail = turning(&car().without_road());
+    assert_eq!(rail.straight_weight, 1.0);
+    assert_eq!(rail.mass_kg().value, kg(&rail.straight, &rail));
+}
+
+#[test]
+fn the_smaller_residual_is_the_likelier_whatever_its_sign() {
+    let rls = Rls::new(
+        Gaussian::<1>::independent(vector![1.0], vector![0.1]),
+        Forgetting::None,
+    );
+    let at = |residual: Real| {
+        log_likelihood(
+            &rls,
+            &Outcome {
+                residual,
+                ..Outcome::default()
+            },
+            1.0,
+            0.01,
+        )
+    };
+    assert!(at(0.0) > at(0.1) && at(0.1) > at(0.3));
+    assert_eq!(at(-0.2), at(0.2));
+}
+
+const MASS0_KG: Real = 12_000.0;
+
+fn truth() -> Truth {
+    Truth {
+        mass_kg: 15_000.0,
+        tare_kg: vehicle().tare_kg,
+        rotating_mass_kg: vehicle().rotating_mass_kg,
+        mu: vehicle().running_resistance,
+        curve_m: 0.0,
+        accel_bias: 0.0,
+    }
+}
+
+/// A stage on a rail with what it is lent.
+struct Stage {
+    mass: MultiModelMass,
+    balance: ForceBalance,
+    train: DistributedTrain,
+}
+
+impl Stage {
+    fn new(params: MultiModelParams) -> Self {
+        let params = MultiModelParams {
+            mass0_kg: Some(MASS0_KG),
+            ..params
+        };
+        Self {
+            mass: MultiModelMass::new(&vehicle(), params),
+            balance: ForceBalance::new(&vehicle()),
+            train: DistributedTrain::new(&vehicle(), None),
+        }
+    }
+
+    fn take(&mut self, sample: &AlignedSample) -> AidStatus {
+        self.mass.sample(sample, &self.balance, &self.train)
+    }
+
+    fn internal(&self, name: &str) -> Real {
+        let place = MultiModelMass::INTERNALS
+            .iter()
+            .position(|i| i.name == name);
+        self.mass.internals(&self.train)[place.unwrap()]
+    }
+}
+
+/// Tare and load on grades of their own, both directions. With the sign of the tare term turned round the mass would be another.
+#[test]
+fn without_noise_the_mass_of_a_long_train_is_found_exactly() {
+    let mut stage = Stage::new(MultiModelParams {
+        residual_sd_mps2: 1e-4,
+        load_change_detector: false,
+        ..Default::default()
+    });
+    let mut random = Random::new(21);
+    for _ in 0..200 {
+        stage.take(&truth().sample(&Instant::draw(&mut random)));
+    }
+    // At the start the cosine is that of a lighter train: some 1e-3 of the resistance in the first samples.
+    let found = stage.mass.mass_kg();
+    assert!((found.value / 15_000.0 - 1.0).abs() < 1e-5, "{found:?}");
+    assert!(stage.internal("mass_residual_n").abs() < 0.5);
+    assert!((stage.internal("straight_mass_kg") / found.value - 1.0).abs() < 1e-12);
+    assert_eq!(stage.internal("turning_mass_kg"), MASS0_KG);
+    assert!(!stage.mass.saturated());
+    // The time law settles at remembering all.
+    assert!(stage.internal("lambda") > 0.99);
+
+    let blind = AlignedSample {
+        felt: None,
+        ..truth().sample(&Instant::draw(&mut random))
+    };
+    assert_eq!(stage.take(&blind).outcome, AidOutcome::Stale);
+}
+
+/// Least squares with a prior: an error δ of the level makes χ wrong by δ Σa/(Σa² + r/P₀).
+#[test]
+fn an_error_of_the_level_is_reckoned_as_least_squares_has_it() {
+    let params = MultiModelParams {
+        loss: 0.0,
+        load_change_detector: false,
+        ..Default::default()
+    };
+    let level_sd = (0.3 * 0.02 * GRAVITY).hypot(0.02);
+    let mut stage = Stage::new(params);
+    assert_eq!(stage.mass.level_error(), 0.0);
+    let right = Truth {
+        mass_kg: MASS0_KG,
+        ..truth()
+    };
+    for k in 0..30 {
+        let mut sample = right.sample(&Instant {
+            speed_mps: 1.0,
+            acceleration_mps2: 0.3 * (k as Real).sin(),
+            sine: [0.04; 2],
+            curvature_per_m: 0.0,
+        });
+        sample.sample.force_n += MASS0_KG * level_sd;
+        stage.take(&sample);
+        let share = stage.mass.straight.belief.x.x - 1.0;
+        assert!(
+            (stage.mass.level_error() / share - 1.0).abs() < 1e-6,
+            "{share}"
+        );
+    }
+    // The mass is told as uncertain as that at least.
+    let found = stage.mass.mass_kg();
+    assert!(found.sd >= found.value * stage.mass.level_error());
+    let variance = stage.mass.straight.widened().x * MASS0_KG * MASS0_KG;
+    let level = found.value * stage.mass.level_error();
+    assert!((found.sd / (variance + level * level).sqrt() - 1.0).abs() < 1e-9);
+}
+
+/// A mixture of two normal laws: mean and variance by total expectation.
+#[test]
+fn the_mass_of_two_models_has_the_variance_of_their_mixture() {
+    let mut stage = Stage::new(MultiModelParams::default());
+    let (weight, means, sds) = (0.3, [1.1, 1.6], [0.05, 0.02]);
+    stage.mass.straight_weight = weight;
+    for (rls, (mean, sd)) in [&mut stage.mass.straight, &mut stage.mass.turning]
+        .into_iter()
+        .zip(means.into_iter().zip(sds))
+    {
+        rls.belief = Gaussian::independent(vector![mean], vector![sd]);
+    }
+    let mean = weight * means[0] + 0.7 * means[1];
+    let second = weight * (means[0] * means[0] + sds[0] * sds[0])
+        + 0.7 * (means[1] * means[1] + sds[1] * sds[1]);
+    let found = stage.mass.mass_kg();
+    assert!((found.value / (mean * MASS0_KG) - 1.0).abs() < 1e-12);
+    let sd = (second - mean * mean).sqrt() * MASS0_KG;
+    assert!((found.sd / sd - 1.0).abs() < 1e-9, "{} {sd}", found.sd);
+}
+
+#[test]
+fn beyond_its_range_the_mass_is_cut_and_not_valid() {
+    let mut stage = Stage::new(MultiModelParams {
+        load_change_detector: false,
+        ..Default::default()
+    });
+    let heavy = Truth {
+        mass_kg: 40_000.0,
+        ..truth()
+    };
+    let mut random = Random::new(22);
+    for _ in 0..200 {
+        stage.take(&heavy.sample(&Instant::draw(&mut random)));
+    }
+    let found = stage.mass.mass_kg();
+    assert!(stage.mass.saturated() && !found.valid);
+    assert_eq!(found.value, vehicle().mass_range_kg[1]);
+}
+
+#[test]
+fn another_load_starts_both_models_again_from_the_mass_they_have() {
+    let mut stage = Stage::new(MultiModelParams::default());
+    let mut random = Random::new(23);
+    let light = Truth {
+        mass_kg: 9_000.0,
+        ..truth()
+    };
+    for _ in 0..100 {
+        stage.take(&light.sample(&Instant::draw(&mut random)));
+    }
+    assert_eq!(stage.internal("load_changes"), 0.0);
+    assert!((stage.mass.mass_kg().value / 9_000.0 - 1.0).abs() < 1e-3);
+    let sums = stage.mass.sums;
+    let mut restarted = stage.mass;
+    restarted.restart();
+    assert!(sums[1] > 1.0 && restarted.sums == [0.0; 2]);
+    assert_eq!(restarted.straight.belief.x, stage.mass.straight.belief.x);
+    assert_eq!(restarted.straight.belief.P, stage.mass.start.belief.P);
+    for _ in 0..100 {
+        stage.take(&truth().sample(&Instant::draw(&mut random)));
+    }
+    assert!(stage.internal("load_changes") >= 1.0);
+    let found = stage.mass.mass_kg().value;
+    assert!((found / 15_000.0 - 1.0).abs() < 1e-3, "{found}");
+}
+
+/// Errors of mass and of resistance drawn and put through the balance.
+#[test]
+fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
+    let count = 4000;
+    let (low, high) = chi_square_band(count);
+    for (theta, direction, mass_sd, mu_sd) in [
+        (0.5, 1.0, 0.03, 0.01),
+        (-0.4, 1.0, 0.01, 0.5),
+        (0.3, -1.0, 0.01, 0.5),
+    ] {
+        let mut stage = Stage::new(MultiModelParams {
+            mu_sd,
+            ..Default::default()
+        });
+        stage.mass.straight.belief = Gaussian::independent(vector![1.2], vector![1.2 * mass_sd]);
+        let (mass_kg, mu) = (1.2 * MASS0_KG, 0.02);
+        let traction_n = mass_kg * 9.81 * (Real::sin(theta) + direction * mu * Real::cos(theta));
+        let steady = SteadyTraction {
+            traction_n,
+            theta,
+            direction,
+            mu,
+        };
+        let sd = stage.mass.slope_sd_rad(&steady, &stage.train);
+        let mut random = Random::new(24);
+        let square = (0..count).map(|_| {
+            let kg = mass_kg * (1.0 + mass_sd * random.normal());
+            let resistance = direction * mu * (1.0 + mu_sd * random.normal());
+            ((steady_grade(traction_n, kg, resistance) - theta) / sd).powi(2)
+        });
+        let ratio = square.sum::<Real>() / count as Real;
+        assert!((low..high).contains(&ratio), "{theta} {direction}: {ratio}");
+    }
+}
+
+/// Gaussian in tanh of the residual over twice its standard deviation, of variance S = 1 + a² P/r.
+#[test]
+fn the_likelihood_is_a_normal_density() {
+    let (a, p, r, residual): (Real, Real, Real, Real) = (2.0, 0.04, 0.01, 0.15);
+    let rls = Rls::new(
+        Gaussian::<1>::independent(vector![1.0], vector![p.sqrt()]),
+        Forgetting::None,
+    );
+    let outcome = Outcome {
+        residual,
+        ..Outcome::default()
+    };
+    let variance = 1.0 + a * a * p / r;
+    let size = (residual / (2.0 * r.sqrt())).tanh();
+    let density = (-size * size / (2.0 * variance)).exp() / (2.0 * PI * variance).sqrt();
+    assert!((log_likelihood(&rls, &outcome, a, r) - density.ln()).abs() < 1e-12);
+}
+
+#[test]
+fn in_a_bend_the_traction_gives_what_the_bend_takes() {
+    let stage = turning(&car());
+    let taken = stage.bends.now().force_n(stage.mass_kg().value);
+    assert!((stage.bend_n() - taken).abs() < 1e-9 && taken > 100.0);
+    // The likelier of the two has at most 0.98 of the weight.
+    assert!((WEIGHTS.0..=WEIGHTS.1).contains(&stage.straight_weight));
+    assert!(stage.straight_weight < 0.5, "{}", stage.straight_weight);
+}

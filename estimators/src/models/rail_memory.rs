@@ -1,0 +1,318 @@
+//! Rail memory: what was read of the rail, at evenly spaced nodes along the way run, over the last stretch.
+//!
+//! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal curvature without its sign. u is
+//! the sum that is observed well: whoever wants the grade takes today's bias off, so old nodes get better as the bias does.
+//!
+//! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in steps of 2 × 10⁻⁵ (0.001°),
+//! curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest, which stays exact however far a train runs.
+
+use crate::Real;
+use crate::api::real::{floor, within};
+use crate::api::snapshot::{Archive, State, state};
+
+/// Nodes remembered.
+pub const NODES: usize = 300;
+/// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
+const MIN_PITCH_M: Real = 0.1;
+const SPARE_M: Real = 36.0;
+/// Share of what a later visit reads.
+const REVISIT: Real = 0.3;
+/// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
+const END_M: Real = 1.0;
+const ONWARD_M: Real = 3.0;
+
+/// A place on the way run: whole nodes and a rest of less than their distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    node: i64,
+    rest_m: Real,
+}
+
+/// What is known of a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spot {
+    /// u = sin θ + b/g.
+    pub u: Real,
+    /// How far the place is ahead of the rail read, m; 0 on it.
+    pub ahead_m: Real,
+    /// How far it is behind the rail read, m; 0 on it.
+    pub behind_m: Real,
+}
+
+/// Steps of what is kept, and the steepest u and sharpest bend that can be.
+const U_STEP: Real = 2e-5;
+const BEND_STEP: Real = 1e-3;
+const MAX_U_STEPS: Real = 32_000.0;
+const MAX_BEND_STEPS: Real = 255.0;
+
+/// What is kept of a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Node {
+    u: i16,
+    bend: u8,
+}
+
+impl Node {
+    fn of([u, bend]: [Real; 2]) -> Self {
+        let steps = |value: Real, step: Real, low: Real, high: Real| {
+            within(floor(value / step + 0.5), low, high)
+        };
+        Self {
+            u: steps(u, U_STEP, -MAX_U_STEPS, MAX_U_STEPS) as i16,
+            bend: steps(bend.abs(), BEND_STEP, 0.0, MAX_BEND_STEPS) as u8,
+        }
+    }
+
+    fn value(self) -> [Real; 2] {
+        [
+            Real::from(self.u) * U_STEP,
+            Real::from(self.bend) * BEND_STEP,
+        ]
+    }
+}
+
+/// The memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RailMemory {
+    pitch_m: Real,
+    nodes: [Node; NODES],
+    /// First and last node read.
+    known: Option<[i64; 2]>,
+    here: Place,
+    last: Option<(Place, [Real; 2])>,
+}
+
+impl RailMemory {
+    /// For a train that reaches over `span_m`.
+    pub fn new(span_m: Real) -> Self {
+        Self {
+            pitch_m: ((span_m + SPARE_M) / NODES as Real).max(MIN_PITCH_M),
+            nodes: [Node::default(); NODES],
+            known: None,
+            here: Place::default(),
+            last: None,
+        }
+    }
+
+    /// Where the unit's middle is.
+    pub fn here(&self) -> Place {
+        self.here
+    }
+
+    /// The place `offset_m` ahead of `place`.
+    pub fn ahead(&self, place: Place, offset_m: Real) -> Place {
+        let way = place.rest_m + within(offset_m, -1e6, 1e6);
+        let nodes = floor(way / self.pitch_m);
+        Place {
+            node: place.node.saturating_add(nodes as i64),
+            rest_m: within(way - nodes * self.pitch_m, 0.0, self.pitch_m),
+        }
+    }
+
+    /// The place in the middle between two.
+    pub fn between(&self, a: Place, b: Place) -> Place {
+        let way = b.node.saturating_sub(a.node) as Real * self.pitch_m + b.rest_m - a.rest_m;
+        self.ahead(a, 0.5 * way)
+    }
+
+    /// Moves on by `way_m` and reads `now` = [u, curvature] there; `None` if it cannot be read. Nodes passed meanwhile are filled by
+    /// a straight line, once there is something to read again.
+    pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
+        self.here = self.ahead(self.here, way_m);
+        let Some(now) = now else { return };
+        let (start, before) = self
+            .last
+            .replace((self.here, now))
+            .unwrap_or((self.here, now));
+        let (from, to) = (start.node, self.here.node);
+        let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
+        if self.known.is_none() || (to - from).abs() > NODES as i64 {
+            self.write(to, now);
+        } else if to > from {
+            // Nodes passed forwards: from + 1 … to.
+            for k in 1..=to - from {
+                let way = k as Real * self.pitch_m - start.rest_m;
+                self.write(from + k, mix(before, now, way / whole));
+            }
+        } else if to < from {
+            for k in 0..from - to {
+                let way = k as Real * self.pitch_m + start.rest_m;
+                self.write(from - k, mix(before, now, way / -whole));
+            }
+        }
+    }
+
+    fn write(&mut self, node: i64, value: [Real; 2]) {
+        let room = NODES as i64;
+        let seen = self
+            .known
+            .is_some_and(|[low, high]| (low..=high).contains(&node));
+        let near = self
+            .known
+            .filter(|[low, high]| node >= low - 1 && node <= high + 1);
+        let share = if seen { REVISIT } else { 1.0 };
+        if let Some(place) = self.nodes.get_mut(slot(node)) {
+            *place = Node::of(mix(place.value(), value, share));
+        }
+        self.known = Some(match near {
+            None => [node, node],
+            Some([low, high]) if node > high => [low.max(node - room + 1), node],
+            Some([low, high]) if node < low => [node, high.min(node + room - 1)],
+            Some(known) => known,
+        });
+    }
+
+    fn node(&self, node: i64) -> [Real; 2] {
+        self.nodes
+            .get(slot(node))
+            .map_or([0.0; 2], |node| node.value())
+    }
+
+    /// By how much u grows per metre at the front end.
+    pub fn end_gradient(&self) -> Real {
+        let Some([low, high]) = self.known else {
+            return 0.0;
+        };
+        let count = floor(END_M / self.pitch_m).max(1.0) as i64;
+        if high - low < count {
+            return 0.0;
+        }
+        let ([end, _], [inside, _]) = (self.node(high), self.node(high - count));
+        (end - inside) / (count as Real * self.pitch_m)
+    }
+
+    /// What is known `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient` for some metres,
+    /// behind the rear end that end.
+    pub fn at(&self, place: Place, offset_m: Real, gradient: Real) -> Spot {
+        let Some([low, high]) = self.known else {
+            return Spot::default();
+        };
+        let Place { node, rest_m } = self.ahead(place, offset_m);
+        let beyond = |from: i64| node.saturating_sub(from) as Real * self.pitch_m + rest_m;
+        if node >= high {
+            let [u, _] = self.node(high);
+            let ahead_m = beyond(high);
+            Spot {
+                u: u + gradient * ahead_m.min(ONWARD_M),
+                ahead_m,
+                behind_m: 0.0,
+            }
+        } else if node < low {
+            let [u, _] = self.node(low);
+            Spot {
+                u,
+                ahead_m: 0.0,
+                behind_m: -beyond(low),
+            }
+        } else {
+            let [u, _] = mix(self.node(node), self.node(node + 1), rest_m / self.pitch_m);
+            Spot {
+                u,
+                ..Spot::default()
+            }
+        }
+    }
+
+    /// Horizontal curvature `offset_m` ahead of `place`, 1/m.
+    pub fn curvature_per_m(&self, place: Place, offset_m: Real) -> Real {
+        let Some([low, high]) = self.known else {
+            return 0.0;
+        };
+        let node = self.ahead(place, offset_m).node.clamp(low, high);
+        let [_, curvature] = self.node(node);
+        curvature
+    }
+
+    /// Whether the rail up to `offset_m` ahead of `place` has been read.
+    pub fn read_up_to(&self, place: Place, offset_m: Real) -> bool {
+        let node = self.ahead(place, offset_m).node;
+        self.known.is_some_and(|[_, high]| node < high)
+    }
+}
+
+fn slot(node: i64) -> usize {
+    node.rem_euclid(NODES as i64) as usize
+}
+
+fn mix([a, b]: [Real; 2], [c, d]: [Real; 2], share: Real) -> [Real; 2] {
+    let share = within(share, 0.0, 1.0);
+    [a + share * (c - a), b + share * (d - b)]
+}
+
+impl State for RailMemory {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            nodes,
+            known,
+            here,
+            last,
+            pitch_m: _,
+        } = self;
+        nodes.visit(archive);
+        known.visit(archive);
+        here.visit(archive);
+        last.visit(archive);
+        let whole = |[low, high]: [i64; 2]| low <= high && high.saturating_sub(low) < NODES as i64;
+        archive.require(known.is_none_or(whole));
+    }
+}
+
+state!(Node { u, bend; });
+state!(Place { node, rest_m; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rail whose grade is a known function of place, run over at a speed that varies.
+    fn run(memory: &mut RailMemory, from_m: Real, to_m: Real) {
+        let steps = 4_000;
+        let way = (to_m - from_m) / steps as Real;
+        for k in 1..=steps {
+            let s = from_m + k as Real * way;
+            memory.step(way, Some([0.05 * (0.3 * s).sin(), 0.01 * s.abs()]));
+        }
+    }
+
+    #[test]
+    fn what_was_read_is_found_again_at_its_place() {
+        let mut memory = RailMemory::new(18.0);
+        run(&mut memory, 0.0, 25.0);
+        let here = memory.here();
+        for back in [0.5, 3.3, 11.1, 20.0] {
+            let spot = memory.at(here, -back, 0.0);
+            let s = 25.0 - back;
+            // Linear interpolation: error at most pitch²/8 of the second derivative.
+            assert!((spot.u - 0.05 * (0.3 * s).sin()).abs() < 2e-5, "{back}");
+            assert!((memory.curvature_per_m(here, -back) - 0.01 * s).abs() < 2e-3);
+            assert_eq!((spot.ahead_m, spot.behind_m), (0.0, 0.0));
+        }
+        assert!(memory.read_up_to(here, -0.3) && !memory.read_up_to(here, 0.3));
+        // Back again: a revisit changes nothing on the same rail.
+        run(&mut memory, 25.0, 10.0);
+        let spot = memory.at(memory.here(), 5.0, 0.0);
+        assert!((spot.u - 0.05 * (0.3 * 15.0 as Real).sin()).abs() < 5e-5);
+    }
+
+    #[test]
+    fn beyond_its_ends_it_goes_on_and_says_how_far() {
+        let mut memory = RailMemory::new(18.0);
+        for k in 0..500 {
+            memory.step(0.01, Some([0.002 * k as Real * 0.01, 0.0]));
+        }
+        let gradient = memory.end_gradient();
+        assert!((gradient - 0.002).abs() < 1e-5, "{gradient}");
+        let ahead = memory.at(memory.here(), 2.0, gradient);
+        assert!((ahead.u - 0.002 * 7.0).abs() < 1e-4 && (ahead.ahead_m - 2.0).abs() < 0.2);
+        let behind = memory.at(memory.here(), -10.0, gradient);
+        assert!(behind.u.abs() < 1e-5 && (behind.behind_m - 5.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn it_forgets_the_far_end() {
+        let mut memory = RailMemory::new(18.0);
+        run(&mut memory, 0.0, 100.0);
+        assert!(memory.at(memory.here(), -50.0, 0.0).behind_m < 0.5);
+        assert!(memory.at(memory.here(), -64.0, 0.0).behind_m > 5.0);
+    }
+}

@@ -1,0 +1,135 @@
+//! Effective grade: mean over the masses off the rail memory, and for rail that was not read what the force balance says.
+
+use crate::Real;
+use crate::api::real::{GRAVITY, asin, sqrt};
+use crate::api::signals::Value;
+use crate::api::snapshot::state;
+use crate::grade::attitude::Attitude;
+use crate::mass::swing_balance::SwingMass;
+use crate::mass::swing_balance::balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
+use crate::mass::swing_balance::block::Block;
+use crate::models::rail_memory::RailMemory;
+use crate::models::train_means::TrainMeans;
+
+/// Time between two looks at the memory, s.
+const PERIOD_S: Real = 0.1;
+/// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
+const AHEAD_RAD_PER_M: Real = 0.02;
+const AHEAD_M: Real = 0.7;
+/// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
+const FORCE_SD_RAD: Real = 0.001;
+const FORCE_MOTION: Real = 2.0;
+/// Share of a new block in the correction by force, and what is left of it after one of no use.
+const SHARE: Real = 0.6;
+const LEFT: Real = 0.7;
+/// Speed from which the force tells the grade, m/s, and largest brake.
+const MIN_SPEED_MPS: Real = 0.1;
+const MAX_BRAKE: f32 = 0.002;
+/// Distance at which η is a grade, m.
+const ETA_M: Real = 9.0;
+
+/// The effective grade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffectiveGrade {
+    correction: Real,
+    age_s: Real,
+    sine: Real,
+    variance: Real,
+    looked: bool,
+}
+
+impl EffectiveGrade {
+    /// Takes a new block for the correction by force.
+    pub fn correct(
+        &mut self,
+        block: &Block,
+        mass: &SwingMass,
+        nominal: &Nominal,
+        rail: &RailMemory,
+    ) {
+        let v = Real::from(block.speed_mps);
+        let use_it = block.sound
+            && !block.slip
+            && !block.doubt
+            && block.brake < MAX_BRAKE
+            && v.abs() > MIN_SPEED_MPS
+            && mass.used() > 0;
+        if !use_it {
+            self.correction *= LEFT;
+            return;
+        }
+        let means = mass.train().at(rail, block.place);
+        let x = &mass.filter().belief().x;
+        let (M, s, a) = (
+            mass.mass_kg(),
+            if v < 0.0 { -1.0 } else { 1.0 },
+            block.mean_acceleration(),
+        );
+        let resistance = nominal.mu_load * GRAVITY * means.load_cos * M
+            + x[R0] * (1.0 - nominal.load_share * (1.0 - means.load_cos))
+            + x[CV] * v.abs()
+            + x[QC] * means.bend_per_m;
+        let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
+            + M * x[B];
+        let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
+        let difference = (uphill - read) / (M * GRAVITY);
+        let unread = unread_variance(&means, mass, rail);
+        let of = |sd: Real| sd * sd;
+        let force = of(FORCE_SD_RAD)
+            + of(FORCE_MOTION * a / GRAVITY)
+            + of(FORCE_MOTION * x[ANGLE] * x[MASS] / M);
+        let weight = unread / (unread + force);
+        self.correction += SHARE * (weight * difference - self.correction);
+    }
+
+    /// One step.
+    pub fn step(
+        &mut self,
+        attitude: &Attitude,
+        mount_sd_rad: Real,
+        mass: &SwingMass,
+        rail: &RailMemory,
+        dt: Real,
+    ) {
+        self.age_s += dt;
+        if self.looked && self.age_s < PERIOD_S - 1e-6 {
+            return;
+        }
+        (self.age_s, self.looked) = (0.0, true);
+        let means = mass.train().at(rail, rail.here());
+        let x = &mass.filter().belief().x;
+        let M = mass.mass_kg();
+        let behind = behind(&means, mass);
+        self.sine = (means.tare_kg + x[MASS] * means.load) / M - attitude.bias_mps2 / GRAVITY
+            + x[ETA] * behind
+            + self.correction;
+        let pitch = attitude.pitch_sd_rad;
+        self.variance =
+            pitch * pitch + mount_sd_rad * mount_sd_rad + unread_variance(&means, mass, rail);
+    }
+
+    /// The effective grade; `valid` is whether what it rests on is there.
+    pub fn value(&self, valid: bool) -> Value {
+        Value {
+            value: asin(self.sine.clamp(-0.9, 0.9)),
+            sd: sqrt(self.variance),
+            valid,
+        }
+    }
+}
+
+/// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
+fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
+    let load = mass.filter().belief().x[MASS];
+    (means.behind_tare_kgm + load * means.behind_load_m) / ETA_M / mass.mass_kg()
+}
+
+/// Variance of the mean grade from rail that was not read.
+fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> Real {
+    let ahead =
+        means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
+    let behind = behind(means, mass);
+    ahead * ahead + behind * behind * mass.filter().belief().P[(ETA, ETA)]
+}
+
+state!(EffectiveGrade { correction, age_s, sine, variance, looked; });

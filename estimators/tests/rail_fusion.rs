@@ -1,0 +1,278 @@
+//! Laws of `rail_fusion` and `attitude`: what makes bias and load observable, consistency in both directions, and no NaN whatever comes in.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::Random;
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::mass_layout::MassLayout;
+use monorig_estimators::api::params::{Kind, Setting};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
+use monorig_estimators::registry::{self, AnyEstimator};
+use monorig_estimators::{Real, Time, Vehicle, VehicleData};
+
+const DT: Real = 0.005;
+const G: Real = 9.81;
+const TARE_KG: Real = 9_000.0;
+const CHAIN_M: Real = 0.6;
+const MU: Real = 0.02;
+/// Of a calibrated IMU, as the estimators take it where nothing is told.
+const BIAS_SD: Real = 0.00978;
+const VRW: Real = 6.94e-4;
+const ARW: Real = 4.072e-5;
+
+/// A train whose masses all rest at the IMU: what is asked here is not where they are.
+fn vehicle() -> Vehicle {
+    let mut layout = MassLayout::even(TARE_KG, [0.0; 2], [0.0; 2]);
+    layout.load.chain_m = CHAIN_M;
+    Vehicle::new(VehicleData {
+        tare_kg: TARE_KG,
+        drives: 8,
+        wheel_radius_m: 0.17,
+        gear_ratio: 19.0,
+        running_resistance: MU,
+        mass_range_kg: [0.5 * TARE_KG, TARE_KG + 30_000.0],
+        layout: Some(layout),
+        ..VehicleData::default()
+    })
+    .unwrap()
+}
+
+/// A train on a rail of one grade after a level stretch, with a load that hangs on chains: equations of motion of a carriage with a pendulum
+/// (small angles), written from mechanics and not from the estimator.
+struct World {
+    random: Random,
+    bias: [Real; 2],
+    load_kg: Real,
+    ramp_rad: Real,
+    ramp_at_m: Real,
+    t: Real,
+    s: Real,
+    v: Real,
+    theta: Real,
+    swing: [Real; 2],
+}
+
+impl World {
+    fn new(seed: u64, load_kg: Real, ramp_rad: Real) -> Self {
+        let mut random = Random::new(seed);
+        let bias = [BIAS_SD * random.normal(), BIAS_SD * random.normal()];
+        Self {
+            random,
+            bias,
+            load_kg,
+            ramp_rad,
+            ramp_at_m: 10.0,
+            t: 0.0,
+            s: 0.0,
+            v: 0.0,
+            theta: 0.0,
+            swing: [0.0; 2],
+        }
+    }
+
+    /// 5 m of transition.
+    fn grade(&self) -> Real {
+        self.ramp_rad * ((self.s - self.ramp_at_m) / 5.0).clamp(0.0, 1.0)
+    }
+
+    fn step(&mut self) -> (Measurements, Command) {
+        let wanted = (0.35 * (self.t - 1.0)).clamp(0.0, 1.0);
+        let total = TARE_KG + self.load_kg;
+        let [phi, phi_dot] = self.swing;
+        let resistance = if self.v > 0.0 { MU * total * G } else { 0.0 };
+        let force = if self.t < 1.0 {
+            0.0
+        } else {
+            MU * total * G + total * G * self.grade().sin() + 20_000.0 * (wanted - self.v)
+        };
+        // φ is counted from plumb: gravity pulls on all of it along the rail, and the chains pull by m g φ more.
+        let a = (force - resistance + self.load_kg * G * phi - total * G * self.grade().sin())
+            / TARE_KG;
+        let a = if self.v <= 0.0 && a < 0.0 { 0.0 } else { a };
+        let rate = phi_dot - DT * (G * phi + a) / CHAIN_M;
+        self.swing = [phi + DT * rate, rate];
+        self.v += DT * a;
+        self.s += DT * self.v;
+        let before = self.theta;
+        self.theta = self.grade();
+        self.t += DT;
+        self.measure(a, (self.theta - before) / DT, force)
+    }
+
+    fn measure(&mut self, a: Real, theta_dot: Real, force: Real) -> (Measurements, Command) {
+        let t = Time::from_s(self.t as f64);
+        let mut z = Measurements::at(t);
+        let noise = VRW / DT.sqrt();
+        let (sine, cosine) = self.theta.sin_cos();
+        let [bx, bz] = self.bias;
+        let force_mps2 = [
+            a + G * sine + bx + noise * self.random.normal(),
+            noise * self.random.normal(),
+            G * cosine + bz + noise * self.random.normal() + self.v * theta_dot,
+        ];
+        z.specific_force_mps2 = Some(Sample {
+            t,
+            value: force_mps2,
+        });
+        let rate = ARW / DT.sqrt();
+        let mut turn = || rate * self.random.normal();
+        let value = [turn(), -theta_dot + turn(), turn()];
+        z.angular_rate_radps = Some(Sample { t, value });
+        let mut u = Command::default();
+        for i in 0..8 {
+            let torque = force * 0.17 / 19.0 / 8.0;
+            u.motor_torque_nm[i] = torque;
+            let value = torque * (1.0 + 0.01 * self.random.normal()) + 0.2 * self.random.normal();
+            z.motor_torque_nm[i] = Some(Sample { t, value });
+            let value = self.v + 0.005 * self.random.normal();
+            z.wheel_speed_mps[i] = Some(Sample { t, value });
+        }
+        (z, u)
+    }
+
+    fn run(&mut self, estimator: &mut AnyEstimator, seconds: Real) -> Estimate {
+        let mut last = Estimate::default();
+        for _ in 0..(seconds / DT) as usize {
+            let (z, u) = self.step();
+            last = estimator.step(&z, &u, DT).unwrap();
+        }
+        last
+    }
+}
+
+fn build(name: &str, settings: &[(&'static str, Setting<'static>)]) -> AnyEstimator {
+    registry::build(name, &vehicle(), settings.iter().copied()).unwrap()
+}
+
+fn internal(estimator: &AnyEstimator, name: &str) -> Real {
+    let at = estimator
+        .internals()
+        .iter()
+        .position(|internal| internal.name == name)
+        .unwrap();
+    let mut values = [0.0; 32];
+    estimator.internal_values(&mut values);
+    values[at]
+}
+
+#[test]
+fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
+    // |f| = g: f_z tells b_z on the level, and on a slope of 8° with it cos θ, at a sensitivity of sin θ = 0.14. On the level nothing tells b_x
+    // from θ. Without f_z nothing does anywhere.
+    let bias_sd = |ramp_deg: Real, settings: &[(&'static str, Setting<'static>)]| {
+        let mut estimator = build("rail_fusion", settings);
+        let mut world = World::new(3, 10_000.0, ramp_deg.to_radians());
+        world.run(&mut estimator, 45.0);
+        let (b, sd) = (
+            internal(&estimator, "accel_bias_mps2"),
+            internal(&estimator, "accel_bias_sd_mps2"),
+        );
+        assert!((b - world.bias[0]).abs() < 4.0 * sd, "{ramp_deg}°: {b}");
+        sd
+    };
+    let (level, slope) = (bias_sd(0.0, &[]), bias_sd(8.0, &[]));
+    let without = bias_sd(8.0, &[("vertical_force", Setting::Flag(false))]);
+    assert!(level > 0.9 * BIAS_SD, "level {level}");
+    assert!(slope < 0.4 * BIAS_SD, "slope {slope}");
+    assert!(without > 0.9 * BIAS_SD, "without f_z {without}");
+}
+
+#[test]
+fn one_start_on_the_level_weighs_a_load_that_swings() {
+    for load_kg in [2_000.0, 7_000.0, 14_000.0] {
+        let mass = TARE_KG + load_kg;
+        let mut estimator = build("rail_fusion", &[]);
+        let mut world = World::new(5, load_kg, 0.0);
+        let found = world.run(&mut estimator, 14.0).total_mass_kg;
+        let error = (found.value / mass - 1.0).abs();
+        assert!(error < 0.03, "{load_kg} kg: {error}");
+        assert!(found.valid && error < 4.0 * found.sd / mass, "{load_kg} kg");
+        // Its standard deviation without what no filter can see.
+        let sd = internal(&estimator, "load_filter_sd_kg");
+        assert!(sd < 0.03 * mass, "{load_kg} kg: {sd}");
+    }
+}
+
+#[test]
+fn the_standard_deviation_of_the_grade_is_neither_too_small_nor_too_large() {
+    const RUNS: u64 = 24;
+    for name in ["rail_fusion", "attitude"] {
+        let mut nees = 0.0;
+        for seed in 0..RUNS {
+            let mut estimator = build(name, &[]);
+            let mut world = World::new(100 + seed, 8_000.0, 0.14);
+            let grade = world.run(&mut estimator, 40.0).grade_rad;
+            let error = (grade.value - world.theta) / grade.sd;
+            nees += error * error / RUNS as Real;
+        }
+        // χ² with 24 degrees of freedom over 24: 1 ± 3 √(2/24). The noise of f_z is taken five times too large in variance on purpose, so that
+        // standard deviations are up to √5 too large.
+        let spread = 3.0 * (2.0 / RUNS as Real).sqrt();
+        assert!(nees < 1.0 + spread, "{name}: {nees}");
+        assert!(nees > (1.0 - 0.7 * spread) / 5.0, "{name}: {nees}");
+    }
+}
+
+#[test]
+fn every_switch_can_be_off() {
+    for name in ["rail_fusion", "attitude"] {
+        for key in registry::keys(name).unwrap() {
+            if let Kind::Flag { .. } = key.kind {
+                let mut estimator = build(name, &[(key.name, Setting::Flag(false))]);
+                let mut world = World::new(7, 10_000.0, 0.1);
+                let found = world.run(&mut estimator, 25.0);
+                let error = (found.grade_rad.value - world.theta).abs();
+                // No gyro, no f_z, no gate: worse, but no nonsense.
+                assert!(
+                    found.is_finite() && error < 0.02,
+                    "{name}.{}: {error}",
+                    key.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_that_passes_the_input_check_makes_a_nan() {
+    for name in ["rail_fusion", "attitude"] {
+        let mut estimator = build(name, &[]);
+        let mut random = Random::new(11);
+        let mut world = World::new(13, 10_000.0, 0.1);
+        for k in 0..40_000 {
+            let (mut z, mut u) = world.step();
+            let size = [1.0, 10.0, 1e3, 1e6][(k / 500) % 4];
+            let mut wild = |value: &mut Real| {
+                if random.chance(0.02) {
+                    *value = size * random.normal();
+                }
+            };
+            if (k / 2_000) % 2 == 1 {
+                for vector in z.vectors_mut().into_iter().flatten() {
+                    vector.value.iter_mut().for_each(&mut wild);
+                }
+                for scalar in z.scalars_mut().flatten() {
+                    wild(&mut scalar.value);
+                }
+                u.motor_torque_nm.iter_mut().for_each(&mut wild);
+            }
+            if random.chance(0.05) {
+                z.specific_force_mps2 = None;
+            }
+            if random.chance(0.05) {
+                z.angular_rate_radps = None;
+            }
+            // An error is an answer; a NaN is not.
+            if let Ok(estimate) = estimator.step(&z, &u, DT) {
+                assert!(estimate.is_finite(), "{name} at {k}");
+                let sds = [
+                    estimate.total_mass_kg.sd,
+                    estimate.grade_rad.sd,
+                    estimate.effective_grade_rad.sd,
+                ];
+                assert!(sds.iter().all(|sd| *sd >= 0.0), "{name} at {k}");
+            }
+        }
+    }
+}
