@@ -184,3 +184,7 @@ impl Conditioning {
 }
 
 state!(Conditioning { speed, inertial, gyro, noise; params, max_mps2 });
+
+#[cfg(test)]
+#[path = "conditioning_tests.rs"]
+mod tests;

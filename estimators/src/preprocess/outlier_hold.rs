@@ -114,4 +114,15 @@ mod tests {
         assert!(held.count() < 100); // while the usual step is not yet known
         assert!((0..1000).all(|k| ramp.take(0.04 * Real::from(k), 0.0).is_some()));
     }
+
+    #[test]
+    fn the_value_is_the_last_one_accepted_and_slack_widens_the_limit() {
+        let mut hold = OutlierHold::new(0.05);
+        assert_eq!(hold.value(), None);
+        assert_eq!(hold.take(1.0, 0.0), Some(1.0));
+        assert_eq!((hold.take(1.2, 0.1), hold.value()), (None, Some(1.0)));
+        let mut hold = OutlierHold::new(0.05);
+        hold.take(1.0, 0.0);
+        assert_eq!((hold.take(1.2, 0.2), hold.value()), (Some(1.2), Some(1.2)));
+    }
 }
