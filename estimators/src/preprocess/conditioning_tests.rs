@@ -88,7 +88,11 @@ fn a_jump_of_an_axis_is_bridged_by_its_last_value() {
             let small = 0.5 + 0.98 * floor;
             let mut other = conditioning;
             assert_eq!(other.axis(axis, small, period_s, false), small);
-            let large = 0.5 + 1.02 * floor;
+            assert_eq!(
+                { conditioning }.axis(axis, 0.5 + 1.02 * floor, period_s, false),
+                0.5
+            );
+            let large = 0.5 + 2.0 * floor;
             let passed = [(); 3].map(|()| conditioning.axis(axis, large, period_s, false));
             assert_eq!(passed, [0.5, 0.5, large], "{axis:?}");
         }
