@@ -161,7 +161,10 @@ fn the_page_of_known_failures_is_what_the_scenarios_say() {
         for k in &scenario.file.known_failures {
             let estimator = k.estimator.clone().unwrap_or_default();
             let why = k.why.split_whitespace().collect::<Vec<_>>().join(" ");
-            known.insert(format!("| `{}` | `{estimator}` | `{}` | {why} |", scenario.name, k.metric));
+            known.insert(format!(
+                "| `{}` | `{estimator}` | `{}` | {why} |",
+                scenario.name, k.metric
+            ));
         }
     }
     let page = std::fs::read_to_string(project().join("docs/src/known_failures.md")).unwrap();

@@ -4,7 +4,7 @@ use monorig_estimators::{Command, Error, Estimate, Estimator, Internal, Measurem
 use monorig_estimators::{Value, Vehicle, choices, params};
 use monorig_lab::batch::{Plan, RunSpec, run_one};
 use monorig_lab::tuning::TuningStudy;
-use monorig_lab::tuning::run::{TuningRun, run};
+use monorig_lab::tuning::run::{Ended, TuningRun, run};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::control::{Controller, ControllerSetup, Perception, Reference};
 use std::path::{Path, PathBuf};
@@ -119,7 +119,8 @@ fn spec(scenario: PathBuf) -> RunSpec {
     RunSpec {
         index: 0,
         scenario,
-        overrides: Vec::new(),
+        changes: Default::default(),
+        inputs: Default::default(),
         seed: 1,
         draws: Default::default(),
         reference: None,
@@ -220,11 +221,12 @@ fn numbers_flags_and_words_are_tuned() {
             folder: folder.path().join("out"),
             cache: folder.path().join("cache"),
             jobs: 1,
-            resume: false,
+            begin: Begin::New,
+            monorig: Identity::of_program(None),
         };
-        let result = run(&study, &task, &())
-            .expect("a search")
-            .expect("to its end");
+        let Ended::Finished(result) = run(&study, &task, &()).expect("a search") else {
+            panic!("it was stopped");
+        };
         let best = result.best().expect("a winner");
         let text = serde_json::to_value(&best.parameters).expect("JSON");
         assert_eq!(text["mass_kg"], truth, "{evaluation}");

@@ -20,6 +20,7 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::run;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::{ParameterValue, Scenario};
+use monorig_sim::record::identity::Identity;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
 
@@ -98,7 +99,7 @@ fn estimators_beside_the_loop_do_not_change_the_recording() {
 #[test]
 fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
-    let cache = Cache::new(folder.path());
+    let cache = Cache::new(folder.path(), &Identity::of_program(None));
     let s = eventful("3");
     let made = cache
         .get(&s, &Registry::default(), 1, &mut |_| true)
@@ -181,7 +182,7 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
 /// What a trial shows with this `delta`.
 fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
-    let cache = Cache::new(folder.path());
+    let cache = Cache::new(folder.path(), &Identity::of_program(None));
     let evaluator = Evaluator::prepare(study, &study.tuning, &cache, 1, "", &())
         .unwrap()
         .unwrap();

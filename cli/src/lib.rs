@@ -32,6 +32,7 @@ pub use monorig_sim;
 
 mod commands;
 mod files;
+mod identity;
 mod simulate;
 mod ui;
 mod viewer;
@@ -45,6 +46,7 @@ use monorig_sim::closed_loop::registry::{Registry, RegistryError};
 use monorig_sim::control::{Controller, ControllerSetup};
 use std::process::ExitCode;
 use ui::errors::{self, CliError};
+use ui::note;
 
 /// How a task that could be done has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,7 +115,8 @@ impl App {
             errors::show(&CliError::Registry(wrong));
             return ExitCode::from(2);
         }
-        let command = commands::with_names(Arguments::command(), &self.registry);
+        let command =
+            commands::with_names(Arguments::command(), &self.registry).version(commands::version());
         let parsed = command
             .try_get_matches()
             .and_then(|matches| Arguments::from_arg_matches(&matches));
@@ -121,7 +124,14 @@ impl App {
             Ok(arguments) => arguments,
             Err(e) => return errors::usage(&e),
         };
-        match arguments.command.run(&self.registry) {
+        let done = arguments.command.run(&self.registry);
+        let refused = monorig_lab::batch::refused_threads();
+        if refused > 0 {
+            note::note(&format!(
+                "the system did not make {refused} of the threads asked for (`ulimit -u`, memory): slower, with the same results"
+            ));
+        }
+        match done {
             Ok(CommandOutcome::Held) => ExitCode::SUCCESS,
             Ok(CommandOutcome::Failed) => ExitCode::from(1),
             Err(CliError::ReaderGone) => ExitCode::SUCCESS,

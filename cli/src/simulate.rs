@@ -1,17 +1,16 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
 use monorig_lab::metrics::series::ErrorSeries;
 use monorig_lab::verdicts::summary::Summary;
-use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
-use monorig_sim::closed_loop::run::{Observer, Outcome};
-use monorig_sim::error::Error;
+use monorig_sim::closed_loop::run::Observer;
+use monorig_sim::closed_loop::{Registry, Simulation, resolved};
 use monorig_sim::record::folder::RunFolder;
-use monorig_sim::record::inputs::inputs;
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{Recorder, Sink};
 use std::path::{Path, PathBuf};
@@ -37,6 +36,10 @@ pub struct RecordOptions<'a> {
     pub live: bool,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
+    /// Record long runs at the full rate too.
+    pub full_rate: bool,
+    /// Where estimators and controller are from: their defaults go into the manifest.
+    pub registry: &'a Registry,
 }
 
 /// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
@@ -48,9 +51,9 @@ pub fn simulate(
 ) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
     let folder = RunFolder::create(options.out, &scenario.name, seed)?;
-    let resolved = serde_json::to_value(&scenario).map_err(CliError::Json)?;
-    let manifest = Manifest::new(&scenario.name, seed, &inputs(scenario.path())?, resolved);
-    folder.write("manifest.json", manifest.to_json().as_bytes())?;
+    let (inputs, name) = (scenario.input_digests(), &scenario.name);
+    let resolved = resolved(&scenario, options.registry);
+    let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
 
     let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
@@ -62,12 +65,25 @@ pub fn simulate(
     }
     let mut series = ErrorSeries::default();
     let started = Instant::now();
-    let outcome = record(&mut simulation, sinks, options.live, &mut series, go_on)?;
+    let mut recorder = Recorder::new(sinks);
+    if options.live {
+        recorder = recorder.every_s(viewer::LIVE_CHUNK_S);
+    }
+    if options.full_rate {
+        recorder = recorder.full_rate();
+    }
+    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder, &mut series];
+    let outcome = run::run(&mut simulation, observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = Summary::new(&scenario, seed, &outcome, &series);
     folder.write("metrics.json", summary.to_json().as_bytes())?;
-    let folder = folder.commit()?;
+    manifest.sum_outputs(folder.path())?;
+    folder.write(manifest::NAME, manifest.to_json().as_bytes())?;
+    let folder = match outcome.interrupted {
+        false => folder.commit()?,
+        true => folder.commit_interrupted()?,
+    };
     for (name, times, reason) in &outcome.refusals {
         note(&format!(
             "{name} refused {times} steps, the first because {reason}"
@@ -79,16 +95,4 @@ pub fn simulate(
         folder,
         wall_s,
     })
-}
-
-/// Run a simulation into sinks. `live`: someone is watching.
-pub fn record(
-    simulation: &mut Simulation,
-    sinks: Vec<Box<dyn Sink>>,
-    live: bool,
-    also: &mut dyn Observer,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Outcome, Error> {
-    let mut recorder = Recorder::new(sinks).every_s(viewer::chunk_s(live));
-    run::run(simulation, &mut [&mut recorder, also], go_on)
 }

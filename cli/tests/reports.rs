@@ -307,7 +307,7 @@ fn of_nothing_that_can_be_reported() {
         metrics.replace("\"seed\": 1", "\"seed\": 2"),
     )
     .unwrap();
-    refused(RUN, "different runs");
+    refused(RUN, "check sum");
     std::fs::write(file("metrics.json"), &metrics[..metrics.len() / 2]).unwrap();
     refused(RUN, "metrics.json");
     std::fs::write(file("metrics.json"), metrics).unwrap();

@@ -133,6 +133,7 @@ fn results_that_are_not_whole_are_refused() {
             assert!(told.contains(&file), "{name} {what}: {told}");
             assert!(told.contains("help:"), "{name} {what}: {told}");
         }
+        rig.write(&file, &whole);
         let folder = file.rsplit_once('/').unwrap().0;
         for missing in [format!("{folder}/no-{name}"), format!("nowhere/{name}")] {
             assert!(

@@ -9,7 +9,7 @@ use std::path::Path;
 fn files() -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let mut names = BTreeSet::new();
-    for folder in ["", "studies", "tuning"] {
+    for folder in ["", "harsh", "studies", "tuning"] {
         for entry in std::fs::read_dir(root.join(folder)).unwrap() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|e| e == "yaml") {
@@ -33,9 +33,11 @@ fn named() -> Vec<String> {
             .and_then(|row| row.split(" |").next());
         let cells = cell.into_iter().flat_map(ticked);
         names.extend(cells.filter(|name| !name.contains('/')));
-        names.extend(
-            ticked(line).filter(|name| name.starts_with("studies/") || name.starts_with("tuning/")),
-        );
+        names.extend(ticked(line).filter(|name| {
+            ["harsh/", "studies/", "tuning/"]
+                .iter()
+                .any(|folder| name.starts_with(folder))
+        }));
     }
     names
 }

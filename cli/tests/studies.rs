@@ -139,20 +139,22 @@ fn a_changed_study_does_not_go_on_with_old_results() {
     assert_eq!(rig.monorig(&["study", "spread.yaml"]).0, Some(0));
     let before = rig.read(RESULTS);
     let track = rig.read("track.yaml");
-    for (file, text) in [
-        ("spread.yaml", short.replace("[0, 2500]", "[0, 2000]")),
+    for (file, text, what) in [
+        (
+            "spread.yaml",
+            short.replace("[0, 2500]", "[0, 2000]"),
+            "vary[0].uniform[1] 2500.0 there, 2000.0 here",
+        ),
         (
             "track.yaml",
             track.replace("joints: {every_m: 3", "joints: {every_m: 4"),
+            "track.yaml has changed",
         ),
     ] {
         let good = rig.read(file);
         rig.write(file, text.as_bytes());
         let told = rig.refused(&["study", "spread.yaml"]);
-        assert!(
-            told.contains("another study") && told.contains("--out"),
-            "{told}"
-        );
+        assert!(told.contains(what) && told.contains("--out"), "{told}");
         assert_eq!(rig.read(RESULTS), before);
         rig.write(file, good.as_bytes());
     }

@@ -205,24 +205,27 @@ fn before_and_after_are_recorded_side_by_side() {
 /// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation runs alone.
 #[test]
 fn defaults_that_cannot_be_measured_are_refused() {
-    let blind = "{metric: mass_rmse_kg, after_s: 0, until_s: 1}";
+    let blind = "{metric: mass_rmse_kg_valid, after_s: 0, until_s: 1}";
+    let available = "constraints:\n  - {metric: mass_availability, at_least: 0.001}";
     let stands = STUDY.replace("seeds: [7, 8]", "seeds: [7]").replacen(
         "stop.after_s: 30, events: [], expect: [], drive.controller.feedforward: none}, seeds: [7]",
         "stop.after_s: 19, events: [], expect: [], drive.controller.feedforward: none}, seeds: [7]",
         1,
     );
-    for (study, key) in [
+    for (study, what) in [
         (
-            STUDY.replace("{metric: mass_rmse_kg, after_s: 20}", blind),
-            "validation[0]",
+            STUDY
+                .replace("{metric: mass_rmse_kg, after_s: 20}", blind)
+                .replace("constraints:", available),
+            "mass_rmse_kg_valid is not a number",
         ),
-        (stands, "validation[0]"),
+        (stands, "mass_rmse_kg is not a number"),
     ] {
         let rig = rig();
         rig.write("study.yaml", study.as_bytes());
         let (code, told, err) = rig.monorig(&["tune", "study.yaml"]);
         assert_eq!(code, Some(2), "{told}{err}");
-        for part in [key, "mass_rmse_kg is not a number", "help:"] {
+        for part in ["validation[0]", what, "help:"] {
             assert!(err.contains(part), "no {part}: {err}");
         }
     }
@@ -303,6 +306,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("fixed_and_varying", "study.yaml", "fixed: {cutoff_hz: 2}", "fixed: {delta: 0.99}"),
     ("published_unknown", "study.yaml", "kappa: 0.966", "capa: 0.966"),
     ("unknown_metric", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rms_kg"),
+    ("valid_without_availability", "study.yaml", "metric: mass_rmse_kg", "metric: mass_rmse_kg_valid"),
     ("metric_of_the_train", "study.yaml", "metric: mass_rmse_kg", "metric: speed_rmse_mps"),
     ("window_empty", "study.yaml", "after_s: 20}", "after_s: 10, until_s: 9}"),
     ("constraint_bounds_nothing", "study.yaml", ", at_least: 0.1", ""),

@@ -105,7 +105,7 @@ def home(file: Path, struct: str, groups: dict) -> Path:
 def main() -> None:
     groups = {file: groups_of(file) for file in FILES}
     pipelines = declared()
-    registry = re.findall(r'^    "(\w+)"(?: in "\w+")? => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
+    registry = re.findall(r'^    "(\w+)"(?: in "\w+")?(?: as \w+)? => (\w+)::', (SOURCE / "registry.rs").read_text(), re.M)
     users: dict[tuple[Path, str], list[str]] = {}
     for name, module in registry:
         folder = "published" if name.endswith("_printed") else "pipelines"

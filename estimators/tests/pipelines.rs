@@ -4,12 +4,12 @@
 
 mod reference;
 
+use monorig_estimators::Setting;
 use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use monorig_estimators::Setting;
 use monorig_estimators::registry::{build, keys};
 use reference::{Table, assert_agrees};
 
@@ -110,6 +110,7 @@ fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
     let known = |key: &&(&str, Setting)| keys(name).unwrap().any(|k| k.name == key.0);
     let off = [
         ("innovation_gate", Setting::Flag(false)),
+        ("nis_monitor", Setting::Flag(false)),
         ("outlier_hold", Setting::Flag(false)),
         ("gyro_calibration", Setting::Flag(false)),
         ("noise", Setting::Choice("told")),
@@ -188,7 +189,11 @@ fn liu_2023() {
         .into_iter()
         .enumerate()
     {
-        let named = (name, &mass0[..], &two_stages[..]);
+        let settings = match name {
+            "dffrls_aekf_robust" => &[mass0[0], ("delta", 0.995)][..],
+            _ => &mass0[..],
+        };
+        let named = (name, settings, &two_stages[..]);
         rows.extend(number(
             run,
             drive("pipeline_liu_input.csv", &rail(), named, traction_row),
@@ -343,7 +348,12 @@ fn patent() {
 /// The textbook baseline with its gate, from the samples on.
 #[test]
 fn baseline() {
-    let mut pipeline = build("ekf_v_theta_biases", &rail(), []).unwrap();
+    let mut pipeline = build(
+        "ekf_v_theta_biases",
+        &rail(),
+        [("nis_monitor", false.into())],
+    )
+    .unwrap();
     let dt = 0.02;
     let mut rows = Vec::new();
     let input = Table::read("pipeline_baseline_input.csv").arrays::<5>();

@@ -1,5 +1,17 @@
 //! Text that goes into HTML.
 
+use crate::hidden::is_hidden;
+
+/// An address as it may stand in `href`: of the web, or of a file beside the page; never one that runs something.
+pub fn link(to: &str) -> String {
+    let web = ["https://", "http://"].iter().any(|s| to.starts_with(s));
+    let scheme = to.split(['/', '?', '#']).next().unwrap_or_default();
+    match !web && scheme.contains(':') {
+        true => escape(&format!("./{to}")), // a name with a colon in it, and no scheme
+        false => escape(to),
+    }
+}
+
 /// Text as it may stand between tags and in attributes.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -11,7 +23,7 @@ pub fn escape(text: &str) -> String {
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
             // XML knows no other control characters, not even escaped ones
-            c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
+            c if is_hidden(c) => out.push(char::REPLACEMENT_CHARACTER),
             c => out.push(c),
         }
     }
@@ -51,6 +63,25 @@ mod tests {
             escape("<a href=\"x\">'&'\u{1}"),
             "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;\u{fffd}"
         );
+    }
+
+    #[test]
+    fn links_lead_to_the_web_or_to_files() {
+        for (to, text) in [
+            ("run.rrd", "run.rrd"),
+            ("../a b/run.rrd", "../a b/run.rrd"),
+            ("https://doi.org/1", "https://doi.org/1"),
+            ("javascript:alert(1)", "./javascript:alert(1)"),
+            (
+                "JavaScript:alert(1)/run.rrd",
+                "./JavaScript:alert(1)/run.rrd",
+            ),
+            ("data:text/html,x", "./data:text/html,x"),
+            ("java\tscript:x", "./java\tscript:x"),
+            ("a/b:c", "a/b:c"),
+        ] {
+            assert_eq!(link(to), text);
+        }
     }
 
     #[test]

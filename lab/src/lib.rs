@@ -4,16 +4,22 @@
 //! |---|---|
 //! | [`metrics`] | errors of every estimator, sample by sample, and the numbers that sum them up |
 //! | [`verdicts`] | a run in numbers, whether it does what it is expected to, estimators side by side |
+//! | [`hidden`] | characters that a terminal or a reader must not be given as they are |
+//! | [`made_from`] | what results were made from and by |
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
 //! | [`tuning`] | parameters found by search |
+//! | [`recordings`] | noise, bias and vibration of recorded instruments |
 //! | [`plot`] | figures, a file for each kind |
 //! | [`report`] | pages of figures and tables |
 
 pub mod batch;
+pub mod hidden;
 pub mod html;
+pub mod made_from;
 pub mod metrics;
 pub mod plot;
+pub mod recordings;
 pub mod replay;
 pub mod report;
 pub mod tuning;

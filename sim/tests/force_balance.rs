@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use monorig_estimators::Command;
+use monorig_sim::plant::Plant;
 use monorig_sim::plant::train::balance::ForceBalance;
-use monorig_sim::plant::{Plant, PlantOptions, point_mass::PointMass, rapier::World};
 use monorig_sim::rail::Rail;
-use monorig_sim::testing::{Cruise, G, asset_track, options, slope, torque, track, train, world};
+use monorig_sim::testing::{Cruise, asset_track, slope, torque, track, train, world};
 use monorig_sim::train::Train;
 use std::sync::Arc;
 

@@ -12,7 +12,7 @@ from common import GRAVITY, jacobian
 
 DT = 0.02
 COLUMNS = ["fresh", "t", "f", "pitch", "speed"]
-Q = np.diag([1e-5, 1e-7, 1e-11, 1e-8])
+Q = np.diag([1e-4, 1e-6, 1e-11, 1e-8])
 R = 0.02**2
 
 

@@ -17,6 +17,7 @@
 
 mod blueprint;
 mod columns;
+mod frames;
 mod live;
 mod plots;
 pub mod readback;

@@ -1,5 +1,6 @@
 //! Reading a recording back: what is in it, and what it says. For tests, and for `monorig check run.rrd`.
 
+use crate::frames;
 use monorig_sim::error::Error;
 use re_log_encoding::Decoder;
 use rerun::archetypes::{Scalars, TextLog, Transform3D};
@@ -7,6 +8,7 @@ use rerun::log::{Chunk, LogMsg};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// A recording, entity by entity.
@@ -48,8 +50,32 @@ impl Recording {
     }
 }
 
-/// Read a recording. A file that breaks off is read as far as it goes; see [`Recording::complete`].
+/// Read a recording. A file that breaks off is read as far as it goes; see [`Recording::complete`]. A damaged file is an error: what
+/// the decoders of Rerun and Arrow do with it, panics among it, ends here.
 pub fn read(path: &Path) -> Result<Recording, Error> {
+    let damaged = |what: String| Error::Io {
+        path: path.into(),
+        source: std::io::Error::new(std::io::ErrorKind::InvalidData, what),
+    };
+    let failed = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
+    frames::check(path).map_err(failed)?.map_err(damaged)?;
+    quietly(|| decode(path))
+        .unwrap_or_else(|_| Err(damaged("its decoder cannot make anything of it".into())))
+}
+
+/// Catch a panic, and do not print it.
+fn quietly<T>(work: impl FnOnce() -> T) -> std::thread::Result<T> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = catch_unwind(AssertUnwindSafe(work));
+    std::panic::set_hook(hook);
+    done
+}
+
+fn decode(path: &Path) -> Result<Recording, Error> {
     let fail = |source| Error::Io {
         path: path.into(),
         source,

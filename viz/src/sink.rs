@@ -17,8 +17,8 @@ pub const LIVE_CHUNK_S: f64 = 10.0;
 
 /// Writes a `.rrd` file, and shows the run in a viewer if there is one.
 ///
-/// The same layout and chunks give the same messages, byte for byte: their ids count up, and no clock is read. Only the
-/// index at the end of the file may differ, which Rerun's encoder makes out of hash maps of its own.
+/// The same layout and chunks give the same file, byte for byte: ids count up, no clock is read, and the index at the end is put in
+/// order.
 ///
 /// Dropped before [`Sink::finish`] (an error, an interrupt), it still closes the file.
 pub struct RerunSink {

@@ -4,6 +4,7 @@
 //! and encoded in order, on this thread, with ids that count up: the same run gives the same messages, and an error of
 //! the file system reaches the caller.
 
+use crate::frames;
 use crate::live::Live;
 use monorig_sim::error::Error;
 use re_log_encoding::{EncodeError, Encoder, EncodingOptions};
@@ -57,6 +58,7 @@ pub struct MessageStream {
     file_ids: Ids,
     live: Option<(Live, Ids)>,
     next_id: u64,
+    finished: bool,
 }
 
 impl MessageStream {
@@ -82,6 +84,7 @@ impl MessageStream {
             file_ids,
             live,
             next_id: 1,
+            finished: false,
         };
         stream.begin_store(RerunStore::Recording)?;
         Ok(stream)
@@ -136,14 +139,22 @@ impl MessageStream {
 
     /// Close the file, so that it can be read without repair, and wait a little for the viewer.
     pub fn finish(&mut self) -> Result<(), Error> {
-        let closed = self
-            .encoder
-            .finish()
-            .and_then(|()| self.encoder.flush_blocking());
+        let closed = match std::mem::replace(&mut self.finished, true) {
+            true => Ok(()),
+            false => self.close(),
+        };
         if let Some((live, _)) = &mut self.live {
             live.finish();
         }
-        closed.map_err(|e| encode(&self.path, e))
+        closed
+    }
+
+    fn close(&mut self) -> Result<(), Error> {
+        let closed = self.encoder.finish();
+        closed
+            .and_then(|()| self.encoder.flush_blocking())
+            .map_err(|e| encode(&self.path, e))?;
+        frames::sort_index(&self.path).map_err(|e| io(&self.path, e))
     }
 
     fn row(

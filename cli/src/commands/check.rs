@@ -61,7 +61,9 @@ fn check_one(
     if row.is_none()
         && let Some(kind) = results::recognise(file)
     {
-        return Ok(format!("{} ok ({})", kind.name, (kind.read)(file)?));
+        let found = (kind.read)(file)?;
+        results::verify(file)?;
+        return Ok(format!("{} ok ({found})", kind.name));
     }
     let row = match row {
         Some(row) => row,

@@ -3,6 +3,7 @@
 use crate::CommandOutcome;
 use crate::commands::shared::{Jobs, assignment, seeds};
 use crate::files::prepare;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
@@ -14,6 +15,7 @@ use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::PathBuf;
@@ -145,6 +147,7 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
             )
         })?;
     interrupt::listen();
+    scenario.inputs().seal();
     let runs = run(task, &overrides, scenario, &reference, registry)?;
     let cells = cells(
         &runs,
@@ -157,7 +160,7 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
         let all = Comparison {
             version: 1,
             kind: "compare".into(),
-            monorig: env!("CARGO_PKG_VERSION").into(),
+            monorig: identity().to_string(),
             scenario: scenario.name.clone(),
             estimators: scenario.file.estimators.clone(),
             reference: reference.clone(),
@@ -194,7 +197,8 @@ fn run(
     let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
         index,
         scenario: task.file.clone(),
-        overrides: overrides.to_vec(),
+        changes: Sets::new(overrides),
+        inputs: scenario.inputs().clone(),
         seed: *seed,
         draws: Default::default(),
         reference: Some(reference.to_owned()),

@@ -6,15 +6,18 @@ pub mod merge;
 pub mod report;
 pub mod run;
 pub mod schema;
+pub mod sensors;
 pub mod shared;
 pub mod study;
 pub mod test;
 pub mod tune;
 
 use crate::CommandOutcome;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use clap::{Parser, Subcommand};
 use monorig_sim::closed_loop::registry::Registry;
+use std::sync::OnceLock;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,6 +38,16 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// What `--version` says: the version, the git revision, and the hash of the program, computed only if it is asked for.
+pub fn version() -> &'static str {
+    static VERSION: OnceLock<String> = OnceLock::new();
+    let asked = std::env::args_os().any(|a| a == "--version" || a == "-V");
+    match asked {
+        true => VERSION.get_or_init(|| identity().to_string()),
+        false => env!("CARGO_PKG_VERSION"),
+    }
 }
 
 /// The same command line with the names of the estimators there are in its help.
@@ -65,6 +78,8 @@ pub enum Command {
     Tune(tune::TuneArgs),
     /// Write a report as one HTML file
     Report(report::ReportArgs),
+    /// Figures of real instruments from their recordings
+    Sensors(sensors::SensorsArgs),
     /// Check files without running anything
     Check(check::CheckArgs),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit
@@ -82,6 +97,7 @@ impl Command {
             Self::Merge(args) => merge::merge(args),
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
+            Self::Sensors(args) => sensors::sensors(args),
             Self::Check(args) => check::check(args, registry),
             Self::Schema(args) => schema::schema(args, registry),
         }

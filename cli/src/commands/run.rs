@@ -12,6 +12,7 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::summary;
 use clap::ValueEnum;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::record::whole;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -42,6 +43,9 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
+    /// Record long runs at the full rate too, instead of at half of it after two hours (360 000 rows), a quarter after four …
+    #[arg(long)]
+    pub full_rate: bool,
     /// Move the train with this plant instead of the scenario's
     #[arg(long, value_name = "PLANT")]
     pub plant: Option<PlantChoice>,
@@ -91,6 +95,8 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         out: &task.out,
         live: task.live,
         no_rerun: task.no_rerun,
+        full_rate: task.full_rate,
+        registry,
     };
     let run = simulate(simulation, &options, &mut |share| {
         progress.at(share);
@@ -120,7 +126,7 @@ pub fn prepare_out(out: &Path) -> Result<(), CliError> {
         source,
     };
     std::fs::create_dir_all(out).map_err(refused)?;
-    let probe = out.join(format!(".monorig-{}", std::process::id()));
+    let probe = out.join(format!(".monorig-{}", whole::unique()));
     std::fs::write(&probe, b"can this be written?").map_err(refused)?;
     std::fs::remove_file(&probe).map_err(refused)
 }

@@ -2,17 +2,18 @@
 
 use crate::CommandOutcome;
 use crate::commands::shared::Jobs;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::tables::{lines, number, right, table};
+use monorig_lab::batch::lines::Lines;
 use monorig_lab::batch::{Plan, ResultStore, RunResult, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::{Check, Tally};
 use monorig_sim::closed_loop::registry::Registry;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use monorig_sim::record::inputs;
 use std::path::Path;
 use std::path::PathBuf;
 
@@ -22,7 +23,8 @@ Examples:
   monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5      every fifth run, for one of five machines
   monorig merge runs/vehicle_test_spread/results.*-of-5.jsonl --into all.jsonl
 
-Stopped or killed, it goes on where it was when it is started again. The results are the same bytes whatever --jobs,
+Stopped or killed, it goes on where it was when it is started again, if program and input files are the same (copies of these
+are kept in OUT/<study>/inputs). The results are the same bytes whatever --jobs,
 whether it was interrupted or not, and whether it was run whole or in shards and merged.";
 
 /// `monorig study`
@@ -62,7 +64,9 @@ pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         path: folder.clone(),
         source,
     })?;
-    let mut store = ResultStore::open(&folder.join(name), &plan.header(shard).to_line(), shard)?;
+    let header = plan.header(shard, &identity()).to_line();
+    let mut store = ResultStore::open(&folder.join(name), &header, shard)?;
+    inputs::keep(plan.inputs(), &folder.join("inputs"))?;
     let all = shard.runs(plan.runs());
     if store.done() > 0 {
         note(&format!("{} of {all} runs are there already", store.done()));
@@ -109,16 +113,10 @@ struct Column {
 
 /// Read the results back and print what they have come to.
 pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
-    let failed = |source| monorig_sim::error::Error::Io {
-        path: path.into(),
-        source,
-    };
-    let file = File::open(path).map_err(failed)?;
     let (mut tally, mut runs) = (Tally::default(), 0);
     let mut columns: Vec<Column> = Vec::new();
-    for line in BufReader::new(file).lines().skip(1) {
-        let result: RunResult =
-            serde_json::from_str(&line.map_err(failed)?).map_err(CliError::Json)?;
+    for line in Lines::open(path)?.skip(1) {
+        let result: RunResult = serde_json::from_str(&line?).map_err(CliError::Json)?;
         runs += 1;
         tally.add(&result);
         for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {

@@ -5,13 +5,16 @@ mod junit;
 
 use crate::CommandOutcome;
 use crate::commands::shared::{Jobs, seeds};
+use crate::identity::identity;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::Sets;
+use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -50,17 +53,24 @@ pub struct TestArgs {
     pub json: Option<PathBuf>,
 }
 
+/// Findings shown for each scenario; the others are counted.
+const FINDINGS_SHOWN: usize = 5;
+
 /// A scenario to test.
 struct Case {
     path: PathBuf,
     name: String,
     seeds: Vec<u64>,
+    /// Its files, as they were when it was checked.
+    inputs: InputFiles,
 }
 
 /// A scenario tested.
 pub struct TestedScenario {
     /// Its verdicts.
     pub judged: ScenarioVerdict,
+    /// Why it could not be used, if it could not.
+    pub unusable: Option<String>,
     /// Time its runs took together.
     pub took: Duration,
 }
@@ -72,36 +82,48 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         .iter()
         .map(|seeds| ("seeds".to_owned(), seeds.clone()))
         .collect();
+    let changes = Sets::new(&overrides).written_in("--seeds");
     let paths = files::scenarios(&task.paths, task.filter.as_deref())?;
-    let (mut cases, mut bad) = (Vec::new(), 0);
+    // what is interrupted must not leave the reports of an earlier test behind
+    for path in task.junit.iter().chain(&task.json) {
+        output::clear(path)?;
+    }
+    let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
-        match case(path, &overrides, registry) {
+        match case(path, &changes, registry) {
             Ok(case) => cases.push(case),
             Err(e) => {
+                unusable.push(TestedScenario::unusable(path, e.to_string()));
                 errors::show(&CliError::Sim(e));
-                bad += 1;
             }
         }
     }
     interrupt::listen();
-    let tested = run(task, &cases, &overrides, registry)?;
+    let mut tested = run(task, &cases, &changes, registry)?;
+    let failed = tested.iter().filter(|t| !t.judged.held).count();
+    let held = tested.len() - failed;
+    let bad = unusable.len();
+    tested.extend(unusable);
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
     }
     if let Some(path) = &task.json {
         output::write(path, &json(&tested)?)?;
     }
-    let failed = tested.iter().filter(|t| !t.judged.held).count();
-    let runs: usize = tested.iter().map(|t| t.judged.runs.len()).sum();
+    let usable = tested.iter().filter(|t| t.unusable.is_none());
+    let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
     let checks = tested.iter().flat_map(|t| &t.judged.checks);
     let known = match checks.filter(|c| c.fails_as_known()).count() {
         0 => String::new(),
         n => format!("; {n} known failures"),
     };
+    let unusable = match bad {
+        0 => String::new(),
+        n => format!(", {n} could not be used"),
+    };
     output::print(&format!(
-        "{} scenarios, {runs} runs: {} held, {failed} failed{known}\n",
-        tested.len(),
-        tested.len() - failed
+        "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
+        tested.len()
     ))?;
     match (bad, failed) {
         (0, 0) => Ok(CommandOutcome::Held),
@@ -113,20 +135,41 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
 }
 
+impl TestedScenario {
+    /// A scenario that cannot be used: it fails, and has no run.
+    fn unusable(path: &Path, why: String) -> Self {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let mut judged = ScenarioVerdict::new(&name, Vec::new());
+        for check in &mut judged.checks {
+            check.what = "the scenario".into();
+            check.bound = "can be used".into();
+            check.worst = Some(why.clone());
+        }
+        Self {
+            judged,
+            unusable: Some(why),
+            took: Duration::ZERO,
+        }
+    }
+}
+
 /// Everything about a scenario that can be found wrong without running it is found here.
-fn case(path: &Path, overrides: &[(String, String)], registry: &Registry) -> Result<Case, Error> {
-    let simulation = crate::files::prepare::simulation(path, overrides, registry)?;
+fn case(path: &Path, changes: &Sets, registry: &Registry) -> Result<Case, Error> {
+    let simulation = crate::files::prepare::changed(path, changes, registry)?;
+    let scenario = &simulation.scenario;
+    scenario.inputs().seal();
     Ok(Case {
         path: path.into(),
-        name: simulation.scenario.name.clone(),
-        seeds: simulation.scenario.seeds().to_vec(),
+        name: scenario.name.clone(),
+        seeds: scenario.seeds().to_vec(),
+        inputs: scenario.inputs().clone(),
     })
 }
 
 fn run(
     task: &TestArgs,
     cases: &[Case],
-    overrides: &[(String, String)],
+    changes: &Sets,
     registry: &Registry,
 ) -> Result<Vec<TestedScenario>, CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
@@ -134,7 +177,8 @@ fn run(
         (0..).zip(&case.seeds).map(|(index, seed)| RunSpec {
             index,
             scenario: case.path.clone(),
-            overrides: overrides.to_vec(),
+            changes: changes.clone(),
+            inputs: case.inputs.clone(),
             seed: *seed,
             draws: Default::default(),
             reference: None,
@@ -156,7 +200,12 @@ fn run(
         {
             let (runs, took) = std::mem::take(&mut waiting);
             let judged = ScenarioVerdict::new(&case.name, runs);
-            let one = TestedScenario { judged, took };
+            let unusable = None;
+            let one = TestedScenario {
+                judged,
+                unusable,
+                took,
+            };
             output::print(&line(&one, case, width.unwrap_or(0)))?;
             tested.push(one);
         }
@@ -178,10 +227,17 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
     };
     let took = tested.took.as_secs_f64();
     let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
-    for finding in tested.judged.findings() {
+    let findings = tested.judged.findings();
+    for finding in findings.iter().take(FINDINGS_SHOWN) {
         text += &format!("        finding: {}\n", finding.text);
     }
-    for check in tested.judged.checks.iter().filter(|c| !c.held) {
+    match findings.len().saturating_sub(FINDINGS_SHOWN) {
+        0 => {}
+        more => text += &format!("        … and {more} findings more, in --json and its report\n"),
+    }
+    // what a finding says already is not said again, unless it is listed as known
+    let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
+    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
         text += &format!("        {}\n", check.reason());
     }
     for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
@@ -201,7 +257,7 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
 
 fn json(tested: &[TestedScenario]) -> Result<String, CliError> {
     let scenarios: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
-    let all = json!({ "version": 1, "kind": "test", "monorig": env!("CARGO_PKG_VERSION"), "scenarios": scenarios });
+    let all = json!({ "version": 1, "kind": "test", "monorig": identity().to_string(), "scenarios": scenarios });
     let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
     Ok(text + "\n")
 }

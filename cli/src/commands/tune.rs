@@ -6,13 +6,15 @@ mod table;
 use crate::CommandOutcome;
 use crate::commands::run::prepare_out;
 use crate::files::prepare;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use monorig_lab::tuning::progress::Progress;
-use monorig_lab::tuning::run::{self, TuningRun};
+use monorig_lab::tuning::run::{self, Ended, TuningRun};
+use monorig_lab::tuning::search::Begin;
 use monorig_lab::tuning::side_by_side;
 use monorig_lab::tuning::trial_store::Trial;
 use monorig_sim::closed_loop::registry::Registry;
@@ -35,9 +37,12 @@ and, with the viewer built in, before_after.rrd to open in Rerun: a validation r
 pub struct TuneArgs {
     /// Study file
     pub file: PathBuf,
-    /// Go on with the trials that are there, instead of starting anew
+    /// Go on with the trials that are there
     #[arg(long)]
     pub resume: bool,
+    /// Drop the trials that are there, and start anew
+    #[arg(long, conflicts_with = "resume")]
+    pub restart: bool,
     /// Threads; the result is the same for any number [default: one per core]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
@@ -63,21 +68,27 @@ pub fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         folder: folder.join(&study.name),
         cache: task.cache.clone().unwrap_or_else(|| folder.join(".cache")),
         jobs: task.jobs.map_or(cores, NonZeroUsize::get),
-        resume: task.resume,
+        begin: match (task.resume, task.restart) {
+            (true, _) => Begin::Resume,
+            (_, true) => Begin::Restart,
+            _ => Begin::New,
+        },
+        monorig: identity(),
     };
     let progress = TuningProgress {
         name: study.name.clone(),
         progress: Mutex::new(ProgressDisplay::new(&study.name)),
     };
-    let result = run::run(&study, &tuning, &progress)?;
-    let Some(result) = result else {
-        return Err(CliError::TuningInterrupted);
+    let result = match run::run(&study, &tuning, &progress)? {
+        Ended::Finished(result) => result,
+        Ended::Interrupted(trials) => return Err(CliError::TuningInterrupted(trials)),
     };
     if !task.no_rerun
         && let Some(best) = result.best()
         && let Some(simulation) = side_by_side::simulation(&study, &best.parameters)?
     {
-        recording::write(simulation, &tuning.folder, &mut |share| {
+        let trials = result.search.trials.len();
+        recording::write(simulation, &tuning.folder, trials, &mut |share| {
             progress.show("recording", share)
         })?;
     }

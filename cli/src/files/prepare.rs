@@ -4,6 +4,7 @@ use monorig_lab::tuning::TuningStudy;
 use monorig_lab::verdicts::expected;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::Path;
@@ -15,18 +16,18 @@ pub fn simulation(
     overrides: &[(String, String)],
     registry: &Registry,
 ) -> Result<Simulation, Error> {
-    let scenario = Scenario::load(path, overrides)?;
+    changed(path, &Sets::new(overrides), registry)
+}
+
+/// The same with changes that may have been written elsewhere.
+pub fn changed(path: &Path, changes: &Sets, registry: &Registry) -> Result<Simulation, Error> {
+    let scenario = Scenario::load_with(path, changes)?;
     expected::check(&scenario)?;
     let seed = scenario.seeds().first().copied().unwrap_or(1);
     Simulation::build(scenario, registry, seed)
 }
 
-/// Read a tuning study and every file it names; check them by building the simulation of each of its scenarios.
+/// Read a tuning study and every file it names, and check them.
 pub fn tuning(path: &Path, registry: &Registry) -> Result<TuningStudy, Error> {
-    let study = TuningStudy::load(path, registry)?;
-    for group in study.tuning.iter().chain(&study.validation) {
-        let seed = group.seeds.first().copied().unwrap_or(1);
-        Simulation::build(group.scenario.clone(), registry, seed)?;
-    }
-    Ok(study)
+    TuningStudy::load(path, registry)
 }

@@ -2,7 +2,7 @@
 
 use crate::viewer;
 use monorig_sim::error::{Error, InputError};
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
 use std::path::Path;
 
@@ -42,6 +42,18 @@ const KINDS: &[ResultKind] = &[
     },
 ];
 
+/// Check a file of a run against the manifest beside it, if there is one.
+pub fn verify(path: &Path) -> Result<(), Error> {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return Ok(());
+    };
+    let manifest = folder.join(manifest::NAME);
+    if name == manifest::NAME || !manifest.is_file() {
+        return Ok(());
+    }
+    Manifest::read(&manifest)?.verify(folder, &name.to_string_lossy())
+}
+
 /// The kind of a result file, by its name.
 pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     let name = path.file_name()?.to_string_lossy();
@@ -49,16 +61,12 @@ pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
 }
 
 fn recording(path: &Path) -> Result<String, Error> {
-    if !path.is_file() {
-        monorig_sim::config::file::read_text(path)?; // says what is there instead
-    }
+    monorig_sim::config::file::regular(path)?;
     viewer::read(path)
 }
 
 fn channels(path: &Path) -> Result<String, Error> {
-    if !path.is_file() {
-        monorig_sim::config::file::read_text(path)?; // says what is there instead
-    }
+    monorig_sim::config::file::regular(path)?;
     let found = readback::read(path)?;
     Ok(format!(
         "{}-{}, {} columns, {} rows, {} events, complete",
@@ -72,17 +80,22 @@ fn channels(path: &Path) -> Result<String, Error> {
 
 fn manifest(path: &Path) -> Result<String, Error> {
     let found = Manifest::read(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for name in found.outputs.keys() {
+        found.verify(folder, name)?;
+    }
     Ok(format!(
-        "{}-{}, monorig {}, {} input files",
+        "{}-{}, monorig {}, {} input files, {} files as the run left them",
         found.scenario,
         found.seed,
         found.monorig,
-        found.inputs.len()
+        found.inputs.len(),
+        found.outputs.len()
     ))
 }
 
 fn metrics(path: &Path) -> Result<String, Error> {
-    let text = monorig_sim::config::file::read_text(path)?;
+    let text = monorig_sim::config::file::read_result(path)?;
     let found: serde_json::Value =
         serde_json::from_str(&text).map_err(|e| broken(path, format!("this is not JSON: {e}")))?;
     let (finished, simulated_s) = (&found["finished"], &found["simulated_s"]);

@@ -2,8 +2,9 @@
 //!
 //! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column: …`.
 
-use crate::ui::note::note;
+use crate::ui::note;
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
+use monorig_lab::hidden::{marked, spelled_out};
 use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
 use std::io::IsTerminal;
@@ -49,15 +50,18 @@ pub enum CliError {
     /// An estimator or controller of the program cannot be added.
     #[error("this program is put together wrongly: {0}")]
     Registry(RegistryError),
-    /// A study stopped from outside.
-    #[error("interrupted: the trials so far are kept\n  help: go on with --resume")]
-    TuningInterrupted,
+    /// A study stopped from outside, after so many trials.
+    #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
+    TuningInterrupted(usize),
 }
 
 /// Show an error on standard error.
 pub fn show(e: &CliError) {
     let drawn = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    note(&text(e, drawn));
+    match drawn {
+        true => note::drawn(&text(e, drawn)),
+        false => note::note(&text(e, drawn)),
+    }
 }
 
 /// An error as text, drawn for a terminal or plain.
@@ -69,8 +73,9 @@ fn text(e: &CliError, drawn: bool) -> String {
                 Some(_) => monorig_sim::config::file::read_text(&input.file).unwrap_or_default(),
                 None => String::new(),
             };
+            let source = marked(&source);
             if drawn {
-                draw(input, source)
+                draw(&shown(input), source)
             } else {
                 plain(input, &source)
             }
@@ -78,7 +83,18 @@ fn text(e: &CliError, drawn: bool) -> String {
         CliError::Sim(Error::Io { source, .. }) if full(source) => format!(
             "error: {e}\n  help: make room, or name a folder on another disk with --out; `run.rrd` can be left out with --no-rerun"
         ),
-        other => format!("error: {other}"),
+        other => spelled_out(&format!("error: {other}")),
+    }
+}
+
+/// The error with hidden characters spelled out: it is drawn with control characters of its own.
+fn shown(e: &InputError) -> InputError {
+    InputError {
+        file: spelled_out(&e.file.to_string_lossy()).into(),
+        key: spelled_out(&e.key),
+        message: spelled_out(&e.message),
+        help: spelled_out(&e.help),
+        ..e.clone()
     }
 }
 

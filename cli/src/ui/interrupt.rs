@@ -7,14 +7,22 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Listen from now on.
 pub fn listen() {
-    let handler = ctrlc::set_handler(|| {
+    let on_signal = || {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-    });
-    if let Err(e) = handler {
-        note(&format!("Ctrl-C will end the program at once: {e}"));
-    }
+    };
+    // it panics if the system does not make a thread for it
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let handler = std::panic::catch_unwind(|| ctrlc::set_handler(on_signal));
+    std::panic::set_hook(hook);
+    let why = match handler {
+        Ok(Ok(())) => return,
+        Ok(Err(e)) => e.to_string(),
+        Err(_) => "the system did not make a thread".to_owned(),
+    };
+    note(&format!("Ctrl-C will end the program at once: {why}"));
 }
 
 /// Whether Ctrl-C has not been pressed.

@@ -1,8 +1,15 @@
 //! Lines on standard error.
 
+use monorig_lab::hidden::spelled_out;
 use std::io::Write;
 
-/// Write a line to standard error: a failure to write is ignored.
+/// Write a line to standard error: a failure to write is ignored. Names in it may come from files, so hidden characters are spelled
+/// out.
 pub fn note(text: &str) {
+    drawn(&spelled_out(text));
+}
+
+/// The same with what draws on a terminal left as it is.
+pub fn drawn(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -1,14 +1,16 @@
 //! Writing to standard output without panicking when its reader has gone or the disk is full.
 
 use crate::ui::errors::CliError;
+use monorig_lab::hidden::spelled_out;
 use monorig_sim::error::Error;
+use monorig_sim::record::whole;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-/// Write text to standard output, and see that it has arrived.
+/// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters are spelled out.
 pub fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())
+    out.write_all(spelled_out(text).as_bytes())
         .and_then(|()| out.flush())
         .map_err(|e| match e.kind() {
             ErrorKind::BrokenPipe => CliError::ReaderGone,
@@ -16,21 +18,25 @@ pub fn print(text: &str) -> Result<(), CliError> {
         })
 }
 
-/// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need be.
+/// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need be. A link or
+/// a device in its place is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    let failed = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(failed)?;
+        std::fs::create_dir_all(folder).map_err(|source| failed(path, source))?;
     }
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(format!(".partial-{}", std::process::id()));
-    std::fs::write(&partial, text)
-        .and_then(|()| std::fs::rename(&partial, path))
-        .map_err(|e| {
-            let _ = std::fs::remove_file(&partial);
-            failed(e).into()
-        })
+    Ok(whole::write(path, text.as_bytes())?)
+}
+
+/// Remove an older file where [`write`] will put a new one. A link or a device in its place is an error.
+pub fn clear(path: &Path) -> Result<(), CliError> {
+    whole::replaceable(path)?;
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(failed(path, e)),
+        _ => Ok(()),
+    }
+}
+
+fn failed(path: &Path, source: std::io::Error) -> CliError {
+    let path = path.into();
+    Error::Io { path, source }.into()
 }

@@ -2,6 +2,7 @@
 
 use crate::ui::note::note;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use monorig_lab::hidden::spelled_out;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -28,7 +29,7 @@ impl ProgressDisplay {
             {
                 bar.set_style(style);
             }
-            bar.with_prefix(name.to_owned())
+            bar.with_prefix(spelled_out(name))
         });
         Self {
             name: name.to_owned(),
@@ -41,7 +42,7 @@ impl ProgressDisplay {
     pub fn rename(&mut self, name: &str) {
         self.name = name.to_owned();
         if let Some(bar) = &self.bar {
-            bar.set_prefix(name.to_owned());
+            bar.set_prefix(spelled_out(name));
         }
     }
 

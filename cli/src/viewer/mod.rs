@@ -4,12 +4,12 @@
 #[cfg(feature = "viewer")]
 mod rerun;
 #[cfg(feature = "viewer")]
-pub use rerun::{chunk_s, read, sink};
+pub use rerun::{LIVE_CHUNK_S, read, sink};
 
 #[cfg(not(feature = "viewer"))]
 mod none;
 #[cfg(not(feature = "viewer"))]
-pub use none::{chunk_s, read, sink};
+pub use none::{LIVE_CHUNK_S, read, sink};
 
 /// What is said once where a recording would have been made.
 pub fn not_written(file: &str) -> String {

@@ -5,10 +5,8 @@ use monorig_sim::error::Error;
 use monorig_sim::record::Sink;
 use std::path::{Path, PathBuf};
 
-/// Length of the recording's chunks, s: as with the viewer.
-pub fn chunk_s(_live: bool) -> f64 {
-    30.0
-}
+/// Length of the chunks of a recording that is watched, s: as with the viewer.
+pub const LIVE_CHUNK_S: f64 = 10.0;
 
 /// No recording.
 pub fn sink(_path: PathBuf, _live: bool) -> Option<Box<dyn Sink>> {

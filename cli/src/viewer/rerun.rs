@@ -5,17 +5,12 @@ use monorig_sim::config::file::input_error;
 use monorig_sim::error::Error;
 use monorig_sim::record::Sink;
 use monorig_viz::RerunSink;
-use monorig_viz::sink::{CHUNK_S, LIVE_CHUNK_S};
+pub use monorig_viz::sink::LIVE_CHUNK_S;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 /// Where a Rerun viewer listens unless told otherwise.
 const VIEWER: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
-
-/// Length of the recording's chunks, s; `live`: someone is watching.
-pub fn chunk_s(live: bool) -> f64 {
-    if live { LIVE_CHUNK_S } else { CHUNK_S }
-}
 
 /// A recording in a file and, if `live`, in the viewer that is open on this machine.
 pub fn sink(path: PathBuf, live: bool) -> Option<Box<dyn Sink>> {

@@ -7,6 +7,7 @@ mod mass;
 mod slope;
 mod slope_sd;
 mod supervise;
+mod units;
 
 use crate::api::estimator::{Estimator, Internal};
 use crate::api::params::Setting;

@@ -23,7 +23,12 @@ fn every_robust_estimator_has_its_switches_and_no_other_has_any() {
         let supervised = kind(name) == Some(Kind::Supervised);
         let has = |switch| with(switch).any(|other| other == *name);
         assert_eq!(has("grade_map"), robust, "{name}");
-        for switch in ["validity_gate", "innovation_gate", "nis_monitor", "plausibility"] {
+        for switch in [
+            "validity_gate",
+            "innovation_gate",
+            "nis_monitor",
+            "plausibility",
+        ] {
             assert_eq!(has(switch), supervised, "{name}");
         }
         // The baselines take the channels as they come.
@@ -90,9 +95,17 @@ fn without_the_load_change_detector_another_load_is_not_learnt() {
 fn while_all_wheels_slip_no_grade_is_valid_but_without_the_slip_detector() {
     let valid = |on: bool| {
         // Alone: gate, consistency and plausibility would find it too.
-        let others = ["innovation_gate", "nis_monitor", "plausibility", "outlier_hold"];
+        let others = [
+            "innovation_gate",
+            "nis_monitor",
+            "plausibility",
+            "outlier_hold",
+        ];
         let settings = others.map(|switch| (switch, Setting::Flag(false)));
-        let told = [("noise", Setting::Choice("told")), ("slip_detector", Setting::Flag(on))];
+        let told = [
+            ("noise", Setting::Choice("told")),
+            ("slip_detector", Setting::Flag(on)),
+        ];
         let settings = settings.into_iter().chain(told);
         let estimator = build("dffrls_aekf_robust", &vehicle(), settings).unwrap();
         let tamper = |z: &mut Measurements, _: &mut Command| {

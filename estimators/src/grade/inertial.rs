@@ -275,12 +275,20 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
             turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),
-            force_noise_mps2: reading.noise.specific_force_mps2.unwrap_or(0.0),
+            force_noise_mps2: self.force_noise(reading, dt),
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
         let _ = self.slope.filter.predict(&motion, dt);
         self.saturated = false;
         self.limit();
+    }
+
+    /// Noise of the specific force that the samples show, m/s²: 0 unless it is several times what the process noise of speed stands for
+    /// (the vehicle's own motion is in it).
+    fn force_noise(&self, reading: &Reading, dt: Real) -> Real {
+        let told = sqrt(self.params.q_v / dt);
+        let learnt = reading.noise.specific_force_mps2;
+        learnt.filter(|sd| *sd > 4.0 * told).unwrap_or(0.0)
     }
 
     /// No rail is steeper than the limit, whatever an instrument says.

@@ -282,6 +282,11 @@ impl MassEstimator for ForceBalanceRls {
         self.gate.excited()
     }
 
+    fn unmodelled_mps2(&self) -> Real {
+        let excess = self.rls.spread() * self.rls.spread() - 1.0;
+        self.params.residual_sd_mps2 * sqrt(excess)
+    }
+
     fn saturated(&self) -> bool {
         self.saturated
     }

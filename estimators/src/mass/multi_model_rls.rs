@@ -278,6 +278,11 @@ impl MassEstimator for MultiModelMass {
         self.bends.now().force_n(self.fused() * self.mass0_kg)
     }
 
+    fn unmodelled_mps2(&self) -> Real {
+        let excess = self.straight.spread() * self.straight.spread() - 1.0;
+        self.params.residual_sd_mps2 * sqrt(excess)
+    }
+
     fn saturated(&self) -> bool {
         self.saturated
     }

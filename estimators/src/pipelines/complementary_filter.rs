@@ -125,8 +125,8 @@ impl ComplementaryFilter {
         if passed {
             let turn = residual / (GRAVITY * own.crossover_s);
             self.theta += dt * turn;
-            self.bias = (self.bias - dt * turn / own.bias_time_s)
-                .clamp(-MAX_BIAS_RADPS, MAX_BIAS_RADPS);
+            self.bias =
+                (self.bias - dt * turn / own.bias_time_s).clamp(-MAX_BIAS_RADPS, MAX_BIAS_RADPS);
             self.corrected_s += dt;
         }
     }
@@ -146,7 +146,9 @@ impl Pipeline for ComplementaryFilter {
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         self.validity.observe(reading, dt);
         self.gate.tick(dt);
-        let rate = reading.pitch_rate_radps.map_or(0.0, |rate| rate - self.bias);
+        let rate = reading
+            .pitch_rate_radps
+            .map_or(0.0, |rate| rate - self.bias);
         self.theta += dt * rate;
         let residual = self.residual(reading, dt);
         match residual {

@@ -33,8 +33,8 @@ use crate::{Real, Time};
 params! {
     /// The filter.
     Own {
-        q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of speed: noise of the accelerometer.";
-        q_theta ["rad²/s"] = 1e-7, 1e-12 => 10.0, "Process noise of the grade angle: noise of the gyro.";
+        q_v ["m²/s³"] = 1e-4, 1e-12 => 10.0, "Process noise of speed: noise of the accelerometer with vibration.";
+        q_theta ["rad²/s"] = 1e-6, 1e-12 => 10.0, "Process noise of the grade angle: noise of the gyro with vibration and misalignment.";
         q_gyro_bias ["rad²/s³"] = 1e-11, 0.0 => 1.0, "Process noise of the gyro's bias.";
         q_accel_bias ["m²/s⁵"] = 1e-8, 0.0 => 1.0, "Process noise of the accelerometer's bias.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's bias at the start; not set: that of the vehicle's sheet, or 0.01.";
@@ -82,8 +82,16 @@ impl Model<4, 1> for BiasModel {
     }
 
     fn F(&self, x: &Vector4<Real>, u: &Inertial, dt: Real) -> Matrix4<Real> {
-        let force = if u.specific_force_mps2.is_some() { dt } else { 0.0 };
-        let rate = if u.pitch_rate_radps.is_some() { dt } else { 0.0 };
+        let force = if u.specific_force_mps2.is_some() {
+            dt
+        } else {
+            0.0
+        };
+        let rate = if u.pitch_rate_radps.is_some() {
+            dt
+        } else {
+            0.0
+        };
         matrix![
             1.0, -force * GRAVITY * cos(x.y), 0.0, -force;
             0.0, 1.0, -rate, 0.0;

@@ -22,6 +22,7 @@ use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise;
@@ -29,7 +30,6 @@ use crate::supervise::Supervision;
 use crate::supervise::control::{self, Control};
 use crate::supervise::plausibility::Instruments;
 use crate::supervise::validity::{Integrity, Source, Validity};
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 params! {

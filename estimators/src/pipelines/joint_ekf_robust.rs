@@ -20,12 +20,14 @@ use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
+use crate::filters::innovation_gate::Passage;
 use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::models::distributed_train::{DistributedTrain, steeper};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::joint_ekf::{JointModel, Push, SCALE};
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
 use crate::supervise;
@@ -35,8 +37,6 @@ use crate::supervise::excitation_gate::ExcitationGate;
 use crate::supervise::gate::Gate;
 use crate::supervise::plausibility::Instruments;
 use crate::supervise::validity::{Integrity, Source, Validity};
-use crate::filters::innovation_gate::Passage;
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Real, Time};
 
 params! {
@@ -231,7 +231,9 @@ impl Pipeline for JointEkf {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.validity.observe(reading, dt);
         self.gate_of_speed.tick(dt);
-        self.wheel_speed_sd = reading.noise.wheel_speed(self.params.own.wheel_speed_sd_mps);
+        self.wheel_speed_sd = reading
+            .noise
+            .wheel_speed(self.params.own.wheel_speed_sd_mps);
         self.signals.step(reading, &self.balance, running, dt);
         self.train.step(&self.signals, None, reading, running, dt);
         if let Some(speed) = reading.speed_mps {

@@ -19,14 +19,14 @@ use crate::mass::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::models::force_balance::ForceBalance;
 use crate::pipelines::two_stage::TwoStage;
 use crate::preprocess::conditioning::ConditioningParams;
-use crate::supervise::{Supervisors, TwoStageSupervision};
 use crate::supervise::validity::Integrity;
+use crate::supervise::{Supervisors, TwoStageSupervision};
 
 params! {
     /// How `dffrls_aekf_robust` forgets and adapts.
     ForgettingParams {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
-        delta ["-"] = 0.995, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
+        delta ["-"] = 0.999, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample: running resistance and bias, which it forgets with the mass, do not change within minutes; for another load there is the load-change detector.";
         sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
         kappa ["-"] = 0.98, 0.5 => 0.99999, "Fading factor κ of the adapted wheel-speed noise, per wheel-speed sample.";
     }
@@ -67,7 +67,12 @@ fn two_stage(
         vehicle,
         ForceBalanceRls::resampler(mass),
         ForceBalanceRls::new(vehicle, *mass, forgetting),
-        ForceBalanceEkf::new(ForceBalance::new(vehicle), *slope, adaptation, &supervision.integrity),
+        ForceBalanceEkf::new(
+            ForceBalance::new(vehicle),
+            *slope,
+            adaptation,
+            &supervision.integrity,
+        ),
         supervision,
         mass.standstill_mps,
     )

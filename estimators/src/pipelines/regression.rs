@@ -23,10 +23,10 @@ use crate::models::distributed_train::{AlignedSample, DistributedTrain};
 use crate::models::force_balance::ForceBalance;
 use crate::models::regressors::{Finds, Known, Regressor, Signals};
 use crate::pipelines::two_stage::{MassEstimator, SteadyTraction, TwoStage};
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise::validity::Integrity;
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervise::{TwoStageSupervision, control};
 
 choices! {

@@ -29,6 +29,7 @@ use crate::models::force_balance::ForceBalance;
 use crate::models::grade_map::MappedTrain;
 use crate::pipelines::runner::{Pipeline, copy_into};
 use crate::pipelines::two_stage::motion;
+use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::preprocess::resampler::{ResampledSample, Resampler};
 use crate::supervise;
@@ -36,7 +37,6 @@ use crate::supervise::Supervision;
 use crate::supervise::control::{self, Control};
 use crate::supervise::plausibility::Instruments;
 use crate::supervise::validity::{Integrity, Source, Validity};
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::{Error, Real, Time};
 
 params! {

@@ -2,7 +2,7 @@
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
-use crate::api::real::{cos, sin, sqrt};
+use crate::api::real::{GRAVITY, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::grade::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
@@ -93,6 +93,11 @@ pub trait MassEstimator: Copy {
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
     /// with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
+
+    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the slope by this over g.
+    fn unmodelled_mps2(&self) -> Real {
+        0.0
+    }
 
     /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
     fn bend_n(&self) -> Real {
@@ -266,7 +271,8 @@ impl<M: MassEstimator> TwoStage<M> {
             };
             self.mass.slope_sd_rad(&steady, &self.train)
         });
-        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd);
+        let unmodelled = self.mass.unmodelled_mps2() / GRAVITY;
+        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd + unmodelled * unmodelled);
         let basis = running
             && self.slope.started()
             && !self.slope.clamped()

@@ -6,7 +6,7 @@ use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::preprocess::gyro_calibration::GyroCalibration;
 use crate::preprocess::noise_learning::NoiseLearning;
-use crate::preprocess::outlier_hold::OutlierHold;
+use crate::preprocess::outlier_hold::{HoldLimits, OutlierHold};
 
 choices! {
     /// Where the noise of wheel speed and accelerometer comes from.
@@ -21,7 +21,7 @@ choices! {
 params! {
     /// Conditioning of the channels.
     ConditioningParams {
-        outlier_hold [flag] = true, "Hold out jumps of one or two samples of wheel speed, accelerometer and gyro (joints, bumps).";
+        outlier_hold [flag] = true, "Hold out jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
         gyro_calibration [flag] = true, "Learn the biases of the gyro while the vehicle stands.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's biases at switch-on; not set: that of the vehicle's sheet, or 0.01 (0.6 °/s).";
         noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
@@ -31,17 +31,26 @@ params! {
 /// Standard deviation of a gyro's bias of which nothing is said, rad/s.
 const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
-/// Steps from sample to sample that are never outliers: wheel speed, m/s, specific force, m/s², angular rate, rad/s.
-const FLOORS: [Real; 3] = [0.05, 1.0, 0.2];
+/// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump of a recorded drive:
+/// 0.154 s.
+const SPEED_LIMITS: [HoldLimits; 2] = [
+    HoldLimits {
+        floor: 0.05,
+        rate: 3.0,
+        longest_s: 0.2,
+    },
+    HoldLimits {
+        floor: 0.05,
+        rate: 12.0,
+        longest_s: 0.2,
+    },
+];
 
-/// Largest acceleration of wheels that roll, m/s², on a rail and on a road.
-const MAX_ACCELERATION_MPS2: [Real; 2] = [3.0, 12.0];
+/// Samples further apart tell nothing of noise, s.
+const MAX_NOISE_PERIOD_S: Real = 0.3;
 
-/// A channel that has paused for so long may have any value, s.
-const PAUSE_S: Real = 0.3;
-
-/// Largest learnt over told standard deviation.
-const MAX_NOISE_RATIO: Real = 30.0;
+/// Learnt over told standard deviation from which what is learnt counts, and largest.
+const NOISE_RATIOS: [Real; 2] = [2.0, 30.0];
 
 /// Noise learnt from the samples; `None` where it is told, or not yet known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,47 +73,32 @@ impl LearntNoise {
     }
 }
 
-/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more trust.
+/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more trust. Not by less
+/// than its double either: the vehicle's own motion is in what is learnt.
 fn bounded(learnt: Option<Real>, told: Real) -> Real {
-    learnt.map_or(told, |sd| sd.clamp(told, MAX_NOISE_RATIO * told))
+    let [least, most] = NOISE_RATIOS;
+    let counts = learnt.filter(|sd| *sd > least * told);
+    counts.map_or(told, |sd| sd.min(most * told))
 }
 
 /// Conditioning of the channels of one estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     params: ConditioningParams,
-    max_mps2: Real,
     speed: OutlierHold,
-    /// Specific force forward and left, rate of pitch and yaw.
-    inertial: [OutlierHold; 4],
     gyro: GyroCalibration<2>,
     noise: [NoiseLearning; 2],
-}
-
-/// An axis of the IMU that is conditioned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// Specific force forward.
-    Forward,
-    /// Specific force to the left.
-    Left,
-    /// Pitch rate.
-    Pitch,
-    /// Yaw rate.
-    Yaw,
 }
 
 impl Conditioning {
     /// For a vehicle.
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
-        let [speed, force, rate] = FLOORS.map(OutlierHold::new);
-        let [rail, road] = MAX_ACCELERATION_MPS2;
+        let [rail, road] = SPEED_LIMITS;
+        let speed = if vehicle.road.is_some() { road } else { rail };
         let bias_sd = params.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         Self {
             params,
-            max_mps2: if vehicle.road.is_some() { road } else { rail },
-            speed,
-            inertial: [force, force, rate, rate],
+            speed: OutlierHold::new(speed),
             gyro: GyroCalibration::new(bias_sd.unwrap_or(GYRO_BIAS_SD_RADPS)),
             noise: [NoiseLearning::of_speed(), NoiseLearning::of_acceleration()],
         }
@@ -112,16 +106,13 @@ impl Conditioning {
 
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
-        if period_s > PAUSE_S {
-            self.speed.restart();
-        }
         let passed = if self.params.outlier_hold {
-            self.speed.take(speed_mps, self.max_mps2 * period_s)?
+            self.speed.take(speed_mps, period_s)?
         } else {
             speed_mps
         };
         let [noise, _] = &mut self.noise;
-        if !standing && period_s < PAUSE_S {
+        if !standing && period_s < MAX_NOISE_PERIOD_S {
             noise.observe(passed, period_s);
         }
         Some(passed)
@@ -132,29 +123,25 @@ impl Conditioning {
         self.speed.value()
     }
 
-    /// A new sample of an axis of the IMU, `period_s` after the one before; the sample to go on with.
-    pub fn axis(&mut self, axis: Axis, value: Real, period_s: Real, standing: bool) -> Real {
-        let mut passed = value;
-        if self.params.outlier_hold
-            && let Some(hold) = self.inertial.get_mut(axis as usize)
-        {
-            if period_s > PAUSE_S {
-                hold.restart();
-            }
-            passed = match hold.take(value, 0.0) {
-                Some(value) => value,
-                None => return hold.value().unwrap_or(value),
-            };
-        }
+    /// A new specific force along the train, m/s², `period_s` after the one before.
+    ///
+    /// Nothing of it is held out: a hit at a joint is a real acceleration whose integral vanishes, and what is cut off one of its halves
+    /// stays as a velocity.
+    pub fn force(&mut self, force_mps2: Real, period_s: Real, standing: bool) {
         let [_, noise] = &mut self.noise;
-        if axis == Axis::Forward && !standing && period_s < PAUSE_S {
-            noise.observe(passed, period_s);
+        if !standing && period_s < MAX_NOISE_PERIOD_S {
+            noise.observe(force_mps2, period_s);
         }
-        passed
     }
 
     /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those before.
-    pub fn calibrate(&mut self, standing: bool, rates: Option<[Real; 2]>, period_s: Real, dt: Real) {
+    pub fn calibrate(
+        &mut self,
+        standing: bool,
+        rates: Option<[Real; 2]>,
+        period_s: Real,
+        dt: Real,
+    ) {
         if self.params.gyro_calibration {
             self.gyro.step(standing, rates, period_s, dt);
         }
@@ -183,7 +170,7 @@ impl Conditioning {
     }
 }
 
-state!(Conditioning { speed, inertial, gyro, noise; params, max_mps2 });
+state!(Conditioning { speed, gyro, noise; params });
 
 #[cfg(test)]
 #[path = "conditioning_tests.rs"]

@@ -3,7 +3,7 @@
 use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::preprocess::conditioning::{Axis, Conditioning, ConditioningParams, LearntNoise};
+use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::input_check::InputCheck;
 use crate::preprocess::sample_hold::SampleHold;
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
@@ -160,36 +160,19 @@ impl FrontEnd {
         })
     }
 
-    /// Conditions the axes of the IMU that have a new sample, and learns the gyro's biases.
+    /// Learns noise and gyro biases from new samples of the IMU.
     fn condition_imu(&mut self, new_force: bool, new_rate: bool, dt: Real) {
         let Some(conditioning) = &mut self.conditioning else {
             return;
         };
-        let standing = self.standing;
-        let mut condition = |axis: Axis, held: &mut SampleHold| {
-            let value = held.value()?;
-            let period_s = held.waited_s().max(dt);
-            let passed = conditioning.axis(axis, value, period_s, standing);
-            held.replace(passed);
-            Some(passed)
-        };
-        if new_force {
-            condition(Axis::Forward, &mut self.forward);
-            condition(Axis::Left, &mut self.left);
+        if let Some(force) = self.forward.value().filter(|_| new_force) {
+            let period_s = self.forward.waited_s().max(dt);
+            conditioning.force(force, period_s, self.standing);
         }
-        let rates = if new_rate {
-            condition(Axis::Pitch, &mut self.pitch_rate)
-                .zip(condition(Axis::Yaw, &mut self.yaw_rate))
-        } else {
-            None
-        };
+        let rates = self.pitch_rate.value().zip(self.yaw_rate.value());
+        let rates = rates.map(|(pitch, yaw)| [pitch, yaw]);
         let period_s = self.pitch_rate.gap_s().max(dt);
-        conditioning.calibrate(
-            standing,
-            rates.map(|(pitch, yaw)| [pitch, yaw]),
-            period_s,
-            dt,
-        );
+        conditioning.calibrate(self.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.

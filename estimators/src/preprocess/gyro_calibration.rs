@@ -90,7 +90,11 @@ mod tests {
         for (found, bias) in found.bias_radps().into_iter().zip(bias) {
             assert!((found - bias).abs() < 3.0 * 5e-4, "{found}");
         }
-        assert!((4e-4..6e-4).contains(&found.sd_radps()), "{}", found.sd_radps());
+        assert!(
+            (4e-4..6e-4).contains(&found.sd_radps()),
+            "{}",
+            found.sd_radps()
+        );
         let later = run(false, 0.1, 6000);
         assert_eq!(later.bias_radps(), found.bias_radps());
         assert!(later.sd_radps() > found.sd_radps());

@@ -6,7 +6,7 @@ use crate::api::snapshot::state;
 
 /// Memory of the running mean, s, and the time after which it counts.
 const MEMORY_S: Real = 5.0;
-const KNOWN_S: Real = 1.0;
+const KNOWN_S: Real = 0.3;
 
 /// A deviation counts for at most this many times the mean one: joints and bumps are no noise.
 const CLIP: Real = 4.0;
@@ -16,10 +16,7 @@ const CLIP: Real = 4.0;
 enum Trend {
     /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a speed, whose ramps are
     /// no noise.
-    Line {
-        before: [Real; 2],
-        seen: u32,
-    },
+    Line { before: [Real; 2], seen: u32 },
     /// A low-pass of this time constant, s. For an accelerometer, whose vibration is not white.
     Level { tau_s: Real, level: Option<Real> },
 }
@@ -91,7 +88,7 @@ impl NoiseLearning {
         self.mean += share * (size - self.mean);
     }
 
-    /// Standard deviation, in the unit of the channel; `None` before the first second of samples.
+    /// Standard deviation, in the unit of the channel; `None` before the first 0.3 s of samples.
     pub fn sd(&self) -> Option<Real> {
         (self.known_s > KNOWN_S).then_some(self.scale * self.mean)
     }
@@ -125,8 +122,8 @@ mod tests {
             let t = 0.01 * Real::from(k);
             speed.observe(0.5 * t + 0.02 * random.normal(), 0.01);
             force.observe(0.3 + 0.01 * t + 0.5 * random.normal(), 0.01);
-            assert!(t > 0.95 || speed.sd().is_none());
-            assert!(t < 1.05 || speed.sd().is_some());
+            assert!(t > 0.25 || speed.sd().is_none());
+            assert!(t < 0.35 || speed.sd().is_some());
         }
         let (speed, force) = (speed.sd().unwrap(), force.sd().unwrap());
         assert!((speed / 0.02 - 1.0).abs() < 0.15, "{speed}");

@@ -62,10 +62,17 @@ mod tests {
     #[test]
     fn what_rails_and_roads_do_is_plausible_and_degrees_are_not() {
         // Rail: a curve of 4 m at 0.5 m/s; road: a bend at 6 m/s² and 15 m/s; a bias of 4 °/s.
-        let real = [([0.02, 0.125], 0.5), ([0.05, 0.4], 15.0), ([0.07, 0.07], 0.0)];
+        let real = [
+            ([0.02, 0.125], 0.5),
+            ([0.05, 0.4], 15.0),
+            ([0.07, 0.07], 0.0),
+        ];
         for (rates, speed) in real {
             assert!(plausible(rates, speed), "{rates:?}");
-            assert!(!plausible(rates.map(|w| w * 57.3), speed), "{rates:?} in degrees");
+            assert!(
+                !plausible(rates.map(|w| w * 57.3), speed),
+                "{rates:?} in degrees"
+            );
         }
     }
 

@@ -117,7 +117,8 @@ impl KinematicConsistency {
         self.acceleration_slow += high * (rate - self.acceleration_slow);
         let a = rate - self.acceleration_slow;
         // Leaking like the high-pass, or a bias would grow without end.
-        self.pitch += dt * pitch_rate_radps.unwrap_or(0.0) - lag(dt, 4.0 * HIGH_PASS_S) * self.pitch;
+        self.pitch +=
+            dt * pitch_rate_radps.unwrap_or(0.0) - lag(dt, 4.0 * HIGH_PASS_S) * self.pitch;
         let slope = GRAVITY * self.slope.step(self.pitch, shares);
         self.since_s += dt;
         if self.since_s * RATE_HZ < 1.0 {
@@ -139,8 +140,8 @@ impl KinematicConsistency {
             return;
         }
         // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
-        let along = Matrix2::identity()
-            + (h * h.transpose() / size) * (1.0 / sqrt(FORGETTING) - 1.0);
+        let along =
+            Matrix2::identity() + (h * h.transpose() / size) * (1.0 / sqrt(FORGETTING) - 1.0);
         let mut gains = self.gains;
         gains.P = along * gains.P * along;
         gains.symmetrise();

@@ -37,7 +37,11 @@ impl NisMonitor {
 
     /// Takes the NIS of an innovation, divided by its degrees of freedom, `period_s` after the one before.
     pub fn observe(&mut self, nis: Real, period_s: Real) {
-        let nis = if nis.is_finite() { nis.min(MAX_NIS) } else { MAX_NIS };
+        let nis = if nis.is_finite() {
+            nis.min(MAX_NIS)
+        } else {
+            MAX_NIS
+        };
         self.mean += lag(period_s.min(self.window_s), self.window_s) * (nis - self.mean);
     }
 

@@ -11,11 +11,14 @@
 //!    ([`NisMonitor`])
 //! 6. its instruments are plausible ([`Plausibility`])
 //!
+//! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where that is above 1.9 (the a
+//! posteriori variance factor of least squares); regressions have that of their own ([`Rls::spread`](crate::filters::rls::Rls::spread)).
+//!
 //! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for all.
 
 use crate::Real;
 use crate::api::params::params;
-use crate::api::real::PI;
+use crate::api::real::{PI, sqrt};
 use crate::api::signals::{Estimate, Value};
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
@@ -51,6 +54,9 @@ impl Integrity {
 /// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force balance leaves out changes
 /// within a fraction of a second, the samples of a regression come once or twice a second.
 const INDEPENDENT_HZ: [Real; 2] = [5.0, 1.0];
+
+/// Windowed NIS from which standard deviations are widened: the 99 % quantile of the 20 degrees of freedom of a window.
+const INCONSISTENT: Real = 1.9;
 
 /// Window of a regression over that of a state filter.
 const REGRESSION_WINDOW: Real = 5.0;
@@ -106,15 +112,30 @@ impl Validity {
         }
     }
 
+    /// A posteriori variance factor of a source: its windowed NIS where that is more than chance makes of a consistent filter, else 1.
+    fn variance_factor(&self, source: Source) -> Real {
+        let monitor = self
+            .nis
+            .get(source as usize)
+            .filter(|_| self.params.nis_monitor);
+        monitor
+            .map(NisMonitor::mean)
+            .filter(|mean| *mean > INCONSISTENT)
+            .unwrap_or(1.0)
+    }
+
     /// Whether all sources are consistent and all instruments plausible.
     pub fn consistent(&self) -> bool {
-        self.consistent_in(&[Source::WheelSpeed, Source::Accelerometer, Source::ForceBalance])
+        self.consistent_in(&[
+            Source::WheelSpeed,
+            Source::Accelerometer,
+            Source::ForceBalance,
+        ])
     }
 
     fn consistent_in(&self, sources: &[Source]) -> bool {
         let of = |source: &Source| self.nis.get(*source as usize);
-        self.plausibility.plausible()
-            && sources.iter().filter_map(of).all(NisMonitor::consistent)
+        self.plausibility.plausible() && sources.iter().filter_map(of).all(NisMonitor::consistent)
     }
 
     /// The mass with its mark by the rule; `valid` says so far whether it is initialised, fresh and not clamped.
@@ -140,11 +161,14 @@ impl Validity {
     /// The estimate with all its marks by the rule, or with the gate off all that is estimated marked. `mass`: whether a mass is estimated
     /// at all.
     pub fn publish(&self, estimate: Estimate, mass: bool) -> Estimate {
+        let [speed, force] =
+            [Source::WheelSpeed, Source::Accelerometer].map(|s| self.variance_factor(s));
         let mut marked = Estimate {
             total_mass_kg: self.mass(estimate.total_mass_kg),
-            grade_rad: self.grade(estimate.grade_rad),
-            effective_grade_rad: self.grade(estimate.effective_grade_rad),
-            speed_mps: self.speed(estimate.speed_mps),
+            grade_rad: self.grade(widened(estimate.grade_rad, speed.max(force))),
+            effective_grade_rad: self
+                .grade(widened(estimate.effective_grade_rad, speed.max(force))),
+            speed_mps: self.speed(widened(estimate.speed_mps, speed)),
             ..estimate
         };
         if !self.params.validity_gate {
@@ -154,6 +178,14 @@ impl Validity {
             marked.speed_mps.valid = true;
         }
         marked
+    }
+}
+
+/// The value with a variance larger by a factor.
+fn widened(value: Value, factor: Real) -> Value {
+    Value {
+        sd: value.sd * sqrt(factor),
+        ..value
     }
 }
 

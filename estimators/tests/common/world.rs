@@ -137,7 +137,11 @@ impl World {
             let pitch = ((self.grade)(s) - theta) / DT;
             z.angular_rate_radps = Some(Sample {
                 t: Time::from_s(t_s),
-                value: [0.0, -pitch, if v == 0.0 { 0.0 } else { self.across_mps2 / v }],
+                value: [
+                    0.0,
+                    -pitch,
+                    if v == 0.0 { 0.0 } else { self.across_mps2 / v },
+                ],
             });
             for i in 0..2 {
                 let noise = 0.01 * (50.0 + torque.abs()) * random.normal();

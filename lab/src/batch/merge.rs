@@ -1,16 +1,17 @@
 //! Shards of a study put together: the same bytes as if it had been run whole.
 
+use crate::batch::lines::Lines;
 use crate::batch::{Shard, StudyHeader};
 use monorig_sim::error::{Error, InputError};
-use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Lines, Write};
+use monorig_sim::record::whole;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// An open shard.
 struct Part {
     path: PathBuf,
     shard: Shard,
-    lines: Lines<BufReader<File>>,
+    lines: Lines,
     read: usize,
 }
 
@@ -22,15 +23,19 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
         let (part, mut header) = open(path)?;
         header.shard = None;
         match &whole {
-            Some(first) if *first != header => {
-                return Err(wrong(
-                    path,
-                    Some(1),
-                    "these are results of another study than in the first file",
-                    "name the shards of one study",
-                ));
+            Some(first) => {
+                if let Some(what) = header.differs(first) {
+                    return Err(wrong(
+                        path,
+                        Some(1),
+                        format!(
+                            "these are other results than in the first file: {what} (here: the first file)"
+                        ),
+                        "name the shards of one study, made by one program",
+                    ));
+                }
             }
-            _ => whole = Some(header),
+            None => whole = Some(header),
         }
         opened.push(part);
     }
@@ -64,11 +69,7 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
 }
 
 fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
-    let file = File::open(path).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })?;
-    let mut lines = BufReader::new(file).lines();
+    let mut lines = Lines::open(path)?;
     let first = lines.next().and_then(Result::ok).unwrap_or_default();
     let header: StudyHeader = serde_json::from_str(&first).map_err(|_| {
         wrong(
@@ -89,9 +90,8 @@ fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
 
 /// Under a temporary name first: there is never half a result.
 fn write(parts: &mut [Part], header: &StudyHeader, to: &Path) -> Result<(), Error> {
-    let mut partial = to.as_os_str().to_owned();
-    partial.push(format!(".partial-{}", std::process::id()));
-    let partial = PathBuf::from(partial);
+    whole::replaceable(to)?;
+    let partial = whole::partial(to);
     let done = fill(parts, header, &partial).and_then(|()| {
         std::fs::rename(&partial, to).map_err(|source| Error::Io {
             path: to.into(),
@@ -109,7 +109,7 @@ fn fill(parts: &mut [Part], header: &StudyHeader, to: &Path) -> Result<(), Error
         path: to.into(),
         source,
     };
-    let mut out = BufWriter::new(File::create(to).map_err(failed)?);
+    let mut out = BufWriter::new(whole::create(to)?);
     writeln!(out, "{}", header.to_line()).map_err(failed)?;
     let of = parts.len() as u64;
     for index in 0..header.runs {
@@ -134,10 +134,7 @@ impl Part {
     /// The line of the run of this index, which must come next.
     fn line(&mut self, index: u64) -> Result<String, Error> {
         let line = match self.lines.next() {
-            Some(line) => line.map_err(|source| Error::Io {
-                path: self.path.clone(),
-                source,
-            })?,
+            Some(line) => line?,
             None => String::new(),
         };
         self.read += 1;

@@ -4,6 +4,7 @@
 //! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
 //! written do not depend on the number of threads. [`ResultStore`] keeps them in a file that survives a kill.
 
+pub mod lines;
 mod merge;
 mod one_run;
 mod plan;
@@ -14,7 +15,7 @@ mod vary;
 
 pub use merge::merge;
 pub use one_run::{Interrupted, RunResult, RunSpec, run_one};
-pub use plan::{Plan, StudyHeader};
-pub use pool::{in_order, map_in_order};
+pub use plan::{FORMAT, Plan, StudyHeader, VERSION};
+pub use pool::{in_order, map_in_order, refused_threads};
 pub use store::{ResultStore, Shard};
 pub use study_file::StudyFile;

@@ -6,6 +6,8 @@ use crate::verdicts::summary::Summary;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run;
+use monorig_sim::config::file::Sets;
+use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -21,8 +23,10 @@ pub struct RunSpec {
     pub index: u64,
     /// Scenario file.
     pub scenario: PathBuf,
-    /// Changes to it, as by `--set path=value`.
-    pub overrides: Vec<(String, String)>,
+    /// Changes to it.
+    pub changes: Sets,
+    /// The files of the study, as they were when it began.
+    pub inputs: InputFiles,
     /// Seed.
     pub seed: u64,
     /// What was drawn for this run, by name.
@@ -102,7 +106,8 @@ fn simulate(
     registry: &Registry,
     go_on: &dyn Fn() -> bool,
 ) -> Result<Option<Summary>, Error> {
-    let scenario = Scenario::load(&spec.scenario, &spec.overrides)?;
+    let load = || Scenario::load_with(&spec.scenario, &spec.changes);
+    let scenario = spec.inputs.during(load)?;
     expected::check(&scenario)?;
     let mut simulation = Simulation::build(scenario, registry, spec.seed)?;
     let mut series = ErrorSeries::default();

@@ -1,15 +1,18 @@
 //! From a study file to its runs.
 
 use crate::batch::{RunSpec, Shard, StudyFile};
+use crate::made_from::MadeFrom;
 use crate::verdicts::expected;
-use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::file::{Document, named};
+use monorig_sim::closed_loop::{Simulation, SimulationBuilder, resolved};
+use monorig_sim::config::file::{Document, Sets, name_of, named};
+use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::record::inputs::inputs;
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::identity::Identity;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// More runs than this are taken for a typing error.
@@ -22,16 +25,24 @@ pub struct Plan {
     pub name: String,
     /// What the file says.
     pub file: StudyFile,
+    path: PathBuf,
     scenario: PathBuf,
-    hash: String,
+    inputs: InputFiles,
+    /// The scenario of the first run with all defaults.
+    resolved: Value,
 }
+
+/// First words of a study's results.
+pub const FORMAT: &str = "monorig study";
+/// Version of the format of a study's results.
+pub const VERSION: u32 = 2;
 
 /// The first line of a study's results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StudyHeader {
     /// What this file is: `monorig study`.
     pub format: String,
-    /// Format version, 1.
+    /// Format version, 2.
     pub version: u32,
     /// Name of the study.
     pub study: String,
@@ -40,10 +51,8 @@ pub struct StudyHeader {
     /// Which of them are here; all if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// Version of monorig.
-    pub monorig: String,
-    /// SHA-256 over monorig's version, the study and every file it names, directly or not: the same hash is the same study.
-    pub hash: String,
+    /// What the study was made from and by.
+    pub made_from: MadeFrom,
 }
 
 impl StudyHeader {
@@ -52,11 +61,34 @@ impl StudyHeader {
         // Strings and whole numbers: nothing in here can fail to serialise.
         serde_json::to_string(self).unwrap_or_default()
     }
+
+    /// What differs between the header of a file (`self`) and that of what would be added to it; none if nothing does.
+    pub fn differs(&self, here: &Self) -> Option<String> {
+        let of = |h: &Self| {
+            let shard = h.shard.unwrap_or(Shard::WHOLE);
+            let runs = format!("{} runs, shard {}/{}", h.runs, shard.part, shard.of);
+            format!(
+                "{} with {runs} (format {} {})",
+                h.study, h.format, h.version
+            )
+        };
+        let (there, wanted) = (of(self), of(here));
+        let study = (there != wanted).then(|| format!("{there} there, {wanted} here"));
+        let both = [study, self.made_from.differs(&here.made_from)];
+        let told: Vec<String> = both.into_iter().flatten().collect();
+        (!told.is_empty()).then(|| told.join("; "))
+    }
 }
 
 impl Plan {
-    /// Read a study, and check it by building the simulation of its first run.
+    /// Read a study, and check it by building the simulation of its first run. Every file that one of its runs may need is read here
+    /// and never again.
     pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
+        let inputs = InputFiles::default();
+        inputs.during(|| Self::read(path, registry, inputs.clone()))
+    }
+
+    fn read(path: &Path, registry: &Registry, inputs: InputFiles) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: StudyFile = document.parse()?;
         if file.why.trim().is_empty() {
@@ -92,19 +124,49 @@ impl Plan {
             }
         }
         let scenario = named(path, "scenario", &file.scenario)?;
-        let stem = path.file_stem().unwrap_or_default();
         let mut plan = Self {
-            name: stem.to_string_lossy().into_owned(),
-            hash: String::new(),
+            name: name_of(path)?,
             file,
+            path: path.into(),
             scenario,
+            inputs,
+            resolved: Value::Null,
         };
         let first = plan.spec(0);
-        let checked = Scenario::load(&first.scenario, &first.overrides)?;
+        let checked = Scenario::load_with(&first.scenario, &first.changes)?;
         expected::check(&checked)?;
+        plan.resolved = resolved(&checked, registry);
         Simulation::build(checked, registry, first.seed)?;
-        plan.hash = plan.fingerprint(path)?;
+        plan.read_choices();
+        plan.inputs.seal();
         Ok(plan)
+    }
+
+    /// Read the files that a choice may name in place of those of the first run. What is wrong with one is the result of its runs.
+    fn read_choices(&self) {
+        for vary in &self.file.vary {
+            let values = vary.choice.iter().flatten();
+            for value in values.filter(|v| v.is_string() || v.is_array() || v.is_object()) {
+                let mut changes = self.fixed();
+                changes.extend(vary.paths().map(|p| (p.clone(), value.to_string())));
+                let changes = Sets::new(&changes);
+                let _ = Scenario::load_with(&self.scenario, &changes)
+                    .and_then(SimulationBuilder::from_scenario);
+            }
+        }
+    }
+
+    /// Changes that are the same in all runs.
+    fn fixed(&self) -> Vec<(String, String)> {
+        let fixed = self.file.set.iter();
+        fixed
+            .map(|(path, v)| (path.clone(), v.to_string()))
+            .collect()
+    }
+
+    /// The files of the study, as they were when it was read.
+    pub fn inputs(&self) -> &InputFiles {
+        &self.inputs
     }
 
     /// How many runs.
@@ -115,60 +177,36 @@ impl Plan {
     /// The run of this index.
     pub fn spec(&self, index: u64) -> RunSpec {
         let seed = self.file.first_seed + index;
-        let fixed = self.file.set.iter();
-        let mut overrides: Vec<(String, String)> = fixed
-            .map(|(path, v)| (path.clone(), v.to_string()))
-            .collect();
-        let mut draws = std::collections::BTreeMap::new();
+        let mut changes = self.fixed();
+        let mut draws = BTreeMap::new();
         for vary in &self.file.vary {
             let value = vary.draw(seed);
-            overrides.extend(vary.paths().map(|p| (p.clone(), value.to_string())));
+            changes.extend(vary.paths().map(|p| (p.clone(), value.to_string())));
             draws.insert(vary.path.clone(), value);
         }
+        let file = self.path.file_name().unwrap_or_default().to_string_lossy();
         RunSpec {
             index,
             scenario: self.scenario.clone(),
-            overrides,
+            changes: Sets::new(&changes).written_in(&file),
+            inputs: self.inputs.clone(),
             seed,
             draws,
             reference: None,
         }
     }
 
-    /// The first line of its results.
-    pub fn header(&self, shard: Shard) -> StudyHeader {
+    /// The first line of its results, made by this program.
+    pub fn header(&self, shard: Shard, monorig: &Identity) -> StudyHeader {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let resolved = json!({ "study": self.file, "first_run": self.resolved });
         StudyHeader {
-            format: "monorig study".into(),
-            version: 1,
+            format: FORMAT.into(),
+            version: VERSION,
             study: self.name.clone(),
             runs: self.file.runs,
             shard: (shard != Shard::WHOLE).then_some(shard),
-            monorig: env!("CARGO_PKG_VERSION").into(),
-            hash: self.hash.clone(),
+            made_from: MadeFrom::new(monorig, self.inputs.digests(folder), resolved),
         }
-    }
-
-    /// The files that the study and its scenario name, and those that a choice or a fixed change may name in their place.
-    fn fingerprint(&self, path: &Path) -> Result<String, Error> {
-        let mut files = inputs(path)?;
-        let folder = self.scenario.parent().unwrap_or(Path::new(""));
-        let choices = self
-            .file
-            .vary
-            .iter()
-            .flat_map(|v| v.choice.iter().flatten());
-        for name in choices
-            .chain(self.file.set.values())
-            .filter_map(|v| v.as_str())
-        {
-            let chosen = folder.join(name);
-            if chosen.extension().is_some() && chosen.is_file() {
-                for (below, bytes) in inputs(&chosen)? {
-                    files.insert(format!("{name}: {below}"), bytes);
-                }
-            }
-        }
-        let resolved = serde_json::to_value(&self.file).unwrap_or_default();
-        Ok(Manifest::new(&self.name, self.file.first_seed, &files, resolved).hash)
     }
 }

@@ -4,11 +4,21 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 /// No thread starts work that is so many places ahead of the result awaited next: it bounds what is held back.
 const AHEAD: u64 = 256;
+
+/// Threads that the system did not make.
+static REFUSED: AtomicUsize = AtomicUsize::new(0);
+
+/// How many threads the system did not make so far (a limit on processes, or on memory): their work was done by the others, or by the
+/// calling thread, with the same results.
+pub fn refused_threads() -> usize {
+    REFUSED.load(Ordering::Relaxed)
+}
 
 /// Do `work` on each of `items` with `jobs` threads, and hand each result to `take` in the order of the items, as soon as
 /// those before it are there. The first error of `take` ends it: what is being worked on is still finished, and dropped.
@@ -29,9 +39,10 @@ pub fn in_order<I: Send, T: Send, E>(
     };
     let (send, receive) = mpsc::channel();
     std::thread::scope(|scope| {
+        let mut threads = 0;
         for _ in 0..jobs.get() {
             let (send, queue, work) = (send.clone(), &queue, &work);
-            scope.spawn(move || {
+            let spawned = std::thread::Builder::new().spawn_scoped(scope, move || {
                 while let Some((item, place)) = queue.next() {
                     let done = catch_unwind(AssertUnwindSafe(|| work(item)));
                     if send.send((place, done)).is_err() {
@@ -39,8 +50,21 @@ pub fn in_order<I: Send, T: Send, E>(
                     }
                 }
             });
+            match spawned {
+                Ok(_) => threads += 1,
+                Err(_) => {
+                    REFUSED.fetch_add(1, Ordering::Relaxed);
+                }
+            }
         }
         drop(send);
+        if threads == 0 {
+            while let Some((item, _)) = queue.next() {
+                take(work(item))?;
+                queue.taken(u64::MAX - AHEAD); // none is ahead of the only one
+            }
+            return Ok(());
+        }
         let mut early = BTreeMap::new();
         let mut next = 0;
         for (place, done) in receive {
@@ -137,7 +161,7 @@ impl<I> Queue<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::atomic::AtomicU64;
 
     fn jobs(n: usize) -> NonZeroUsize {
         NonZeroUsize::new(n).unwrap()

@@ -2,6 +2,8 @@
 //!
 //! Lines are appended as they come. What a kill has torn is the last line only; it is cut off when the study goes on.
 
+use crate::batch::StudyHeader;
+use monorig_sim::config::file::regular;
 use monorig_sim::error::{Error, InputError};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -60,6 +62,9 @@ impl ResultStore {
             path: path.into(),
             source,
         };
+        if path.exists() {
+            regular(path)?;
+        }
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
         let file = options.open(path).map_err(failed)?;
@@ -139,7 +144,10 @@ fn whole_lines(path: &Path, file: &File, header: &str, shard: Shard) -> Result<(
             return Err(wrong(
                 path,
                 Some(1),
-                "these are the results of another study: it, or a file that it names, has changed since, or monorig itself",
+                format!(
+                    "these results were made from something else: {}",
+                    what_differs(&line, header)
+                ),
                 "name another folder with --out, or remove this file to begin anew",
             ));
         }
@@ -156,6 +164,15 @@ fn whole_lines(path: &Path, file: &File, header: &str, shard: Shard) -> Result<(
         }
         end += read as u64;
         lines += 1;
+    }
+}
+
+/// What differs between the header that was found and the one that is wanted.
+fn what_differs(found: &[u8], header: &str) -> String {
+    let found = serde_json::from_slice::<StudyHeader>(found);
+    match (found, serde_json::from_str::<StudyHeader>(header)) {
+        (Ok(found), Ok(wanted)) => found.differs(&wanted).unwrap_or_default(),
+        _ => "its first line is not that of a study of this version of monorig".into(),
     }
 }
 

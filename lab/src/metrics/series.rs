@@ -219,3 +219,55 @@ impl Observer for ErrorSeries {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// A train 18 m long, its IMU 4 m behind its front, at 2 m/s from a front at 20 m: front, IMU and rear come to 30 m at 5, 7 and 14 s.
+    #[test]
+    fn parts_of_the_vehicle_pass_a_place_one_after_the_other() {
+        let file: ScenarioFile = serde_json::from_value(json!({
+            "version": 1, "why": "w", "track": "t", "train": "t", "sensors": "s", "stop": {"after_s": 60},
+            "drive": {"speed": [{"at_s": 0, "mps": 2}]}
+        }))
+        .unwrap();
+        let at = |i: u32| Tracking {
+            t_s: 0.5 * f64::from(i),
+            chainage: 16.0 + f64::from(i),
+            ..Default::default()
+        };
+        let series = ErrorSeries {
+            tracking: (0..40).map(at).collect(),
+            geometry: Geometry {
+                places: vec![Place {
+                    name: "climb".into(),
+                    from_m: 30.0,
+                    to_m: 34.0,
+                }],
+                imu_offset_m: -4.0,
+                length_m: 18.0,
+            },
+            ..Default::default()
+        };
+        let instant = |moment: serde_json::Value| {
+            let moment: Moment = serde_json::from_value(moment).unwrap();
+            series.instant_s(&moment, &file)
+        };
+        assert_eq!(instant(json!({"front_enters": "climb"})), Some(5.0));
+        assert_eq!(instant(json!({"imu_enters": "climb"})), Some(7.0));
+        assert_eq!(instant(json!({"rear_enters": "climb"})), Some(14.0));
+        assert_eq!(
+            instant(json!({"front_leaves": "climb", "plus_s": 1.5})),
+            Some(8.5)
+        );
+        // the recording ends before
+        let short = ErrorSeries {
+            tracking: series.tracking[..20].to_vec(),
+            ..series.clone()
+        };
+        let moment: Moment = serde_json::from_value(json!({"rear_enters": "climb"})).unwrap();
+        assert_eq!(short.instant_s(&moment, &file), None);
+    }
+}

@@ -3,6 +3,7 @@
 //! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is finished the
 //! numbers are replaced by the role's name in the style sheet.
 
+use crate::hidden::marked;
 use plotters::style::RGBColor;
 
 /// Colours for series; after as many, the next ones are dashed.
@@ -165,7 +166,9 @@ pub(super) fn themed(svg: &str) -> String {
     out.push_str(rest);
     // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest count
     let out = out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
-    fill_opacity(&out.replace(" stroke=\"none\" stroke-width=\"1\"", ""))
+    fill_opacity(&marked(
+        &out.replace(" stroke=\"none\" stroke-width=\"1\"", ""),
+    ))
 }
 
 /// Opacity of fills as such: opacity of whole elements makes a printed page a hundred times as large.

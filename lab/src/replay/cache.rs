@@ -3,11 +3,12 @@
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
 use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
+use monorig_sim::closed_loop::SimulationBuilder;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use monorig_sim::record::inputs::inputs;
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::identity::Identity;
+use monorig_sim::record::{manifest, whole};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -18,42 +19,30 @@ const MAGIC: &[u8; 16] = b"monorig replay 1";
 #[derive(Clone, Debug)]
 pub struct Cache {
     folder: PathBuf,
-    build: String,
+    monorig: Identity,
 }
 
 impl Cache {
-    /// In this folder, which is made when it is needed.
-    pub fn new(folder: impl Into<PathBuf>) -> Self {
+    /// In this folder, which is made when it is needed; recordings of this program only.
+    pub fn new(folder: impl Into<PathBuf>, monorig: &Identity) -> Self {
         Self {
             folder: folder.into(),
-            build: build_id(),
+            monorig: monorig.clone(),
         }
     }
 
-    /// The file of a scenario and seed: its name is a hash of every input file, the resolved scenario, the seed and the build
-    /// of the program, so that what was recorded from anything else is never found.
+    /// The file of a scenario and seed: its name is a hash of the program, every input file, the resolved scenario and the seed, so
+    /// that what was recorded from anything else is never found.
     pub fn place(&self, scenario: &Scenario, seed: u64) -> Result<PathBuf, Error> {
         let bare = record::bare(scenario);
         let resolved = serde_json::to_value(&bare).unwrap_or_default();
-        let mut files = inputs(bare.path())?;
-        // what `set` names instead is in no file of the scenario's
-        for named in [&bare.track, &bare.vehicle, &bare.sensors] {
-            for (name, bytes) in inputs(named)? {
-                files.insert(format!("{}: {name}", named.display()), bytes);
-            }
-        }
-        let manifest = Manifest::new(&bare.name, seed, &files, resolved);
-        let mut all = Sha256::new();
-        all.update(format!("{} seed {seed} {}", manifest.hash, self.build));
-        let hash: String = all
-            .finalize()
-            .iter()
-            .take(16)
-            .map(|b| format!("{b:02x}"))
-            .collect();
-        Ok(self
-            .folder
-            .join(format!("{}-{seed}-{hash}.replay", bare.name)))
+        let name = bare.name.clone();
+        // the files that the scenario names are read when a simulation is built of it
+        let built = SimulationBuilder::from_scenario(bare)?;
+        let inputs = built.scenario().input_digests();
+        let hash = manifest::hash(&self.monorig, &inputs, &resolved);
+        let short = hash.get(..32).unwrap_or(&hash);
+        Ok(self.folder.join(format!("{name}-{seed}-{short}.replay")))
     }
 
     /// The recording of a scenario and seed: read if it is there and whole, else made and kept. None if `go_on` stopped it.
@@ -76,35 +65,15 @@ impl Cache {
     }
 }
 
-/// Identifies the program by its length and time: a recording made by another build is made anew.
-fn build_id() -> String {
-    let about = std::env::current_exe().and_then(std::fs::metadata);
-    let time = about.as_ref().ok().and_then(|a| a.modified().ok());
-    let age = time.and_then(|t| t.duration_since(std::time::UNIX_EPOCH).ok());
-    format!(
-        "{} {} {}",
-        env!("CARGO_PKG_VERSION"),
-        about.map_or(0, |a| a.len()),
-        age.map_or(0, |a| a.as_nanos())
-    )
-}
-
 /// Write a recording under a temporary name, then move it into place.
 pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
-    let refused = |path: &Path| {
-        let path = path.to_owned();
-        move |source| Error::Io { path, source }
-    };
     if let Some(folder) = place.parent() {
-        std::fs::create_dir_all(folder).map_err(refused(folder))?;
+        std::fs::create_dir_all(folder).map_err(|source| Error::Io {
+            path: folder.into(),
+            source,
+        })?;
     }
-    let partial = place.with_extension(format!("partial-{}", std::process::id()));
-    let written = std::fs::write(&partial, encode(columns)).map_err(refused(&partial));
-    let moved = written.and_then(|()| std::fs::rename(&partial, place).map_err(refused(place)));
-    if moved.is_err() {
-        let _ = std::fs::remove_file(&partial);
-    }
-    moved
+    whole::write(place, &encode(columns))
 }
 
 /// Read a recording; none if there is no file, or if it is not whole.
@@ -147,6 +116,9 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
         .chunks_exact(8)
         .map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default()));
     let (steps, values) = (words.next()? as usize, words.next()? as usize);
+    if steps.max(values) > body.len() / 8 {
+        return None;
+    }
     let mut numbers = words.by_ref().map(f64::from_bits);
     let mut get = || numbers.next();
     let vehicle = vehicle_of(&mut get)?;

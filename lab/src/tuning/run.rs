@@ -6,13 +6,14 @@ use crate::tuning::evaluate::Evaluator;
 use crate::tuning::progress::Progress;
 use crate::tuning::report;
 use crate::tuning::result::{Trace, TuningResult};
-use crate::tuning::search::search;
+use crate::tuning::search::{Begin, search};
 use crate::tuning::sensitivity::{Sensitivity, sensitivity};
 use crate::tuning::study::{RunGroup, TuningStudy};
-use crate::tuning::trial_store::Trial;
+use crate::tuning::trial_store::{self, Trial};
 use crate::tuning::validate;
 use crate::tuning::write;
 use monorig_sim::error::Error;
+use monorig_sim::record::identity::Identity;
 use std::path::{Path, PathBuf};
 
 /// What to do, and where.
@@ -24,21 +25,44 @@ pub struct TuningRun {
     pub cache: PathBuf,
     /// Threads.
     pub jobs: usize,
-    /// Go on with the trials that are there.
-    pub resume: bool,
+    /// What is done with trials that are there already.
+    pub begin: Begin,
+    /// The program that runs it.
+    pub monorig: Identity,
 }
 
-/// Run a study. None if `progress` stopped it: what is in the store stays, and the study can be resumed.
-pub fn run(
+/// How a study has ended.
+pub enum Ended {
+    /// It was run to its end.
+    Finished(Box<TuningResult>),
+    /// It was stopped with so many trials in its store.
+    Interrupted(usize),
+}
+
+/// Run a study. If `progress` stopped it, what is in the store stays, and the study can be resumed.
+pub fn run(study: &TuningStudy, run: &TuningRun, progress: &dyn Progress) -> Result<Ended, Error> {
+    let store = store_of(&run.folder);
+    match finished(study, run, &store, progress)? {
+        Some(result) => Ok(Ended::Finished(Box::new(result))),
+        None => Ok(Ended::Interrupted(trial_store::count(&store))),
+    }
+}
+
+/// None if it was stopped.
+fn finished(
     study: &TuningStudy,
     run: &TuningRun,
+    store: &Path,
     progress: &dyn Progress,
 ) -> Result<Option<TuningResult>, Error> {
     std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
         path: run.folder.clone(),
         source,
     })?;
-    let cache = Cache::new(&run.cache);
+    if run.begin == Begin::New {
+        trial_store::vacant(store)?; // found out before anything is recorded
+    }
+    let cache = Cache::new(&run.cache, &run.monorig);
     let evaluator = |groups: &[RunGroup], stage: &str| {
         Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)
     };
@@ -53,8 +77,8 @@ pub fn run(
         return Ok(None);
     };
     let tuned_on = baseline("tuning", &study.tuning, &tuning)?;
-    let store = store_of(&run.folder);
-    let search = search(study, &tuning, &tuned_on, &store, run.resume, progress)?;
+    let store = (store, run.begin);
+    let search = search(study, &tuning, &tuned_on, store, &run.monorig, progress)?;
     if !search.finished {
         return Ok(None);
     }
@@ -77,7 +101,7 @@ pub fn run(
         return Ok(None);
     };
     write::findings(&run.folder, &validation, &sensitivity)?;
-    let file = write::winner(study, &search, &validation)?;
+    let file = write::winner(study, &search, &validation, &run.monorig);
     let place = file
         .map(|file| write::whole(&run.folder.join("winner.yaml"), &file.to_yaml()))
         .transpose()?;

@@ -13,12 +13,26 @@ use crate::tuning::study::Values;
 use crate::tuning::study::{Combine, TuningStudy};
 use crate::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
 use monorig_sim::error::Error;
+use monorig_sim::record::identity::Identity;
+use monorig_sim::record::inputs;
 use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
+
+/// What is done with trials that are there already.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Begin {
+    /// There must be none.
+    #[default]
+    New,
+    /// The search goes on behind them.
+    Resume,
+    /// They are dropped.
+    Restart,
+}
 
 /// How a search ended.
 #[derive(Clone, Debug)]
@@ -35,27 +49,28 @@ pub struct SearchResult {
     pub beside: Duration,
 }
 
-/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and with `resume`
-/// taken from it.
+/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and taken from it as
+/// `begin` says.
 pub fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
-    store: &Path,
-    resume: bool,
+    (store, begin): (&Path, Begin),
+    monorig: &Identity,
     progress: &dyn Progress,
 ) -> Result<SearchResult, Error> {
     let started = Instant::now();
+    let kept = store.with_file_name("inputs");
     let header = TrialsHeader {
         study: study.name.clone(),
-        hash: study.hash()?,
-        monorig: env!("CARGO_PKG_VERSION").to_owned(),
+        made_from: study.made_from(monorig),
     };
-    let (store, stored) = if resume && store.exists() {
-        TrialStore::resume(store, &header)?
-    } else {
-        (TrialStore::create(store, &header)?, Vec::new())
+    let (store, stored) = match begin {
+        Begin::Resume if store.exists() => TrialStore::resume(store, &header)?,
+        Begin::Restart => (TrialStore::replace(store, &header)?, Vec::new()),
+        _ => (TrialStore::create(store, &header)?, Vec::new()),
     };
+    inputs::keep(study.inputs(), &kept)?;
     let space = Space::new(&study.file.parameters);
     let mut runner = TrialRunner {
         study,

@@ -1,15 +1,18 @@
 //! The study file, and the study read from it.
 
+use crate::made_from::MadeFrom;
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
+use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
-use monorig_sim::config::file::{Document, named};
+use monorig_sim::config::file::{Document, Sets, name_of, named};
+use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
-use monorig_sim::record::inputs::inputs;
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::identity::Identity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -272,11 +275,16 @@ pub struct TuningStudy {
     /// The estimators and controllers there are.
     pub registry: Registry,
     document: Document,
+    inputs: InputFiles,
 }
 
 impl TuningStudy {
-    /// Read a study and every scenario it names.
-    pub(super) fn read(path: &Path, registry: &Registry) -> Result<Self, Error> {
+    /// Read a study and every scenario it names; what is read goes into `inputs`.
+    pub(super) fn read(
+        path: &Path,
+        registry: &Registry,
+        inputs: &InputFiles,
+    ) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: TuningFile = document.parse()?;
         let (key, name) = match &file.is {
@@ -294,8 +302,10 @@ impl TuningStudy {
                     .iter()
                     .map(|(path, value)| (path.clone(), value.to_string()))
                     .collect();
+                let file = path.file_name().unwrap_or_default().to_string_lossy();
+                let set = Sets::new(&set).written_in(&format!("{key}[{i}].set of {file}"));
                 Ok(RunGroup {
-                    scenario: Scenario::load(&at, &set)?,
+                    scenario: Scenario::load_with(&at, &set)?,
                     seeds: runs.seeds.as_slice().to_vec(),
                     weight: runs.weight.get(),
                 })
@@ -303,28 +313,36 @@ impl TuningStudy {
             list.iter().enumerate().map(load).collect()
         };
         Ok(Self {
-            name: path
-                .file_stem()
-                .map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default(),
+            name: name_of(path)?,
             tuning: groups(&file.tuning, "tuning")?,
             validation: groups(&file.validation, "validation")?,
             file,
             of: of.clone(),
             registry: registry.clone(),
             document,
+            inputs: inputs.clone(),
         })
     }
 
-    /// SHA-256 over the study, every file it leads to, and the version of monorig: what decides its result.
-    pub fn hash(&self) -> Result<String, Error> {
-        let resolved = serde_json::json!({
+    /// What decides its result, with this program.
+    pub fn made_from(&self, monorig: &Identity) -> MadeFrom {
+        let all = |groups: &[RunGroup]| -> Vec<Value> {
+            let each = groups.iter().map(|g| &g.scenario);
+            each.map(|s| resolved(s, &self.registry)).collect()
+        };
+        let resolved = json!({
             "study": self.file,
-            "tuning": self.tuning.iter().map(|g| &g.scenario).collect::<Vec<_>>(),
-            "validation": self.validation.iter().map(|g| &g.scenario).collect::<Vec<_>>(),
+            "defaults": self.defaults(),
+            "tuning": all(&self.tuning),
+            "validation": all(&self.validation),
         });
-        let files = inputs(self.document.path())?;
-        Ok(Manifest::new(&self.name, self.file.seed, &files, resolved).hash)
+        let folder = self.document.path().parent().unwrap_or(Path::new(""));
+        MadeFrom::new(monorig, self.inputs.digests(folder), resolved)
+    }
+
+    /// The files of the study, as they were when it was read.
+    pub fn inputs(&self) -> &InputFiles {
+        &self.inputs
     }
 
     /// An error at a key of the study.

@@ -5,7 +5,9 @@ use crate::tuning::name_check;
 use crate::tuning::study::{
     Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningFile, TuningStudy,
 };
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
+use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
@@ -14,11 +16,20 @@ use std::path::Path;
 const MAX_TRIALS: u32 = 1_000_000;
 
 impl TuningStudy {
-    /// Read and check a study and every scenario it names; its estimator is one of the registry.
+    /// Read and check a study and every scenario it names, by building the simulation of each; its estimator is one of the registry.
+    /// Every file is read here and never again.
     pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
-        let study = Self::read(path, registry)?;
-        check(&study)?;
-        Ok(study)
+        let inputs = InputFiles::default();
+        inputs.during(|| {
+            let study = Self::read(path, registry, &inputs)?;
+            check(&study)?;
+            for group in study.tuning.iter().chain(&study.validation) {
+                let seed = group.seeds.first().copied().unwrap_or(1);
+                Simulation::build(group.scenario.clone(), registry, seed)?;
+            }
+            inputs.seal();
+            Ok(study)
+        })
     }
 }
 
@@ -247,7 +258,8 @@ fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
     let metric = availability(quantity);
     let term = file.objective.metrics.iter().any(|t| t.metric == metric);
     let mut constraints = file.constraints.iter();
-    if term || constraints.any(|c| c.metric == metric && c.at_least.is_some()) {
+    if term || constraints.any(|c| c.metric == metric && c.at_least.is_some_and(|x| x.get() > 0.0))
+    {
         return Ok(());
     }
     Err(wrong(

@@ -1,22 +1,23 @@
 //! `trials.jsonl`: a line that says what study this is, then a line for each trial, in order, written as they come. A line torn
 //! by a kill is cut off, and the search goes on behind it.
 
+use crate::made_from::MadeFrom;
 use crate::tuning::study::Values;
+use monorig_sim::config::file::read_result;
 use monorig_sim::error::{Error, InputError};
+use monorig_sim::record::whole;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What study the trials are of.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialsHeader {
     /// Name of the study.
     pub study: String,
-    /// Its hash.
-    pub hash: String,
-    /// Version of monorig.
-    pub monorig: String,
+    /// What it is made from and by.
+    pub made_from: MadeFrom,
 }
 
 /// A trial and its score.
@@ -55,8 +56,15 @@ pub struct TrialStore {
 }
 
 impl TrialStore {
-    /// A new file with its header, in place of an older one.
+    /// A new file with its header. Trials that are there stay, and are an error.
     pub fn create(path: &Path, header: &TrialsHeader) -> Result<Self, Error> {
+        vacant(path)?;
+        Self::replace(path, header)
+    }
+
+    /// A new file with its header, in place of an older one.
+    pub fn replace(path: &Path, header: &TrialsHeader) -> Result<Self, Error> {
+        whole::replaceable(path)?;
         let file = File::create(path).map_err(|e| at(path, e))?;
         let mut store = Self {
             path: path.into(),
@@ -68,25 +76,23 @@ impl TrialStore {
 
     /// An existing file of the same study, and the trials in it.
     pub fn resume(path: &Path, header: &TrialsHeader) -> Result<(Self, Vec<Trial>), Error> {
-        let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
+        let bytes = read_result(path)?.into_bytes();
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
         let text = String::from_utf8_lossy(&bytes[..whole]);
         let mut lines = (1..).zip(text.lines());
         let Some((_, first)) = lines.next() else {
-            return Ok((Self::create(path, header)?, Vec::new()));
+            return Ok((Self::replace(path, header)?, Vec::new()));
         };
         let found: TrialsHeader = read(path, 1, first)?;
         if found != *header {
             return Err(wrong(
                 path,
                 1,
-                if found.hash == header.hash {
-                    format!("these are trials of {}", found.study)
-                } else {
-                    "the study, a file it names, or monorig has changed since these trials"
-                        .to_owned()
+                match found.made_from.differs(&header.made_from) {
+                    Some(what) => format!("these trials were made from something else: {what}"),
+                    None => format!("these are trials of {}", found.study),
                 },
-                "start anew without --resume, or name another folder with --out",
+                "start anew with --restart, or name another folder with --out",
             ));
         }
         let mut trials: Vec<Trial> = Vec::new();
@@ -97,7 +103,7 @@ impl TrialStore {
                     path,
                     n,
                     format!("trial {} follows {} others", trial.trial, trials.len()),
-                    "start anew without --resume",
+                    "start anew with --restart",
                 ));
             }
             trials.push(trial);
@@ -127,13 +133,33 @@ impl TrialStore {
     }
 }
 
+/// That a file has no trials: they are not dropped unasked.
+pub fn vacant(path: &Path) -> Result<(), Error> {
+    match count(path) {
+        0 => Ok(()),
+        trials => Err(wrong(
+            path,
+            1,
+            format!("there are {trials} trials already, and they are not dropped unasked"),
+            "go on with --resume; begin anew with --restart, or in another folder with --out",
+        )),
+    }
+}
+
+/// How many whole trials a file has; 0 if there is none.
+pub fn count(path: &Path) -> usize {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let lines = bytes.iter().filter(|b| **b == b'\n').count();
+    lines.saturating_sub(1) // the header
+}
+
 fn read<T: for<'a> Deserialize<'a>>(path: &Path, line: usize, text: &str) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|e| {
         wrong(
             path,
             line,
             format!("this is no line of monorig's: {e}"),
-            "start anew without --resume",
+            "start anew with --restart",
         )
     })
 }

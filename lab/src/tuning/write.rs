@@ -7,6 +7,7 @@ use crate::tuning::validate::Validation;
 use monorig_sim::config::checked::Version1;
 use monorig_sim::config::scenario::{ParameterFile, Provenance};
 use monorig_sim::error::Error;
+use monorig_sim::record::identity::Identity;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -15,20 +16,19 @@ pub fn winner(
     study: &TuningStudy,
     search: &SearchResult,
     validation: &Validation,
-) -> Result<Option<ParameterFile>, Error> {
-    let Some(trial) = search.winner.and_then(|i| search.trials.get(i)) else {
-        return Ok(None);
-    };
+    monorig: &Identity,
+) -> Option<ParameterFile> {
+    let trial = search.winner.and_then(|i| search.trials.get(i))?;
     let file = &study.file;
-    Ok(Some(ParameterFile {
+    Some(ParameterFile {
         version: Version1,
         why: format!("Winner of the study {}: {}", study.name, file.why.trim()),
         estimator: study.of.name().to_owned(),
         parameters: study.settings(&trial.parameters).values,
         provenance: Some(Provenance {
             study: study.name.clone(),
-            study_hash: study.hash()?,
-            monorig: env!("CARGO_PKG_VERSION").to_owned(),
+            study_hash: study.made_from(monorig).hash,
+            monorig: monorig.to_string(),
             optimiser: serde_json::to_value(file.optimiser)
                 .ok()
                 .and_then(|v| v.as_str().map(str::to_owned))
@@ -44,7 +44,7 @@ pub fn winner(
                 .map(|c| c.verdict.words().to_owned())
                 .unwrap_or_default(),
         }),
-    }))
+    })
 }
 
 /// Write a value as JSON.
@@ -67,17 +67,6 @@ pub fn findings(
 
 /// Write a file under a temporary name, then move it into place.
 pub fn whole(path: &Path, text: &str) -> Result<PathBuf, Error> {
-    let at = |path: &Path| {
-        let path = path.to_owned();
-        move |source| Error::Io { path, source }
-    };
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(format!(".partial-{}", std::process::id()));
-    let partial = PathBuf::from(partial);
-    let written = std::fs::write(&partial, text).map_err(at(&partial));
-    let moved = written.and_then(|()| std::fs::rename(&partial, path).map_err(at(path)));
-    if moved.is_err() {
-        let _ = std::fs::remove_file(&partial);
-    }
-    moved.map(|()| path.to_owned())
+    monorig_sim::record::whole::write(path, text.as_bytes())?;
+    Ok(path.to_owned())
 }

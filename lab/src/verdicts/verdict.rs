@@ -41,6 +41,9 @@ pub struct Check {
     /// Why it is known to fail, if it is. A known failure that holds after all is not as it should be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
+    /// Whether it is about integrity, so that a finding says the same.
+    #[serde(default)]
+    pub is_finding: bool,
 }
 
 impl ScenarioVerdict {
@@ -107,11 +110,12 @@ impl Count {
             bound,
             quantile,
             holding: self.holding,
-            // a rounding error of the share must not ask for one seed more
-            held: all > 0 && self.holding as f64 >= quantile * all as f64 - 1e-9,
+            // a rounding error of the share must not ask for one seed more; the least share asks for one seed
+            held: self.holding as f64 >= (quantile * all as f64 - 1e-9).max(1.0),
             failing: self.failing.clone(),
             worst: self.worst.as_ref().map(|(_, text)| text.clone()),
             known_failure: None,
+            is_finding: false,
         }
     }
 }
@@ -197,6 +201,7 @@ impl Tally {
             {
                 *worst += &format!("; {} % of the valid samples", percent(sum.share()));
             }
+            check.is_finding = true;
             checks.push(check.known(sum.known_failure.clone()));
         }
         checks

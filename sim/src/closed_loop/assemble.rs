@@ -120,6 +120,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
         Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
     };
+    let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";
         scenario.error("vehicle", e.to_string(), help)
@@ -154,6 +155,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
             after_s: s.stop.time_limit_s(),
             at_m: s.stop.at_m.map_or(f64::INFINITY, f64::from),
             start_m: front_m,
+            train_length_m: train.limits.length_m,
             track_length_m: rail.length(),
         },
         obstacles: options.obstacles,

@@ -56,6 +56,11 @@ impl SimulationBuilder {
 
     /// Everything that a scenario says; reads the files it names.
     pub fn from_scenario(scenario: Scenario) -> Result<Self, Error> {
+        let inputs = scenario.inputs().clone();
+        inputs.during(|| Self::read(scenario))
+    }
+
+    fn read(scenario: Scenario) -> Result<Self, Error> {
         let rail = Rail::load_with(&scenario.track, &scenario.sets("track"))?;
         let moving = match &scenario.file.car {
             Some(_) => Moving::Car(Box::new(Car::load_with(
@@ -90,6 +95,11 @@ impl SimulationBuilder {
             plant: None,
             wrong: None,
         }
+    }
+
+    /// The scenario as it stands.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// Where estimators and controller come from; [`Registry::default`] unless given.

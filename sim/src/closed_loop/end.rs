@@ -13,7 +13,9 @@ pub struct EndCondition {
     pub at_m: f64,
     /// Chainage of the front at the start, m.
     pub start_m: f64,
-    /// End of the track, m: a train that runs off it is an error.
+    /// Length of the train, m: with its front here, its rear is at the start of the track.
+    pub train_length_m: f64,
+    /// End of the track, m: a train that runs off it, or off its start, is an error.
     pub track_length_m: f64,
 }
 
@@ -47,6 +49,9 @@ pub struct Outcome {
 /// `go_on` is asked once in so many steps.
 const STEPS_PER_QUESTION: u64 = 512;
 
+/// A train whose rear stands at the start of the track may sag by so much, m.
+const OFF_START_M: f64 = 0.1;
+
 impl EndCondition {
     /// How the run has ended, with the front at `front_m` (m) at `t_s` (s) before the step of `dt_s` (s) number `step`; none while it
     /// goes on. `go_on` is given the share done, 0…1, now and then, and says whether to go on.
@@ -78,6 +83,15 @@ impl EndCondition {
                 what: format!("the train ran off the end of the track at {end_m:.1} m"),
             });
         }
+        if front_m < self.train_length_m - OFF_START_M {
+            return Err(Error::Broken {
+                t_s,
+                what: format!(
+                    "the train ran off the start of the track: its front is at {front_m:.1} m, its rear at {:.1} m",
+                    front_m - self.train_length_m
+                ),
+            });
+        }
         Ok(None)
     }
 }
@@ -99,6 +113,32 @@ impl Outcome {
                 .iter()
                 .filter_map(RunningEstimator::refusals)
                 .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The front beyond the end, or the rear before the start: both end the run as broken.
+    #[test]
+    fn both_ends_of_the_track_end_the_run() {
+        let end = EndCondition {
+            after_s: 10.0,
+            at_m: f64::INFINITY,
+            start_m: 25.0,
+            train_length_m: 20.0,
+            track_length_m: 100.0,
+        };
+        let at = |front_m| end.reached((1.0, 0.002), front_m, 1, &mut |_| true);
+        assert!(matches!(at(20.0), Ok(None)) && matches!(at(100.0), Ok(None)));
+        for (front_m, word) in [(19.0, "start"), (-94.0, "start"), (100.1, "end")] {
+            let told = at(front_m).unwrap_err().to_string();
+            assert!(
+                told.contains(&format!("off the {word} of the track")),
+                "{told}"
+            );
         }
     }
 }

@@ -7,6 +7,7 @@
 //! | `builder` | what it is built from: a scenario, or code |
 //! | `registry` | the estimators and controllers that a scenario can name |
 //! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |
+//! | `resolved` | a scenario with all defaults written out |
 //! | `estimators` | an estimator in a run |
 //! | `observer` | what is shown to recorders and metrics after each step |
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
@@ -27,6 +28,7 @@ mod observer;
 pub mod obstacles;
 mod parts;
 pub mod registry;
+mod resolved;
 pub mod run;
 mod simulation;
 
@@ -34,5 +36,6 @@ pub use builder::SimulationBuilder;
 pub use end::{EndCondition, Ended, Outcome};
 pub use observer::{Observer, StepFrame};
 pub use registry::Registry;
+pub use resolved::resolved;
 pub use run::run;
 pub use simulation::Simulation;

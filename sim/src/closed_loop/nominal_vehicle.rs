@@ -2,6 +2,8 @@
 
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::plant::road::Car;
+use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
+use crate::sensors::{accelerometer, gyro};
 use crate::train::Train;
 use monorig_estimators::api::signals::VehicleData;
 
@@ -61,6 +63,34 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         gyro_bias_sd_radps: None,
         road: None,
     }
+}
+
+/// Least standard deviation of an accelerometer's bias that estimators are told, m/s²: what temperature and mounting do to a calibrated one.
+const MIN_ACCEL_BIAS_SD_MPS2: f64 = 0.01;
+
+/// The vehicle with what the sensor sheet says of the biases along the train: bias, switch-on bias and, of the accelerometer, the pitch of
+/// its mount times gravity. Standard deviations, never the values drawn.
+pub fn with_biases(vehicle: VehicleData, specs: &InstrumentSpecs, gravity: f64) -> VehicleData {
+    let accelerometer = specs.get(accelerometer::KIND.name);
+    let gyro = specs.get(gyro::KIND.name);
+    let tilted = |spec: &InstrumentSpec| {
+        let tilt = gravity * spec.mounting.misalignment_sd_deg.to_radians();
+        bias_sd(spec).hypot(tilt).max(MIN_ACCEL_BIAS_SD_MPS2)
+    };
+    VehicleData {
+        accel_bias_sd_mps2: accelerometer.map(tilted),
+        gyro_bias_sd_radps: gyro.map(bias_sd),
+        ..vehicle
+    }
+}
+
+/// Root mean square of the biases that a sheet says are drawn.
+fn bias_sd(spec: &InstrumentSpec) -> f64 {
+    let errors = &spec.errors;
+    let switch_on = errors
+        .switch_on_bias
+        .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
+    errors.bias_sd.hypot(switch_on)
 }
 
 /// Vehicle parameters of a car for the estimators: its data sheet, with the changes of the scenario.

@@ -5,6 +5,7 @@
 //! files meet, is reported with [`input_error`], which looks up the line of a key path.
 
 mod error_messages;
+pub mod limits;
 mod locate;
 mod set;
 mod sets;
@@ -13,61 +14,86 @@ mod suggest;
 pub use sets::Sets;
 pub use suggest::nearest;
 
+use crate::config::input_files::InputFiles;
 use crate::error::{DataError, Error, InputError};
 use locate::Target;
 use serde::de::DeserializeOwned;
+use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// No file of ours comes near this size; more is a mix-up, and is not read into memory.
-const MAX_FILE_BYTES: u64 = 64 << 20;
-
-/// Read a text file; errors say what is there instead.
+/// Read an input file as text; errors say what is there instead.
 pub fn read_text(path: &Path) -> Result<String, Error> {
-    let whole = |message: &str, help: String| -> Error {
-        InputError {
-            file: path.into(),
-            line: None,
-            column: None,
-            key: String::new(),
-            message: message.into(),
-            help,
+    text(path, &read_bytes(path)?)
+}
+
+/// Read an input file; errors say what is there instead. Within [`InputFiles::during`] it is read from disk once.
+pub fn read_bytes(path: &Path) -> Result<Arc<[u8]>, Error> {
+    let from_disk = || bounded(path, limits::MAX_FILE_BYTES).map(Arc::from);
+    match InputFiles::current() {
+        Some(files) => files.get(path, from_disk),
+        None => from_disk(),
+    }
+}
+
+/// Read a result that monorig has written, as text; errors say what is there instead.
+pub fn read_result(path: &Path) -> Result<String, Error> {
+    text(path, &bounded(path, limits::MAX_RESULT_BYTES)?)
+}
+
+/// That this is a regular file, which can be opened without waiting for a writer; errors say what is there instead.
+pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
+    let metadata = match std::fs::metadata(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            return Err(whole(path, "there is no such file", suggest::beside(path)));
         }
-        .into()
+        other => other.map_err(|source| Error::Io {
+            path: path.into(),
+            source,
+        })?,
     };
+    if metadata.is_dir() {
+        let help = "name a file in it".into();
+        return Err(whole(path, "this is a folder, not a file", help));
+    }
+    if !metadata.is_file() {
+        let help = "copy its contents into a file".into();
+        return Err(whole(path, "this is not a regular file", help));
+    }
+    Ok(metadata)
+}
+
+/// The bytes of a regular file of at most so many.
+fn bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     let refused = |source| Error::Io {
         path: path.into(),
         source,
     };
-    let metadata = match std::fs::metadata(path) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(whole("there is no such file", suggest::beside(path)));
-        }
-        other => other.map_err(refused)?,
-    };
-    if metadata.is_dir() {
-        return Err(whole(
-            "this is a folder, not a file",
-            "name a file in it".into(),
-        ));
+    let length = regular(path)?.len();
+    let mut bytes = Vec::new();
+    if length <= most {
+        // a file may grow while it is read
+        let file = std::fs::File::open(path).map_err(refused)?;
+        file.take(most + 1)
+            .read_to_end(&mut bytes)
+            .map_err(refused)?;
     }
-    if !metadata.is_file() {
+    if length > most || bytes.len() as u64 > most {
         return Err(whole(
-            "this is not a regular file",
-            "copy its contents into a file".into(),
-        ));
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Err(whole(
+            path,
             &format!(
                 "this file is {} MB long, far more than any file of ours",
-                metadata.len() >> 20
+                length.max(most + 1).div_ceil(1 << 20)
             ),
-            format!("at most {} MB are read", MAX_FILE_BYTES >> 20),
+            format!("at most {} MB are read", most >> 20),
         ));
     }
-    let bytes = std::fs::read(path).map_err(refused)?;
-    String::from_utf8(bytes).map_err(|e| {
-        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+    Ok(bytes)
+}
+
+fn text(path: &Path, bytes: &[u8]) -> Result<String, Error> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let good = &bytes[..e.valid_up_to()];
         let start = good.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
         InputError {
             file: path.into(),
@@ -77,12 +103,28 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
             message: "this is not text in UTF-8".into(),
             help: "save the file as UTF-8; if it is not a text file, another one was meant".into(),
         }
-        .into()
-    })
+    })?;
+    Ok(text.to_owned())
+}
+
+/// An error of a file as a whole.
+fn whole(path: &Path, message: &str, help: String) -> Error {
+    InputError {
+        file: path.into(),
+        line: None,
+        column: None,
+        key: String::new(),
+        message: message.into(),
+        help,
+    }
+    .into()
 }
 
 /// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
 pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
+    if InputFiles::current().is_some_and(|files| files.contains(path)) {
+        return Ok(());
+    }
     let name = path.display();
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => Err((
@@ -121,6 +163,20 @@ pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
     }
 }
 
+/// The name of what a file describes: that of the file without its ending. Results go into a folder of this name, so it must be one.
+pub fn name_of(path: &Path) -> Result<String, Error> {
+    let stem = path.file_stem().unwrap_or_default();
+    let name = stem.to_string_lossy().into_owned();
+    match name.chars().all(|c| c == '.') {
+        false => Ok(name),
+        true => Err(whole(
+            path,
+            "this name cannot be that of a folder of results",
+            "a file name with a letter in it".into(),
+        )),
+    }
+}
+
 /// Read a YAML file into a checked type.
 pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()
@@ -136,7 +192,7 @@ pub(crate) fn read_yaml_with<T: DeserializeOwned>(path: &Path, sets: &Sets) -> R
 /// Add to an error found later in a file what was changed in it: the line shown may not say it.
 pub(crate) fn with_sets(e: Error, sets: &Sets) -> Error {
     match (e, sets.all_written()) {
-        (Error::Input(mut e), Some(all)) if !e.message.contains("--set") => {
+        (Error::Input(mut e), Some(all)) if !e.message.contains(&all) => {
             e.message += &format!(" (read with {all})");
             Error::Input(e)
         }
@@ -191,6 +247,7 @@ impl Document {
             text,
             ..Self::default()
         };
+        limits::yaml(&document.text).map_err(|over| document.over(over))?;
         let de = serde_yaml::Deserializer::from_str(&document.text);
         match serde_path_to_error::deserialize::<_, serde_yaml::Value>(de) {
             Ok(serde_yaml::Value::Null) => Err(document.error(
@@ -297,6 +354,19 @@ impl Document {
                 None => message,
             },
             help,
+        }
+        .into()
+    }
+
+    /// More than a file of ours can have.
+    fn over(&self, over: limits::Over) -> Error {
+        InputError {
+            file: self.path.clone(),
+            line: over.place.map(|p| p.0),
+            column: over.place.map(|p| p.1),
+            key: String::new(),
+            message: over.message,
+            help: over.help,
         }
         .into()
     }

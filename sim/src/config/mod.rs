@@ -3,12 +3,13 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `file` | reading a YAML file: errors with file, line, column, key and help; `--set path=value` |
+//! | `input_files` | every input file read once, with its check sum |
 //! | `checked` | numbers whose range is checked while a file is read |
 //! | `scenario` | the scenario file, and the files it names |
 //! | `track` | the track file: elements or survey points, and how they become an alignment |
 //! | `rail_profile` | the profile file: the section of a rail |
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
-//! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
+//! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_limits` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
 //! | `car_file` | the YAML file of a car |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
 //! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
@@ -16,6 +17,7 @@
 pub mod car_file;
 pub mod checked;
 pub mod file;
+pub mod input_files;
 pub mod motor_file;
 pub mod rail_profile;
 pub mod scenario;
@@ -29,4 +31,5 @@ pub mod urdf;
 mod urdf_diagnostics;
 mod urdf_file;
 pub(crate) mod urdf_geometry;
+mod urdf_limits;
 mod urdf_tree;

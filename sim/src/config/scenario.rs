@@ -6,6 +6,7 @@ mod controller;
 mod event;
 mod expect;
 mod integrity;
+mod lengths;
 mod load;
 mod moment;
 mod names;

@@ -1,6 +1,6 @@
 //! Triangle meshes from STL files, text or binary.
 
-use crate::config::file::input_error;
+use crate::config::file::{input_error, read_bytes};
 use crate::error::Error;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,10 +13,7 @@ const FACET: usize = 50;
 
 /// Read a mesh; corners that coincide become one vertex.
 pub fn read(path: &Path) -> Result<StlMesh, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })?;
+    let bytes = read_bytes(path)?;
     let corners = binary(&bytes).or_else(|| text(&bytes)).ok_or_else(|| {
         input_error(
             path,

@@ -4,20 +4,18 @@
 //! A `continuous` joint marks a friction wheel: its spin is a state of the simulation, its mass rides on the body.
 //! Wheels that merely roll along (running wheels, guide wheels) are `fixed`.
 
-use super::urdf_file::{File, nesting};
+use super::urdf_file::File;
 use super::urdf_tree::{Branch, tree};
 use crate::config::file::read_text;
 use crate::config::urdf_diagnostics;
 use crate::config::urdf_geometry;
+use crate::config::urdf_limits;
 use crate::error::Error;
 use crate::train::inertia::MassProperties;
 use crate::train::{Geometry, Shape};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::path::Path;
 use urdf_rs::{Joint, JointType, Link, Robot};
-
-/// Deeper nesting is no URDF.
-const MAX_NESTING: usize = 50;
 
 /// A URDF file as read.
 #[derive(Clone, Debug)]
@@ -80,10 +78,7 @@ impl UrdfUnit {
             path,
             text: read_text(path)?,
         };
-        if nesting(&file.text) > MAX_NESTING {
-            let message = format!("elements are nested more than {MAX_NESTING} deep");
-            return Err(file.fault("", "", message, "URDF needs five levels"));
-        }
+        urdf_limits::check(&file)?;
         let robot = urdf_rs::read_from_string(&file.text)
             .map_err(|e| urdf_diagnostics::diagnose(&file, &e.to_string()))?;
         let order = tree(&file, &robot)?;

@@ -59,23 +59,3 @@ pub(super) fn rotation([roll, pitch, yaw]: [f64; 3]) -> UnitQuaternion<f64> {
         half(yaw, Vector3::z()) * half(pitch, Vector3::y()) * half(roll, Vector3::x()),
     )
 }
-
-/// How deep elements are nested; parsers call themselves once a level.
-pub(super) fn nesting(text: &str) -> usize {
-    let (mut depth, mut deepest, mut rest) = (0_usize, 0, text);
-    while let Some(at) = rest.find('<') {
-        rest = &rest[at + 1..];
-        if rest.starts_with("!--") {
-            rest = rest.find("-->").map_or("", |end| &rest[end..]);
-            continue;
-        }
-        let tag = rest.split('>').next().unwrap_or_default();
-        if tag.starts_with('/') {
-            depth = depth.saturating_sub(1);
-        } else if !tag.starts_with(['?', '!']) && !tag.ends_with('/') {
-            depth += 1;
-            deepest = deepest.max(depth);
-        }
-    }
-    deepest
-}

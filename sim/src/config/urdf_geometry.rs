@@ -183,7 +183,7 @@ fn mesh(file: &File<'_>, link: &Link, filename: &str, scale: [f64; 3]) -> Result
         ));
     }
     let path = file.path.with_file_name("").join(filename);
-    if !path.is_file() {
+    if crate::config::file::exists(&path).is_err() {
         return Err(fault(
             format!("mesh file `{}` is missing", path.display()),
             "a path relative to the URDF file",

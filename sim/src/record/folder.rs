@@ -1,5 +1,6 @@
 //! The folder of one run, `<root>/<scenario>/<seed>/`: filled under a temporary name, moved into place when whole.
 
+use super::whole;
 use crate::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,10 +16,10 @@ pub struct RunFolder {
 impl RunFolder {
     /// An empty temporary folder beside the place of the run. An older run of the same seed stays until `commit`.
     pub fn create(root: &Path, scenario: &str, seed: u64) -> Result<Self, Error> {
-        let parent = root.join(scenario);
+        let parent = parent(root, scenario)?;
         fs::create_dir_all(&parent).map_err(|e| at(&parent, e))?;
         clear_orphans(&parent, seed);
-        let partial = parent.join(format!(".{seed}.partial-{}", std::process::id()));
+        let partial = parent.join(format!("{}{}", prefix(seed), whole::unique()));
         remove(&partial)?;
         fs::create_dir(&partial).map_err(|e| at(&partial, e))?;
         Ok(Self {
@@ -44,25 +45,30 @@ impl RunFolder {
         fs::write(&path, contents).map_err(|e| at(&path, e))
     }
 
-    /// Move the folder into place. An older run of the same seed is replaced; if that fails, it is put back.
-    pub fn commit(mut self) -> Result<PathBuf, Error> {
-        let name = self.partial.file_name().unwrap_or_default().to_owned();
-        let mut aside = name;
-        aside.push(".old");
-        let aside = self.place.with_file_name(aside);
-        remove(&aside)?;
-        let had_older = self.place.exists();
-        if had_older {
-            fs::rename(&self.place, &aside).map_err(|e| at(&self.place, e))?;
+    /// Move the folder of a whole run into place. An older run of the same seed is replaced in one step, so that one of the two is
+    /// there whenever the process is killed.
+    pub fn commit(self) -> Result<PathBuf, Error> {
+        self.move_to_place()
+    }
+
+    /// Move the folder of a run that was interrupted into place; beside it, as `<seed>.interrupted`, if there is an older run of the
+    /// same seed, which stays.
+    pub fn commit_interrupted(mut self) -> Result<PathBuf, Error> {
+        if self.place.exists() {
+            let mut name = self.place.file_name().unwrap_or_default().to_owned();
+            name.push(".interrupted");
+            self.place.set_file_name(name);
         }
-        if let Err(e) = fs::rename(&self.partial, &self.place) {
-            if had_older {
-                fs::rename(&aside, &self.place).map_err(|e| at(&aside, e))?;
-            }
-            return Err(at(&self.place, e));
+        self.move_to_place()
+    }
+
+    fn move_to_place(mut self) -> Result<PathBuf, Error> {
+        match self.place.exists() {
+            true => exchange(&self.partial, &self.place)?,
+            false => fs::rename(&self.partial, &self.place).map_err(|e| at(&self.place, e))?,
         }
         self.committed = true;
-        remove(&aside)?;
+        remove(&self.partial)?; // the older run, if there was one
         Ok(self.place.clone())
     }
 }
@@ -78,20 +84,95 @@ impl Drop for RunFolder {
     }
 }
 
-/// Remove what killed processes left of this seed. A process that still runs keeps its folder.
+/// The folder of a scenario's runs, directly in `root`: a name that leads elsewhere is refused.
+fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
+    let parent = root.join(scenario);
+    let plain = !scenario.is_empty()
+        && !scenario.contains(['/', '\\', '\0'])
+        && scenario != "."
+        && scenario != "..";
+    match plain {
+        true => Ok(parent),
+        false => Err(at(
+            &parent,
+            std::io::Error::new(
+                std::io::ErrorKind::InvalidInput,
+                format!(
+                    "`{scenario}` cannot be the name of a folder; give the scenario file another name"
+                ),
+            ),
+        )),
+    }
+}
+
+/// Swap a new folder with the one in its place.
+fn exchange(new: &Path, place: &Path) -> Result<(), Error> {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        use nix::fcntl::{AT_FDCWD, RenameFlags, renameat2};
+        let swapped = renameat2(AT_FDCWD, new, AT_FDCWD, place, RenameFlags::RENAME_EXCHANGE);
+        if swapped.is_ok() {
+            return Ok(());
+        }
+    }
+    // a system or a disk that cannot swap: in two steps
+    let mut aside = new.as_os_str().to_owned();
+    aside.push(OLD);
+    let aside = PathBuf::from(aside);
+    remove(&aside)?;
+    fs::rename(place, &aside).map_err(|e| at(place, e))?;
+    if let Err(e) = fs::rename(new, place) {
+        fs::rename(&aside, place).map_err(|e| at(&aside, e))?;
+        return Err(at(place, e));
+    }
+    fs::rename(&aside, new).map_err(|e| at(&aside, e))
+}
+
+/// Ending of an older run's folder while it is replaced in two steps.
+const OLD: &str = ".old";
+
+/// What the names of temporary folders of a seed begin with.
+fn prefix(seed: u64) -> String {
+    format!(".{seed}.partial-")
+}
+
+/// Put back an older run whose replacement was killed between two steps, and remove what else killed processes left of this seed. A
+/// process that still runs keeps its folder.
 fn clear_orphans(parent: &Path, seed: u64) {
-    let prefix = format!(".{seed}.partial-");
+    let prefix = prefix(seed);
     let processes = Path::new("/proc");
     if !processes.join("self").exists() {
         return;
     }
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let owner = name.to_str().and_then(|n| n.strip_prefix(&prefix));
-        if owner.is_some_and(|pid| pid.parse::<u32>().is_ok() && !processes.join(pid).exists()) {
-            let _ = fs::remove_dir_all(entry.path());
+        let Some(owner) = name.to_str().and_then(|n| n.strip_prefix(&prefix)) else {
+            continue;
+        };
+        let mut parts = owner.split(['-', '.']);
+        let (pid, where_it_counts) = (parts.next().unwrap_or_default(), parts.next());
+        let alive = match where_it_counts == Some(whole::processes()) {
+            true => processes.join(pid).exists(),
+            false => recently_changed(&entry.path()), // of another container on the same disk?
+        };
+        if alive {
+            continue;
         }
+        let place = parent.join(seed.to_string());
+        if owner.ends_with(OLD) && !place.exists() && fs::rename(entry.path(), &place).is_ok() {
+            continue;
+        }
+        let _ = fs::remove_dir_all(entry.path());
     }
+}
+
+/// Whether something in a folder was written within the last day.
+fn recently_changed(folder: &Path) -> bool {
+    const ABANDONED_S: u64 = 24 * 3600;
+    let inside = fs::read_dir(folder).into_iter().flatten().flatten();
+    let all = inside.map(|e| e.path()).chain([folder.to_owned()]);
+    let ages = all.filter_map(|path| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok());
+    ages.min().is_some_and(|age| age.as_secs() < ABANDONED_S)
 }
 
 fn remove(path: &Path) -> Result<(), Error> {
@@ -166,17 +247,74 @@ mod tests {
         assert_eq!(entries(&root.path().join("hill/3")), ["old"]);
     }
 
+    /// An interrupted run does not take the place of a whole one.
+    #[test]
+    fn interrupted_run_goes_beside_an_older_one() {
+        let root = tempfile::tempdir().unwrap();
+        let write = |name: &str| {
+            let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
+            folder.write(name, b"1").unwrap();
+            folder
+        };
+        assert!(write("torn").commit_interrupted().unwrap().ends_with("3"));
+        assert!(write("whole").commit().unwrap().ends_with("3"));
+        for _ in 0..2 {
+            let place = write("torn").commit_interrupted().unwrap();
+            assert!(place.ends_with("3.interrupted"));
+        }
+        assert_eq!(entries(&root.path().join("hill")), ["3", "3.interrupted"]);
+        assert_eq!(entries(&root.path().join("hill/3")), ["whole"]);
+    }
+
+    /// Killed between the two steps of a replacement, the older run is back at the next start.
+    #[test]
+    fn older_run_is_put_back_after_a_kill() {
+        let root = tempfile::tempdir().unwrap();
+        let aside = format!("hill/.3.partial-4294967295-{}-0.old", whole::processes());
+        let aside = root.path().join(aside);
+        fs::create_dir_all(&aside).unwrap();
+        fs::write(aside.join("whole"), "1").unwrap();
+        drop(RunFolder::create(root.path(), "hill", 3).unwrap());
+        assert_eq!(entries(&root.path().join("hill")), ["3"]);
+        assert_eq!(entries(&root.path().join("hill/3")), ["whole"]);
+    }
+
+    #[test]
+    fn a_name_that_leads_elsewhere_is_refused() {
+        let root = tempfile::tempdir().unwrap();
+        for name in ["..", ".", "", "a/b", "../a"] {
+            assert!(RunFolder::create(root.path(), name, 3).is_err(), "{name}");
+        }
+        assert!(entries(root.path()).is_empty());
+    }
+
+    /// Folders of dead processes go at once; those of living ones stay, and those of other containers, where process ids say nothing,
+    /// for a day.
     #[test]
     fn orphans_go_and_the_living_stay() {
         let root = tempfile::tempdir().unwrap();
         let parent = root.path().join("hill");
-        let living = format!(".3.partial-{}", std::os::unix::process::parent_id());
-        for name in [".3.partial-4294967295", &living, "4"] {
-            fs::create_dir_all(parent.join(name)).unwrap();
+        let (here, living) = (whole::processes(), std::os::unix::process::parent_id());
+        let long_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(200_000);
+        let mut stay = vec!["3".to_owned(), "4".to_owned()];
+        for (name, old, stays) in [
+            (format!(".3.partial-4294967295-{here}-0"), false, false),
+            (format!(".3.partial-{living}-{here}-0"), true, true),
+            (format!(".3.partial-{living}-elsewhere-0"), true, false),
+            (".3.partial-4294967295-elsewhere-0".to_owned(), false, true),
+            ("4".to_owned(), true, false),
+        ] {
+            fs::create_dir_all(parent.join(&name)).unwrap();
+            if old {
+                let folder = fs::File::open(parent.join(&name)).unwrap();
+                folder.set_modified(long_ago).unwrap();
+            }
+            stay.extend(stays.then_some(name));
         }
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.commit().unwrap();
-        assert_eq!(entries(&parent), [living.as_str(), "3", "4"]);
+        stay.sort_unstable();
+        assert_eq!(entries(&parent), stay);
     }
 
     #[test]

@@ -1,60 +1,123 @@
-//! `manifest.json`: what a run was made from. The same inputs give the same bytes: no clock, no absolute path.
+//! `manifest.json`: what a run was made from and by, and what its other files must be. The same inputs and the same program give the
+//! same bytes: no clock, no absolute path.
 
-use crate::error::Error;
+use super::identity::Identity;
+use crate::config::file::{input_error, read_result};
+use crate::config::input_files::hex;
+use crate::error::{Error, InputError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 
-/// What a run was made from.
+/// Name of the file in the folder of a run.
+pub const NAME: &str = "manifest.json";
+/// Format version.
+const VERSION: u32 = 2;
+
+/// What a run was made from and by, and what its other files must be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// Format version, 1.
+    /// Format version, 2.
     pub version: u32,
     /// Scenario name (file stem).
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// Version of monorig that made the run.
-    pub monorig: String,
-    /// SHA-256 of every file the run was made from, by name, as `sha256sum` prints it.
+    /// The program that made the run.
+    pub monorig: Identity,
+    /// SHA-256 of every file the run was made from, by name relative to the scenario's folder, as `sha256sum` prints it.
     pub inputs: BTreeMap<String, String>,
-    /// SHA-256 over monorig's version, all inputs and the resolved scenario: runs with the same seed and the same hash are the same run.
+    /// SHA-256 over program, inputs and resolved scenario: runs with the same seed and the same hash are the same run.
     pub hash: String,
-    /// The scenario with all defaults filled in.
+    /// SHA-256 of every other file of the run, by name.
+    pub outputs: BTreeMap<String, String>,
+    /// The scenario with all defaults filled in, those of the parameters of estimators and controller too.
     pub resolved: serde_json::Value,
 }
 
+/// SHA-256 over what decides a result: the program, the input files and what `--set` and defaults made of them.
+pub fn hash(
+    monorig: &Identity,
+    inputs: &BTreeMap<String, String>,
+    resolved: &serde_json::Value,
+) -> String {
+    let mut all = Sha256::new();
+    let Identity {
+        version,
+        revision,
+        program,
+    } = monorig;
+    all.update(format!("monorig {version} {revision} {program}\n"));
+    for (name, digest) in inputs {
+        all.update(format!("{digest}  {name}\n"));
+    }
+    // what `--set` changed is in no file
+    all.update(resolved.to_string());
+    hex(&all.finalize())
+}
+
 impl Manifest {
-    /// `inputs`: name (relative to the scenario's folder, so that it is the same on every machine) and contents of
-    /// every file that was read; `resolved`: the scenario with all defaults filled in.
+    /// `inputs`: SHA-256 of every file that was read, by name relative to the scenario's folder, so that it is the same on every
+    /// machine; `resolved`: the scenario with all defaults filled in.
     pub fn new(
+        monorig: &Identity,
         scenario: &str,
         seed: u64,
-        inputs: &BTreeMap<String, Vec<u8>>,
+        inputs: BTreeMap<String, String>,
         resolved: serde_json::Value,
     ) -> Self {
-        let monorig = env!("CARGO_PKG_VERSION").to_owned();
-        let inputs: BTreeMap<String, String> = inputs
-            .iter()
-            .map(|(name, bytes)| (name.clone(), hex(&Sha256::digest(bytes))))
-            .collect();
-        let mut all = Sha256::new();
-        all.update(format!("monorig {monorig}\n"));
-        for (name, digest) in &inputs {
-            all.update(format!("{digest}  {name}\n"));
-        }
-        // what `--set` changed is in no file
-        all.update(resolved.to_string());
         Self {
-            version: 1,
+            version: VERSION,
             scenario: scenario.into(),
             seed,
-            monorig,
+            monorig: monorig.clone(),
+            hash: hash(monorig, &inputs, &resolved),
             inputs,
-            hash: hex(&all.finalize()),
+            outputs: BTreeMap::new(),
             resolved,
+        }
+    }
+
+    /// Take the check sums of all files in the folder of the run, but of the manifest itself.
+    pub fn sum_outputs(&mut self, folder: &Path) -> Result<(), Error> {
+        let failed = |source| Error::Io {
+            path: folder.into(),
+            source,
+        };
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name != NAME && entry.path().is_file() {
+                self.outputs.insert(name, sum(&entry.path())?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Check a file of the run against its check sum.
+    pub fn verify(&self, folder: &Path, name: &str) -> Result<(), Error> {
+        let path = folder.join(name);
+        let Some(wanted) = self.outputs.get(name) else {
+            return Err(damaged(
+                &path,
+                "the manifest beside it does not know this file",
+            ));
+        };
+        if !path.is_file() {
+            return Err(damaged(
+                &path,
+                "this file is in the manifest, and is missing",
+            ));
+        }
+        match sum(&path)? == *wanted {
+            true => Ok(()),
+            false => Err(damaged(
+                &path,
+                "this file is not as the run left it: its check sum is not that in manifest.json",
+            )),
         }
     }
 
@@ -66,51 +129,114 @@ impl Manifest {
 
     /// Read a manifest back.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = crate::config::file::read_text(path)?;
-        serde_json::from_str(&text).map_err(|e| {
-            crate::config::file::input_error(
-                path,
-                "",
-                e.to_string(),
-                "a manifest.json that monorig wrote; run the scenario again",
-            )
-        })
+        let text = read_result(path)?;
+        let refused = |message: String| {
+            let help = "a manifest.json that this version of monorig wrote; run the scenario again";
+            input_error(path, "", message, help)
+        };
+        let found: Self = serde_json::from_str(&text).map_err(|e| refused(e.to_string()))?;
+        match found.version {
+            VERSION => Ok(found),
+            other => Err(refused(format!("this manifest has format version {other}"))),
+        }
     }
 }
 
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
+/// SHA-256 of a file, as `sha256sum` prints it.
+pub fn sum(path: &Path) -> Result<String, Error> {
+    let failed = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
+    let mut hash = Sha256::new();
+    let mut file = File::open(path).map_err(failed)?;
+    std::io::copy(&mut file, &mut hash).map_err(failed)?;
+    Ok(hex(&hash.finalize()))
+}
+
+fn damaged(path: &Path, message: &str) -> Error {
+    InputError {
+        file: path.into(),
+        line: None,
+        column: None,
+        key: String::new(),
+        message: message.into(),
+        help: "make it again with `monorig run`".into(),
+    }
+    .into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::input_files::sha256;
 
     fn manifest(seed: u64, track: &str) -> Manifest {
         let inputs = BTreeMap::from([
-            ("hill.yaml".to_owned(), b"abc".to_vec()),
+            ("hill.yaml".to_owned(), sha256(b"abc")),
             (
                 "../assets/tracks/hill.yaml".to_owned(),
-                track.as_bytes().to_vec(),
+                sha256(track.as_bytes()),
             ),
         ]);
-        Manifest::new("hill", seed, &inputs, serde_json::json!({"why": "test"}))
+        let resolved = serde_json::json!({"why": "test"});
+        Manifest::new(&Identity::of_program(None), "hill", seed, inputs, resolved)
     }
 
     /// FIPS 180-2, appendix B.1: SHA-256 of "abc".
     #[test]
     fn hashes_are_those_of_sha256sum() {
-        assert_eq!(
-            manifest(1, "x").inputs["hill.yaml"],
-            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-        );
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("abc");
+        std::fs::write(&path, "abc").unwrap();
+        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(manifest(1, "x").inputs["hill.yaml"], abc);
+        assert_eq!(sum(&path).unwrap(), abc);
     }
 
     #[test]
-    fn the_hash_follows_the_inputs_and_nothing_else() {
+    fn the_hash_follows_inputs_and_program_and_nothing_else() {
         assert_eq!(manifest(1, "x").to_json(), manifest(1, "x").to_json());
         assert_eq!(manifest(1, "x").hash, manifest(2, "x").hash);
         assert_ne!(manifest(1, "x").hash, manifest(1, "y").hash);
+        let m = manifest(1, "x");
+        for other in [
+            Identity {
+                revision: "other".into(),
+                ..m.monorig.clone()
+            },
+            Identity {
+                program: "other".into(),
+                ..m.monorig.clone()
+            },
+        ] {
+            assert_ne!(hash(&other, &m.inputs, &m.resolved), m.hash);
+        }
+    }
+
+    #[test]
+    fn a_changed_or_missing_output_is_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("channels.parquet");
+        std::fs::write(&path, "abc").unwrap();
+        let mut m = manifest(1, "x");
+        m.sum_outputs(dir.path()).unwrap();
+        let name = "channels.parquet";
+        m.verify(dir.path(), name).unwrap();
+        std::fs::write(&path, "abd").unwrap();
+        assert!(
+            m.verify(dir.path(), name)
+                .unwrap_err()
+                .to_string()
+                .contains("check sum")
+        );
+        std::fs::remove_file(&path).unwrap();
+        assert!(
+            m.verify(dir.path(), name)
+                .unwrap_err()
+                .to_string()
+                .contains("missing")
+        );
     }
 
     #[test]
@@ -120,7 +246,12 @@ mod tests {
         let sent = manifest(1, "x");
         std::fs::write(&path, sent.to_json()).unwrap();
         assert_eq!(Manifest::read(&path).unwrap(), sent);
-        std::fs::write(&path, "{").unwrap();
-        assert!(matches!(Manifest::read(&path), Err(Error::Input(_))));
+        for bad in [
+            "{".to_owned(),
+            sent.to_json().replace("\"version\": 2", "\"version\": 1"),
+        ] {
+            std::fs::write(&path, bad).unwrap();
+            assert!(matches!(Manifest::read(&path), Err(Error::Input(_))));
+        }
     }
 }

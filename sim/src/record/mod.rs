@@ -5,15 +5,19 @@
 //! | `channels` | the channel table: every column with its unit and its value |
 //! | `recorder` | the observer that fills rows and hands them on in chunks |
 //! | `parquet` `readback` | columns written to a file, and read from one |
-//! | `folder` `manifest` `inputs` | the folder of a run, and what the run was made from |
+//! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
+//! | `inputs` | copies of the files that a study was made from |
+//! | `whole` | files that are there whole or not at all |
 
 mod channels;
 pub mod folder;
+pub mod identity;
 pub mod inputs;
 pub mod manifest;
 pub mod parquet;
 pub mod readback;
 pub mod recorder;
+pub mod whole;
 
 use crate::error::Error;
 use crate::rail::RailFrame;

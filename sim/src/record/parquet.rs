@@ -5,7 +5,7 @@
 //! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`.
 //! The same chunks give the same bytes: nothing in the file comes from a clock.
 
-use super::{Channel, Chunk, Layout, Sink};
+use super::{Channel, Chunk, Layout, Sink, whole};
 use crate::error::Error;
 use arrow::array::{ArrayRef, Float64Array};
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
@@ -46,11 +46,8 @@ impl ParquetSink {
     /// A sink for `path`. Creates the temporary file, so that a folder that cannot be written shows before the run.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, Error> {
         let path = path.into();
-        let mut name = std::ffi::OsString::from(".");
-        name.push(path.file_name().unwrap_or_default());
-        name.push(format!(".partial-{}", std::process::id()));
-        let partial = path.with_file_name(name);
-        File::create(&partial).map_err(io(&partial))?;
+        let partial = whole::partial(&path);
+        whole::create(&partial)?;
         Ok(Self {
             path,
             partial,

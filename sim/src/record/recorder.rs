@@ -5,13 +5,20 @@ use super::parquet::ParquetSink;
 use super::{Channel, Chunk, Layout, Sink};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
+use crate::config::scenario::Record;
 use crate::error::Error;
 use crate::sensors::SensorChannel;
 use monorig_estimators::api::signals::Measurements;
 use std::path::Path;
 
-/// Simulated time between two chunks unless given, s.
+/// Least simulated time between two chunks unless given, s.
 const CHUNK_S: f64 = 30.0;
+/// A run is handed on in about so many chunks if it is long: every chunk costs room in the files beside its values.
+const CHUNKS: f64 = 240.0;
+/// Most values of a chunk that is not asked for: they are held in memory, 8 bytes each.
+const MAX_CHUNK_VALUES: f64 = 4e6;
+/// Rows at the full rate; after as many again at half of it, it is halved again, and so on: two hours at 50 Hz.
+const FULL_RATE_ROWS: usize = 360_000;
 
 /// Records a run.
 pub struct Recorder<'a> {
@@ -27,6 +34,9 @@ pub struct Recorder<'a> {
     latest: Measurements,
     row: Vec<f64>,
     rows: usize,
+    thin_at: usize,
+    thin_poses_at: usize,
+    pose_rows: usize,
 }
 
 impl Recorder<'static> {
@@ -43,12 +53,13 @@ impl Recorder<'static> {
 }
 
 impl<'a> Recorder<'a> {
-    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time.
+    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less often; and after
+    /// [`FULL_RATE_ROWS`] it records at half the rate, and so on.
     pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         Self {
             sinks,
             chunk: Chunk::default(),
-            chunk_ns: period_ns(1.0 / CHUNK_S),
+            chunk_ns: 0,
             next_chunk_ns: 0,
             row_ns: 0,
             next_row_ns: 0,
@@ -58,12 +69,22 @@ impl<'a> Recorder<'a> {
             latest: Measurements::default(),
             row: Vec::new(),
             rows: 0,
+            thin_at: FULL_RATE_ROWS,
+            thin_poses_at: FULL_RATE_ROWS,
+            pose_rows: 0,
         }
     }
 
     /// Hand on what was recorded every `chunk_s` (s) of simulated time.
     pub fn every_s(mut self, chunk_s: f64) -> Self {
         self.chunk_ns = period_ns(1.0 / chunk_s);
+        self
+    }
+
+    /// Record at the full rate however long the run is.
+    pub fn full_rate(mut self) -> Self {
+        self.thin_at = usize::MAX;
+        self.thin_poses_at = usize::MAX;
         self
     }
 
@@ -135,6 +156,21 @@ pub fn channels(simulation: &Simulation) -> Vec<Channel> {
     })
 }
 
+/// Simulated time between two chunks of a run of at most `limit_s` (s) with so many values a row, s.
+fn chunk_s(limit_s: f64, record: &Record, values: usize) -> f64 {
+    let rate_hz = record.rate_hz.get().max(record.pose_rate_hz.get());
+    let room_s = MAX_CHUNK_VALUES / (rate_hz * values.max(1) as f64);
+    CHUNK_S.max((limit_s / CHUNKS).min(room_s))
+}
+
+/// Double the period once so many rows are there, and again when there are as many more.
+fn thin(rows: usize, at: &mut usize, period_ns: &mut i64) {
+    if rows >= *at {
+        *period_ns *= 2;
+        *at = at.saturating_add(FULL_RATE_ROWS);
+    }
+}
+
 fn period_ns(rate_hz: f64) -> i64 {
     libm::round(1e9 / rate_hz) as i64
 }
@@ -162,6 +198,10 @@ impl Observer for Recorder<'_> {
         self.sensors = simulation.sensors.channels();
         self.row_ns = period_ns(record.rate_hz.get());
         self.pose_ns = period_ns(record.pose_rate_hz.get());
+        if self.chunk_ns == 0 {
+            let values = channels.len() + 7 * train.bodies.len();
+            self.chunk_ns = period_ns(1.0 / chunk_s(simulation.end.after_s, record, values));
+        }
         self.next_chunk_ns = self.chunk_ns;
         self.chunk.values = vec![Vec::new(); channels.len()];
         self.chunk.poses = vec![Vec::new(); train.bodies.len()];
@@ -188,6 +228,7 @@ impl Observer for Recorder<'_> {
             while self.next_row_ns <= f.time_ns {
                 self.next_row_ns += self.row_ns;
             }
+            thin(self.rows, &mut self.thin_at, &mut self.row_ns);
         }
         if f.time_ns >= self.next_pose_ns {
             self.chunk.pose_time_ns.push(f.time_ns);
@@ -195,6 +236,8 @@ impl Observer for Recorder<'_> {
             while self.next_pose_ns <= f.time_ns {
                 self.next_pose_ns += self.pose_ns;
             }
+            self.pose_rows += 1;
+            thin(self.pose_rows, &mut self.thin_poses_at, &mut self.pose_ns);
         }
         if f.time_ns >= self.next_chunk_ns {
             self.next_chunk_ns += self.chunk_ns;

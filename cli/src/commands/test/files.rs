@@ -1,10 +1,13 @@
 //! Which scenarios are meant by the paths on the command line.
 
+use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use monorig_sim::config::file::Document;
 use monorig_sim::error::{Error, InputError};
 use std::path::{Path, PathBuf};
 
-/// The files named, and the `*.yaml` of the folders named, by name; of these, those with `filter` in their name. None at all is
+/// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None at all is
 /// an error.
 pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>, CliError> {
     let mut found: Vec<PathBuf> = Vec::new();
@@ -37,27 +40,55 @@ pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>
     Ok(found)
 }
 
+/// The scenarios in a folder and the folders in it. Other files of ours that are there are named, and left out.
 fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let failed = |source| Error::Io {
-        path: folder.into(),
-        source,
-    };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let yaml = path.extension().is_some_and(|e| e == "yaml" || e == "yml");
-        if yaml && !path.is_dir() {
-            files.push(path);
+    let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        let failed = |source| Error::Io {
+            path: folder.clone(),
+            source,
+        };
+        for entry in std::fs::read_dir(&folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let path = entry.path();
+            let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+            // a link to a folder could lead round in a circle
+            if entry.file_type().map_err(failed)?.is_dir() {
+                folders.extend((!hidden).then_some(path));
+            } else if is_yaml(&path) && !path.is_dir() {
+                files.push(path);
+            }
         }
     }
     files.sort();
+    let mut others = Vec::new();
+    files.retain(|file| match other_kind(file) {
+        Some(kind) => {
+            others.push(format!("{} ({kind})", file.display()));
+            false
+        }
+        None => true,
+    });
     if files.is_empty() {
-        return Err(nothing(
-            folder,
-            "there is no scenario in this folder".into(),
-        ));
+        let message = "there is no scenario in this folder".into();
+        return Err(nothing(folder, message));
+    }
+    if !others.is_empty() {
+        note(&format!("not scenarios, left out: {}", others.join(", ")));
     }
     Ok(files)
+}
+
+fn is_yaml(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    ["yaml", "yml"].contains(&ending.to_lowercase().as_str())
+}
+
+/// The kind of a file that is none of a scenario; none also if it cannot be told.
+fn other_kind(file: &Path) -> Option<&'static str> {
+    let keys = Document::read(file).ok()?.keys();
+    let format = formats::recognise(&keys)?;
+    (format.kind != FileKind::Scenario).then_some(format.name)
 }
 
 fn nothing(path: &Path, message: String) -> CliError {

@@ -11,12 +11,26 @@ pub fn xml(tested: &[TestedScenario]) -> Result<String, CliError> {
     for one in tested {
         let mut suite = TestSuite::new(one.judged.scenario.clone());
         suite.set_time(one.took);
+        if let Some(why) = &one.unusable {
+            suite.add_test_case(unusable(&one.judged.scenario, why));
+            report.add_test_suite(suite);
+            continue;
+        }
         for check in &one.judged.checks {
             suite.add_test_case(case(&one.judged.scenario, check));
         }
         report.add_test_suite(suite);
     }
     report.to_string().map_err(CliError::Junit)
+}
+
+/// An error, not a failure: nothing was run.
+fn unusable(scenario: &str, why: &str) -> TestCase {
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+    status.set_message(why);
+    let mut case = TestCase::new("can be used", status);
+    case.set_classname(scenario.to_owned());
+    case
 }
 
 fn case(scenario: &str, check: &Check) -> TestCase {

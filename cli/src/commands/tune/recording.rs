@@ -1,36 +1,34 @@
 //! A validation run with the defaults, the published constants and the winner side by side, for the Rerun viewer.
 
-use crate::simulate::record;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
-use monorig_lab::metrics::series::ErrorSeries;
-use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::{Simulation, run};
 use monorig_sim::error::Error;
+use monorig_sim::record::{Recorder, whole};
 use std::path::Path;
 
 /// Run it into `before_after.rrd`: under a temporary name first, so that no half of it is ever there.
 pub fn write(
     mut simulation: Simulation,
     folder: &Path,
+    trials: usize,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), CliError> {
     let path = folder.join("before_after.rrd");
-    let partial = folder.join(format!("before_after.rrd.partial-{}", std::process::id()));
+    let partial = whole::partial(&path);
     let Some(sink) = viewer::sink(partial.clone(), false) else {
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };
-    let recorded = record(
+    let recorded = run(
         &mut simulation,
-        vec![sink],
-        false,
-        &mut ErrorSeries::default(),
+        &mut [&mut Recorder::new(vec![sink])],
         go_on,
     );
     let kept = recorded.map_err(CliError::from).and_then(|outcome| {
         if outcome.interrupted {
-            return Err(CliError::TuningInterrupted);
+            return Err(CliError::TuningInterrupted(trials));
         }
         std::fs::rename(&partial, &path).map_err(|source| {
             let path = path.clone();

@@ -24,9 +24,9 @@ pub fn section(run: &Recorded, link: &str) -> Section {
             "simulated",
             format!("{:.2} s in {} steps", summary.simulated_s, summary.steps),
         ),
-        ("monorig", manifest.monorig.clone()),
+        ("monorig", manifest.monorig.to_string()),
         (
-            "hash of version, inputs and scenario",
+            "hash of program, inputs and scenario",
             manifest.hash.clone(),
         ),
     ] {

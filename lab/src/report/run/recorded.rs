@@ -2,7 +2,7 @@
 
 use crate::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
-use monorig_sim::config::file::{input_error, read_text};
+use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
@@ -43,6 +43,11 @@ impl Recorded {
             }
         };
         let manifest = Manifest::read(&path("manifest.json")?)?;
+        // a recording that was removed to save room is no damage to a report
+        let there = manifest.outputs.keys();
+        for name in there.filter(|name| folder.join(name).is_file()) {
+            manifest.verify(folder, name)?;
+        }
         let summary = summary(&path("metrics.json")?)?;
         let channels = path("channels.parquet")?;
         let shown = |name: &str| !name.starts_with("internals/") && !name.starts_with("sensors/");
@@ -121,7 +126,7 @@ impl Recorded {
 }
 
 fn summary(path: &Path) -> Result<Summary, Error> {
-    serde_json::from_str(&read_text(path)?).map_err(|e| {
+    serde_json::from_str(&read_result(path)?).map_err(|e| {
         input_error(
             path,
             "",

@@ -64,7 +64,7 @@ fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
     let mut page = Page::new(format!("Study {}", header.study));
     page.subtitle = format!(
         "{done} of {} runs, {finished} of them finished, monorig {}",
-        header.runs, header.monorig
+        header.runs, header.made_from.monorig
     );
     page.banner = Some(match failed {
         0 => (

@@ -1,15 +1,14 @@
 //! Results of many runs, read back.
 
-use crate::batch::{RunResult, StudyHeader};
+use crate::batch::lines::Lines;
+use crate::batch::{FORMAT, RunResult, StudyHeader, VERSION};
 use crate::verdicts::compare::Comparison;
 use crate::verdicts::verdict::ScenarioVerdict;
-use monorig_sim::config::file::read_text;
+use monorig_sim::config::file::read_result;
 use monorig_sim::error::{Error, InputError};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::error::Category;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// Results, by who has written them.
@@ -40,28 +39,21 @@ struct JsonHeader {
 
 /// Read results of any kind.
 pub fn read(path: &Path) -> Result<Results, Error> {
-    let failed = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
-    if !path.is_file() {
-        read_text(path)?; // says what is there instead
-    }
     // studies may be long: line by line
-    let mut lines = BufReader::new(File::open(path).map_err(failed)?).split(b'\n');
-    let first = lines.next().transpose().map_err(failed)?;
-    let Ok(header) = serde_json::from_slice::<StudyHeader>(&first.unwrap_or_default()) else {
+    let mut lines = Lines::open(path)?;
+    let first = lines.next().and_then(Result::ok).unwrap_or_default();
+    let Ok(header) = serde_json::from_str::<StudyHeader>(&first) else {
         return one_piece(path);
     };
-    if (header.format.as_str(), header.version) != ("monorig study", 1) {
+    if (header.format.as_str(), header.version) != (FORMAT, VERSION) {
         let what = format!("version {} of `{}`", header.version, header.format);
         return Err(wrong(path, Some(1), what));
     }
     let mut runs: Vec<RunResult> = Vec::new();
     let mut lines = lines.zip(2..).peekable();
     while let Some((line, number)) = lines.next() {
-        let line = line.map_err(failed)?;
-        match serde_json::from_slice(&line) {
+        let line = line?;
+        match serde_json::from_str(&line) {
             Ok(run) => runs.push(run),
             // a study that goes on, or was killed, may end in the middle of a line
             Err(_) if lines.peek().is_none() => {}
@@ -72,7 +64,7 @@ pub fn read(path: &Path) -> Result<Results, Error> {
 }
 
 fn one_piece(path: &Path) -> Result<Results, Error> {
-    let text = read_text(path)?;
+    let text = read_result(path)?;
     let kind: JsonHeader = parse(path, &text)?;
     match (kind.kind.as_str(), kind.version) {
         ("test", 1) => Ok(Results::Test(parse(path, &text)?)),

@@ -11,6 +11,7 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
             "paths look like `load.mass_kg` or `drive.speed[1].mps`".to_owned(),
         )
     })?;
+    super::limits::yaml(value).map_err(|over| (over.message, over.help))?;
     let new: Value = serde_yaml::from_str(value).map_err(|e| {
         let said = e.to_string();
         let said = said.split(" at line ").next().unwrap_or_default();

@@ -3,18 +3,27 @@
 /// Paths and values, in the order in which they take effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sets {
+    /// Where they were written; none: on the command line, with `--set`.
+    written_in: Option<String>,
     /// What stands before the paths where the user wrote them, such as `track.`.
     prefix: String,
     list: Vec<(String, String)>,
 }
 
 impl Sets {
-    /// Changes to a file that the user names.
+    /// Changes to a file, as `--set` makes them.
     pub fn new(list: &[(String, String)]) -> Self {
         Self {
+            written_in: None,
             prefix: String::new(),
             list: list.to_vec(),
         }
+    }
+
+    /// The same changes, written elsewhere: `place` such as `` `vary` of study.yaml ``.
+    pub fn written_in(mut self, place: &str) -> Self {
+        self.written_in = Some(place.into());
+        self
     }
 
     /// The changes to the file itself, given the keys under which it names others.
@@ -34,6 +43,7 @@ impl Sets {
             Some((path.strip_prefix(&prefix)?.to_owned(), value.clone()))
         });
         Self {
+            written_in: self.written_in.clone(),
             list: inside.collect(),
             prefix: format!("{}{prefix}", self.prefix),
         }
@@ -46,12 +56,20 @@ impl Sets {
 
     /// As the user wrote it.
     pub(crate) fn written(&self, path: &str, value: &str) -> String {
-        format!("--set {}{path}={value}", self.prefix)
+        let prefix = &self.prefix;
+        match &self.written_in {
+            None => format!("--set {prefix}{path}={value}"),
+            Some(place) => format!("{prefix}{path} = {value} by {place}"),
+        }
     }
 
     /// All of them as the user wrote them; nothing if there are none.
     pub(crate) fn all_written(&self) -> Option<String> {
         let all: Vec<_> = self.list.iter().map(|(p, v)| self.written(p, v)).collect();
-        (!all.is_empty()).then(|| all.join(" "))
+        let between = match self.written_in {
+            None => " ",
+            Some(_) => ", ",
+        };
+        (!all.is_empty()).then(|| all.join(between))
     }
 }

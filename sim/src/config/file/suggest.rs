@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+/// A longer word is no name: comparing it would take long.
+const MAX_WORD_BYTES: usize = 256;
+
 /// The candidate most like `word`, if any is like it at all (at most a third of its letters differ).
 ///
 /// ```
@@ -9,8 +12,12 @@ use std::path::Path;
 /// assert_eq!(monorig_sim::config::file::nearest("colour", ["speed_mps", "mass_kg"]), None);
 /// ```
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() > MAX_WORD_BYTES {
+        return None;
+    }
     candidates
         .into_iter()
+        .filter(|c| c.len() <= MAX_WORD_BYTES)
         .map(|c| {
             let differs = strsim::osa_distance(&word.to_lowercase(), &c.to_lowercase());
             (differs, c)

@@ -1,6 +1,7 @@
 //! What a scenario must keep to beyond the type of each value.
 
 use super::check_expect;
+use super::lengths;
 use super::names::{near_name, valid_name};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::NonNegative;
@@ -38,6 +39,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
             "write a sentence: what it shows, and whose experiment it is",
         );
     }
+    lengths::check(file)?;
     vehicle(file)?;
     stop(file)?;
     rates(file)?;

@@ -46,7 +46,7 @@ impl Expectation {
     pub fn window(&self) -> String {
         let end = |word: &str, s: Option<f64>, moment: &Option<Moment>| match (s, moment) {
             (Some(s), _) => format!(" {word} {s} s"),
-            (None, Some(moment)) => format!(" {word} where {moment}"),
+            (None, Some(moment)) => format!(" {word} {moment}"),
             (None, None) => String::new(),
         };
         let from = end("from", self.after_s.map(f64::from), &self.after);

@@ -2,7 +2,8 @@
 
 use super::{ParameterFile, ScenarioFile, Stop, check};
 use crate::config::checked::Version1;
-use crate::config::file::{Document, Sets, input_error};
+use crate::config::file::{Document, Sets, input_error, name_of};
+use crate::config::input_files::InputFiles;
 use crate::error::Error;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -36,6 +37,8 @@ pub struct Scenario {
     sets: Sets,
     #[serde(skip)]
     document: Document,
+    #[serde(skip)]
+    inputs: InputFiles,
 }
 
 /// The keys under which a scenario names files that `--set` reaches into.
@@ -49,8 +52,18 @@ impl Scenario {
     /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
     /// into the file that the scenario names under `track`. The files it names must be there; their contents are checked when they are read.
     pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        Self::load_with(path, &Sets::new(overrides))
+    }
+
+    /// The same with changes that were written elsewhere than on the command line.
+    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        let whole = InputFiles::current();
+        let inputs = whole.map_or_else(InputFiles::default, InputFiles::part_of);
+        inputs.during(|| Self::read(path, sets.clone(), inputs.clone()))
+    }
+
+    fn read(path: &Path, sets: Sets, inputs: InputFiles) -> Result<Self, Error> {
         let mut document = Document::read(path)?;
-        let sets = Sets::new(overrides);
         document.apply(&sets.own(FILES))?;
         let mut file: ScenarioFile = document.parse()?;
         checked(&file, &document)?;
@@ -93,10 +106,7 @@ impl Scenario {
             None => find("train", file.train.as_deref().unwrap_or_default())?,
         };
         Ok(Self {
-            name: path
-                .file_stem()
-                .map(|s| s.to_string_lossy().into_owned())
-                .unwrap_or_default(),
+            name: name_of(path)?,
             track,
             vehicle,
             sensors: find("sensors", &file.sensors)?,
@@ -112,6 +122,7 @@ impl Scenario {
                 .collect(),
             sets,
             document,
+            inputs,
         })
     }
 
@@ -157,6 +168,7 @@ impl Scenario {
             changed: Vec::new(),
             sets: Sets::default(),
             document: Document::default(),
+            inputs: InputFiles::default(),
         }
     }
 
@@ -170,6 +182,17 @@ impl Scenario {
     /// The changes to the file that the scenario names under `key`.
     pub fn sets(&self, key: &str) -> Sets {
         self.sets.of(key)
+    }
+
+    /// Every file it was read from, and those that were read to build a simulation of it.
+    pub fn inputs(&self) -> &InputFiles {
+        &self.inputs
+    }
+
+    /// SHA-256 of these files by name relative to its folder.
+    pub fn input_digests(&self) -> BTreeMap<String, String> {
+        let folder = self.path().parent().unwrap_or(Path::new(""));
+        self.inputs.digests(folder)
     }
 
     /// The seeds to run.

@@ -203,9 +203,9 @@ impl fmt::Display for Moment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (key, name) in self.given() {
             match key.split_once('_') {
-                Some(("event", _)) => write!(f, "{name} ends")?,
-                Some((part, does)) => write!(f, "the {part} {does} {name}")?,
-                None => write!(f, "{name} begins")?,
+                Some(("event", _)) => write!(f, "when {name} ends")?,
+                Some((part, does)) => write!(f, "where the {part} {does} {name}")?,
+                None => write!(f, "when {name} begins")?,
             }
         }
         match self.plus_s.map_or(0.0, Finite::get) {

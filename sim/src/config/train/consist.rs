@@ -61,8 +61,20 @@ pub(super) struct ConsistBuilder<'a> {
     length_m: f64,
 }
 
+/// Most units of a train: each is several bodies of the physics.
+const MAX_UNITS: usize = 200;
+
 impl ConsistBuilder<'_> {
     fn check_names(&self) -> Result<(), Error> {
+        let units = self.file.consist.len();
+        if units > MAX_UNITS {
+            return Err(input_error(
+                self.path,
+                "consist",
+                format!("there are {units} units in this train"),
+                format!("at most {MAX_UNITS}"),
+            ));
+        }
         let consist = self
             .file
             .consist

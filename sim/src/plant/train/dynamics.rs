@@ -424,6 +424,30 @@ impl Dynamics {
         e
     }
 
+    /// Internal states that the motion changes: rates of the friction wheels, rad/s, then deflections of the bristles of wheels, brake
+    /// shoes and rolling resistances, m.
+    pub fn internals(&self) -> Vec<f64> {
+        let wheels = || self.drives.iter().flat_map(|u| &u.wheels);
+        let rates = wheels().map(|w| w.omega);
+        let bristles = wheels().map(|w| w.z);
+        let shoes = self.drives.iter().map(|u| u.shoes.z);
+        let rolling = self.rolling.iter().map(|r| r.z);
+        rates.chain(bristles).chain(shoes).chain(rolling).collect()
+    }
+
+    /// Set them, in the order of [`Dynamics::internals`].
+    pub fn set_internals(&mut self, values: &[f64]) {
+        let mut values = values.iter().copied();
+        let mut set = |x: &mut f64| *x = values.next().unwrap_or(*x);
+        let wheels = |drives: &mut [DriveUnit], set: &mut dyn FnMut(&mut RollingContact)| {
+            drives.iter_mut().flat_map(|u| &mut u.wheels).for_each(set);
+        };
+        wheels(&mut self.drives, &mut |w| set(&mut w.omega));
+        wheels(&mut self.drives, &mut |w| set(&mut w.z));
+        self.drives.iter_mut().for_each(|u| set(&mut u.shoes.z));
+        self.rolling.iter_mut().for_each(|r| set(&mut r.z));
+    }
+
     /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has brought the bodies here.
     ///
     /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its rate at the end

@@ -6,6 +6,7 @@ pub mod body_state;
 pub mod coupling;
 pub mod dynamics;
 pub mod friction;
+pub mod modes;
 pub mod motor;
 pub mod resistance;
 pub mod running_gear;

@@ -1,0 +1,70 @@
+//! Tells the program from which git revision it is built: `MONORIG_REVISION`, `-dirty` behind it if a source file was changed since.
+//! Without git, or outside of a checkout of monorig, the variable is not set, and the program says `unknown`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What the program is built from, seen from this package.
+const SOURCES: &[&str] = &[
+    "../Cargo.toml",
+    "../Cargo.lock",
+    "../estimators",
+    "../sim",
+    "../lab",
+    "../viz",
+    "src",
+    "build.rs",
+    "Cargo.toml",
+];
+
+fn main() {
+    // a package that was published: cargo has put the revision into it
+    if let Ok(text) = std::fs::read_to_string(".cargo_vcs_info.json") {
+        println!("cargo::rerun-if-changed=.cargo_vcs_info.json");
+        if let Some(sha) = text.split('"').find(|part| is_revision(part)) {
+            println!("cargo::rustc-env=MONORIG_REVISION={sha}");
+        }
+        return;
+    }
+    for source in SOURCES.iter().filter(|s| Path::new(s).exists()) {
+        println!("cargo::rerun-if-changed={source}");
+    }
+    // a commit, a checkout or a reset: one of these changes
+    for name in ["HEAD", "logs/HEAD", "packed-refs"] {
+        let place = git(&["rev-parse", "--git-path", name]).map(PathBuf::from);
+        if let Some(place) = place.filter(|p| p.exists()) {
+            println!("cargo::rerun-if-changed={}", place.display());
+        }
+    }
+    if let Some(revision) = revision() {
+        println!("cargo::rustc-env=MONORIG_REVISION={revision}");
+    }
+}
+
+fn revision() -> Option<String> {
+    // unpacked somewhere in the checkout of another project, this is not its revision
+    git(&["ls-files", "--error-unmatch", "build.rs"])?;
+    let revision = git(&["rev-parse", "HEAD"]).filter(|r| is_revision(r))?;
+    let changed = git(&[&["status", "--porcelain", "--"], SOURCES].concat())?;
+    Some(match changed.is_empty() {
+        true => revision,
+        false => format!("{revision}-dirty"),
+    })
+}
+
+fn is_revision(text: &str) -> bool {
+    text.len() >= 40 && text.bytes().all(|b| b.is_ascii_hexdigit())
+}
+
+/// What git says; none if it cannot.
+fn git(arguments: &[&str]) -> Option<String> {
+    // `status` must not touch the index: that would look like a change to the next build
+    let mut command = Command::new("git");
+    let output = command
+        .env("GIT_OPTIONAL_LOCKS", "0")
+        .args(arguments)
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
+}

@@ -1,0 +1,107 @@
+//! Wrong units, signs and axes: nothing that rests on such an instrument is valid ten seconds after the vehicle first moved, and nothing is
+//! marked without a fault.
+
+use super::*;
+use crate::api::signals::Sample;
+
+type Fault = fn(&mut Measurements);
+
+fn force(z: &mut Measurements, change: fn([Real; 3]) -> [Real; 3]) {
+    if let Some(Sample { value, .. }) = &mut z.specific_force_mps2 {
+        *value = change(*value);
+    }
+}
+
+fn rate(z: &mut Measurements, change: fn([Real; 3]) -> [Real; 3]) {
+    if let Some(Sample { value, .. }) = &mut z.angular_rate_radps {
+        *value = change(*value);
+    }
+}
+
+fn wheels(z: &mut Measurements, factor: Real) {
+    for sample in z.wheel_speed_mps.iter_mut().flatten() {
+        sample.value *= factor;
+    }
+}
+
+const WHEELS: [(&str, Fault); 2] = [
+    ("wheel speed in km/h", |z| wheels(z, 3.6)),
+    ("wheels backwards", |z| wheels(z, -1.0)),
+];
+
+const ACCELEROMETER: [(&str, Fault); 4] = [
+    ("accelerometer in g", |z| force(z, |f| f.map(|x| x / 9.81))),
+    ("forward axis of the wrong sign", |z| {
+        force(z, |[x, y, up]| [-x, y, up])
+    }),
+    ("forward and left swapped", |z| {
+        force(z, |[x, y, up]| [y, x, up])
+    }),
+    ("forward and up swapped", |z| {
+        force(z, |[x, y, up]| [up, y, x])
+    }),
+];
+
+const GYRO: [(&str, Fault); 2] = [
+    ("gyro in °/s", |z| rate(z, |w| w.map(|x| x.to_degrees()))),
+    ("gyro of the wrong sign", |z| rate(z, |w| w.map(|x| -x))),
+];
+
+/// Starts from rest, then a ramp: marks of mass and grade from ten seconds after the first motion on.
+fn marks(name: &str, settings: &[(&str, Setting)], fault: Fault) -> usize {
+    let estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+    let tamper = |z: &mut Measurements, _: &mut Command| fault(z);
+    let rows = World {
+        grade: |s| 8f64.to_radians() * smooth((s - 2.0) / 6.0),
+        seconds: 30.0,
+        ..world(1)
+    }
+    .run(&mut Tampered { estimator, tamper });
+    let late = rows.iter().filter(|row| row.t > 11.0);
+    late.filter(|row| row.estimate.total_mass_kg.valid || row.estimate.grade_rad.valid)
+        .count()
+}
+
+fn supervised() -> impl Iterator<Item = &'static str> {
+    let made_for_use = |name: &&str| {
+        kind(name) == Some(Kind::Supervised)
+            && *name != "resistance_dffrls_robust" // its mass is given
+            && *name != "regression_bench"
+    };
+    NAMES.iter().copied().filter(made_for_use)
+}
+
+#[test]
+fn wrong_wheels_and_accelerometers_end_validity_in_every_supervised_estimator() {
+    for name in supervised() {
+        let uses_accelerometer = !["ffrls_robust", "joint_ekf_robust"].contains(&name);
+        let of_accelerometer = ACCELEROMETER.into_iter().filter(|_| uses_accelerometer);
+        for (what, fault) in WHEELS.into_iter().chain(of_accelerometer) {
+            let count = marks(name, &[], fault);
+            assert_eq!(count, 0, "{name}, {what}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_gyro_ends_validity_where_it_is_used() {
+    for (name, settings) in [
+        ("ekf_v_theta_biases", None),
+        ("complementary_filter", None),
+        ("dffrls_aukf_robust", Some(("gyro", Setting::Flag(true)))),
+    ] {
+        for (what, fault) in GYRO {
+            let count = marks(name, settings.as_slice(), fault);
+            assert_eq!(count, 0, "{name}, {what}");
+        }
+    }
+}
+
+#[test]
+fn right_units_keep_their_validity() {
+    for name in supervised() {
+        let count = marks(name, &[], |_| ());
+        let learns_late = ["ffrls_robust", "joint_ekf_robust"].contains(&name);
+        assert!(count > 2_000 || learns_late, "{name}: {count}");
+    }
+}

@@ -1,0 +1,212 @@
+//! Input files, each read once: a run or a study is made from what was read then, whatever happens to the files meanwhile.
+//!
+//! Everything that reads an input file goes through [`read_text`](super::file::read_text) or
+//! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read before.
+
+use crate::error::{Error, InputError};
+use sha2::{Digest, Sha256};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The files that a run or a study was made from. Clones share what was read, across threads too.
+#[derive(Clone, Debug, Default)]
+pub struct InputFiles {
+    shared: Arc<Mutex<Shared>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    /// Which file each path leads to, links followed when it was first read.
+    files: BTreeMap<PathBuf, PathBuf>,
+    contents: BTreeMap<PathBuf, Arc<[u8]>>,
+    sealed: bool,
+    /// Where files come from that are not here yet; else from disk.
+    whole: Option<InputFiles>,
+}
+
+thread_local! {
+    static CURRENT: RefCell<Option<InputFiles>> = const { RefCell::new(None) };
+}
+
+/// Puts back what was current before, also when what went on in between panics.
+struct Restore(Option<InputFiles>);
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        CURRENT.with(|current| *current.borrow_mut() = self.0.take());
+    }
+}
+
+impl InputFiles {
+    /// A part of a larger whole: files come from there, and are listed in both.
+    pub fn part_of(whole: Self) -> Self {
+        let part = Self::default();
+        part.lock().whole = Some(whole);
+        part
+    }
+
+    /// Do `work`; what it reads is kept here, and taken from here if it was read before.
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
+        let before = CURRENT.with(|current| current.borrow_mut().replace(self.clone()));
+        let _restore = Restore(before);
+        work()
+    }
+
+    /// Those that this thread reads into at the moment; none outside of [`InputFiles::during`].
+    pub fn current() -> Option<Self> {
+        CURRENT.with(|current| current.borrow().clone())
+    }
+
+    /// Nothing may be read from disk from now on: a file that is not here is an error.
+    pub fn seal(&self) {
+        self.lock().sealed = true;
+    }
+
+    /// Whether a file of this path was read.
+    pub fn contains(&self, path: &Path) -> bool {
+        let shared = self.lock();
+        let whole = shared.whole.as_ref();
+        shared.files.contains_key(path) || whole.is_some_and(|whole| whole.contains(path))
+    }
+
+    /// SHA-256 of every file, as `sha256sum` prints it, by its name relative to `folder`.
+    pub fn digests(&self, folder: &Path) -> BTreeMap<String, String> {
+        let named = self.named(folder).into_iter();
+        named.map(|(name, bytes)| (name, sha256(&bytes))).collect()
+    }
+
+    /// SHA-256 and bytes of every file, each once.
+    pub fn contents(&self) -> Vec<(String, Arc<[u8]>)> {
+        let all: Vec<Arc<[u8]>> = self.lock().contents.values().cloned().collect();
+        all.into_iter().map(|b| (sha256(&b), b)).collect()
+    }
+
+    /// The bytes of a file: as they were when it was first read, else what `read` gives.
+    pub(super) fn get(
+        &self,
+        path: &Path,
+        read: impl FnOnce() -> Result<Arc<[u8]>, Error>,
+    ) -> Result<Arc<[u8]>, Error> {
+        let mut shared = self.lock();
+        if let Some(bytes) = shared.files.get(path).and_then(|f| shared.contents.get(f)) {
+            return Ok(bytes.clone());
+        }
+        if shared.sealed {
+            return Err(InputError {
+                file: path.into(),
+                line: None,
+                column: None,
+                key: String::new(),
+                message: "this file was not among the inputs when the study began".into(),
+                help: "begin the study anew, in another folder".into(),
+            }
+            .into());
+        }
+        let file = path.canonicalize().unwrap_or_else(|_| path.into());
+        let bytes = match (shared.contents.get(&file), &shared.whole) {
+            (Some(bytes), _) => bytes.clone(),
+            (None, Some(whole)) => whole.get(path, read)?,
+            (None, None) => read()?,
+        };
+        shared.files.insert(path.into(), file.clone());
+        shared.contents.insert(file, bytes.clone());
+        Ok(bytes)
+    }
+
+    fn named(&self, folder: &Path) -> BTreeMap<String, Arc<[u8]>> {
+        let shared = self.lock();
+        let mut named: BTreeMap<String, Arc<[u8]>> = BTreeMap::new();
+        for (path, file) in &shared.files {
+            let Some(bytes) = shared.contents.get(file) else {
+                continue;
+            };
+            let relative = path.strip_prefix(folder).unwrap_or(path);
+            let mut name = tidy(relative);
+            // a link between the dots: two files, one name
+            if named.get(&name).is_some_and(|other| other != bytes) {
+                name = relative.to_string_lossy().into_owned();
+            }
+            named.insert(name, bytes.clone());
+        }
+        named
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The same files: those that share what was read.
+impl PartialEq for InputFiles {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+}
+
+/// SHA-256 as `sha256sum` prints it.
+pub fn sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Bytes as lower-case hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// `a/../b` is `b`, with forward slashes.
+fn tidy(path: &Path) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir if parts.last().is_some_and(|p| p != "..") => {
+                parts.pop();
+            }
+            Component::CurDir => {}
+            Component::RootDir => parts.push(String::new()),
+            other => parts.push(other.as_os_str().to_string_lossy().into_owned()),
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::file::read_text;
+
+    #[test]
+    fn a_file_is_read_once_and_a_sealed_collection_reads_no_more() {
+        let dir = tempfile::tempdir().unwrap();
+        let (a, b) = (dir.path().join("a"), dir.path().join("b"));
+        std::fs::write(&a, "1").unwrap();
+        let files = InputFiles::default();
+        let read = |path: &Path| files.during(|| read_text(path));
+        assert_eq!(read(&a).unwrap(), "1");
+        std::fs::write(&a, "2").unwrap();
+        assert_eq!(read(&a).unwrap(), "1");
+        assert_eq!(read(&dir.path().join("./a")).unwrap(), "1");
+        assert_eq!(read_text(&a).unwrap(), "2");
+        files.seal();
+        std::fs::write(&b, "3").unwrap();
+        assert!(read(&b).unwrap_err().to_string().contains("study began"));
+        // FIPS 180-2: SHA-256 of "1" as by sha256sum
+        let digest = "6b86b273ff34fce19d6b804eff5a3f5747ada4eaa22f1d49c01e52ddb7875b4b";
+        let all = files.digests(dir.path());
+        assert_eq!(all, BTreeMap::from([("a".to_owned(), digest.to_owned())]));
+        assert_eq!(files.contents(), [(digest.to_owned(), Arc::from(*b"1"))]);
+    }
+
+    #[test]
+    fn names_are_relative_and_without_detours() {
+        for (path, name) in [
+            ("../assets/trains/../units/a.yaml", "../assets/units/a.yaml"),
+            ("./a.yaml", "a.yaml"),
+            ("../../a", "../../a"),
+            ("/x/a", "/x/a"),
+        ] {
+            assert_eq!(tidy(Path::new(path)), name);
+        }
+    }
+}

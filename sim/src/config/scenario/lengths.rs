@@ -1,0 +1,29 @@
+//! How long the lists of a scenario may be: longer ones are taken for a mix-up, and would take more memory than there is.
+
+use super::ScenarioFile;
+use super::check::{Wrong, wrong};
+
+/// Most obstacles: each is a body of the physics.
+const MAX_OBSTACLES: usize = 1000;
+/// Most estimators: each has dozens of columns in a recording.
+const MAX_ESTIMATORS: usize = 200;
+/// Most entries of any other list.
+const MAX_ENTRIES: usize = 10_000;
+
+/// Check the lists of a scenario file.
+pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
+    for (key, length, most) in [
+        ("obstacles", file.obstacles.len(), MAX_OBSTACLES),
+        ("estimators", file.estimators.len(), MAX_ESTIMATORS),
+        ("events", file.events.len(), MAX_ENTRIES),
+        ("drive.speed", file.drive.speed.len(), MAX_ENTRIES),
+        ("expect", file.expect.len(), MAX_ENTRIES),
+        ("published", file.published.len(), MAX_ENTRIES),
+    ] {
+        if length > most {
+            let message = format!("there are {length} entries in this list");
+            return wrong(key, message, format!("at most {most}"));
+        }
+    }
+    Ok(())
+}

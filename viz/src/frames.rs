@@ -1,0 +1,187 @@
+//! The frames of an `.rrd` file, read before Rerun's decoder sees them and put in order after its encoder has written them.
+//!
+//! A file is a header of 12 bytes; messages, each with a header of 16 bytes (kind and length, little-endian) and a Protobuf payload; the
+//! last of them, of kind 0, is the index: one manifest a store; behind it 32 bytes that say where the index is, with its check sum.
+//! (`re_log_encoding` 0.36, `src/rrd/frames.rs`.)
+
+use re_log_encoding::{Encodable, MessageHeader, MessageKind, StreamFooter};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+const FILE_HEADER_BYTES: u64 = 12;
+const HEADER_BYTES: usize = MessageHeader::ENCODED_SIZE_BYTES;
+/// Longest payload of a message: those of ours are some megabytes.
+const MAX_PAYLOAD_BYTES: u64 = 256 << 20;
+/// LZ4 does not compress better than this.
+const MAX_RATIO: u64 = 255;
+/// Protobuf fields: the length of an `ArrowMsg` when unpacked, the manifests of an index, the table of a manifest.
+const UNPACKED_BYTES: u64 = 3;
+const MANIFESTS: u64 = 1;
+const TABLE: u64 = 4;
+
+/// Whether lengths in a file are such as can be: the decoder makes room for whatever they say. What is wrong, if not.
+pub fn check(path: &Path) -> io::Result<Result<(), String>> {
+    let file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut file = BufReader::new(file);
+    file.seek(SeekFrom::Start(FILE_HEADER_BYTES))?;
+    let mut at = FILE_HEADER_BYTES;
+    while at + HEADER_BYTES as u64 <= length {
+        let (kind, payload) = header(&mut file)?;
+        at += HEADER_BYTES as u64;
+        if payload > MAX_PAYLOAD_BYTES {
+            return Ok(Err(format!("a message of {payload} bytes at byte {at}")));
+        }
+        if payload > length - at {
+            return Ok(Ok(())); // it breaks off: the decoder says where
+        }
+        let mut bytes = vec![0; payload as usize];
+        file.read_exact(&mut bytes)?;
+        if !plausible(kind, &bytes) {
+            return Ok(Err(format!("a message that cannot be, at byte {at}")));
+        }
+        at += payload;
+        if kind == MessageKind::End as u64 {
+            let behind = length - at;
+            return Ok(match behind == StreamFooter::ENCODED_SIZE_BYTES as u64 {
+                true => Ok(()),
+                false => Err(format!(
+                    "{behind} bytes behind its index, where there are 32"
+                )),
+            });
+        }
+    }
+    Ok(Ok(()))
+}
+
+/// Put the manifests of the index in the order of their bytes: Rerun's encoder keeps them in a hash map, whose order is another in
+/// every process. Nothing else changes, not even a length.
+pub fn sort_index(path: &Path) -> io::Result<()> {
+    let mut file = File::options().read(true).write(true).open(path)?;
+    let tail = StreamFooter::ENCODED_SIZE_BYTES as u64;
+    let length = file.metadata()?.len();
+    if length < FILE_HEADER_BYTES + HEADER_BYTES as u64 + tail {
+        return Ok(());
+    }
+    file.seek(SeekFrom::Start(length - tail))?;
+    let start = u64::from_le_bytes(array(&mut file)?);
+    let size = u64::from_le_bytes(array(&mut file)?);
+    if start.checked_add(size) != Some(length - tail) || size > MAX_PAYLOAD_BYTES {
+        return Err(damaged("there is no index at the end"));
+    }
+    let mut index = vec![0; size as usize];
+    file.seek(SeekFrom::Start(start))?;
+    file.read_exact(&mut index)?;
+    let mut manifests = Vec::new();
+    let mut rest = index.as_slice();
+    while !rest.is_empty() {
+        let before = rest;
+        let Some((MANIFESTS, Value::Bytes(_))) = field(&mut rest) else {
+            return Err(damaged("the index is not one of manifests"));
+        };
+        manifests.push(&before[..before.len() - rest.len()]);
+    }
+    manifests.sort_unstable();
+    let sorted = manifests.concat();
+    let mut out = Vec::new();
+    StreamFooter::from_rrd_footer_bytes(start, &sorted)
+        .to_rrd_bytes(&mut out)
+        .map_err(io::Error::other)?;
+    file.seek(SeekFrom::Start(start))?;
+    file.write_all(&sorted)?;
+    file.write_all(&out)
+}
+
+/// Kind and payload length of the message that comes next.
+fn header(file: &mut impl Read) -> io::Result<(u64, u64)> {
+    let kind = u64::from_le_bytes(array(file)?);
+    Ok((kind, u64::from_le_bytes(array(file)?)))
+}
+
+fn array(file: &mut impl Read) -> io::Result<[u8; 8]> {
+    let mut bytes = [0; 8];
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn damaged(what: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, what)
+}
+
+/// Whether what is packed in a payload can become as long as it says.
+fn plausible(kind: u64, payload: &[u8]) -> bool {
+    let fits = |claimed: u64, bytes: &[u8]| {
+        claimed <= (bytes.len() as u64 + 1).saturating_mul(MAX_RATIO)
+            && claimed <= MAX_PAYLOAD_BYTES
+    };
+    let mut rest = payload;
+    while !rest.is_empty() {
+        match (kind, field(&mut rest)) {
+            (_, None) => return false,
+            (2, Some((UNPACKED_BYTES, Value::Number(n)))) if !fits(n, payload) => return false,
+            (0, Some((MANIFESTS, Value::Bytes(manifest)))) => {
+                let mut manifest = manifest;
+                while !manifest.is_empty() {
+                    let table = match field(&mut manifest) {
+                        Some((TABLE, Value::Bytes(table))) => table,
+                        Some(_) => continue,
+                        None => return false,
+                    };
+                    let mut inside = table;
+                    while !inside.is_empty() {
+                        match field(&mut inside) {
+                            None => return false,
+                            Some((_, Value::Number(n))) if !fits(n, table) => return false,
+                            Some(_) => {}
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    true
+}
+
+/// A value of a Protobuf field.
+enum Value<'a> {
+    Number(u64),
+    Bytes(&'a [u8]),
+    /// Of fixed length.
+    Fixed,
+}
+
+/// The next field of a Protobuf message: its number and its value. None if it is not one.
+fn field<'a>(rest: &mut &'a [u8]) -> Option<(u64, Value<'a>)> {
+    let tag = varint(rest)?;
+    let value = match tag & 7 {
+        0 => Value::Number(varint(rest)?),
+        1 => take(rest, 8).map(|_| Value::Fixed)?,
+        2 => {
+            let length = varint(rest)?;
+            Value::Bytes(take(rest, length)?)
+        }
+        5 => take(rest, 4).map(|_| Value::Fixed)?,
+        _ => return None,
+    };
+    Some((tag >> 3, value))
+}
+
+fn take<'a>(rest: &mut &'a [u8], length: u64) -> Option<&'a [u8]> {
+    let (taken, after) = rest.split_at_checked(usize::try_from(length).ok()?)?;
+    *rest = after;
+    Some(taken)
+}
+
+fn varint(rest: &mut &[u8]) -> Option<u64> {
+    let mut value = 0u64;
+    for shift in (0..64).step_by(7) {
+        let byte = take(rest, 1)?[0];
+        value |= u64::from(byte & 0x7f) << shift;
+        if byte & 0x80 == 0 {
+            return Some(value);
+        }
+    }
+    None
+}
