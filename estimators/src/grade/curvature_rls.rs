@@ -350,4 +350,36 @@ mod tests {
         assert!(found.abs() < 1e-6);
         assert!((sd / (curvature.rls.spread() / information.sqrt()) - 1.0).abs() < 1e-2);
     }
+
+    /// d(f − v̇)/dt: what the wheels accelerate by more and more is no curvature.
+    #[test]
+    fn a_jerk_of_the_train_is_no_slope() {
+        let mut force = SlopeForce::new(1.0);
+        let mut last = None;
+        for k in 0..2_000 {
+            let t = 0.01 * k as Real;
+            // v̇ = 0.05 t; the grade adds 0.1 m/s³.
+            last = force.step(0.05 * t + 0.1 * t, 1.0 + 0.025 * t * t, 0.01);
+        }
+        let (jerk, _) = last.unwrap();
+        assert!((jerk - 0.1).abs() < 1e-3, "{jerk}");
+    }
+
+    #[test]
+    fn the_smoothing_opens_to_three_and_ten_times_its_corner() {
+        let params = CurvatureParams::default();
+        let curvature = Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None);
+        let expected = AdaptiveSmoother::new([3.0, 9.0, 30.0], 0.02, [3.0, 6.0]);
+        assert_eq!(curvature.smoother, expected);
+    }
+
+    #[test]
+    fn the_forgetting_factor_is_that_of_the_last_update() {
+        let policy = Forgetting::Constant(0.9);
+        let mut curvature = Curvature::<1>::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        for k in 0..300 {
+            curvature.step(&straight(k, 1.0), 0.0, 0.01);
+        }
+        assert_eq!(curvature.lambda(), 0.9);
+    }
 }

@@ -221,14 +221,34 @@ fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
     loop {
         filter.predict(Some(hold), 0.01);
         let before = *filter.belief();
+        let y = 1.5 - before.x.x;
         let (judgement, correction) = filter.update(1.5, false);
         assert!((filter.innovation().0 - 0.5).abs() < 0.01);
         if judgement.passage != Passage::Reject {
-            assert!(correction.unwrap().S.x > 0.2 && filter.belief().x.x > 1.45);
+            // As uncertain as the innovation says, on top of what it was.
+            let S = before.P.m11 + y * y + 0.005 * 0.005;
+            assert!((correction.unwrap().S.x / S - 1.0).abs() < 1e-9);
             break;
         }
         assert_eq!((*filter.belief(), correction), (before, None));
         rejected += 1;
     }
     assert!((48..=52).contains(&rejected), "{rejected}");
+}
+
+/// Between two updates the process noise of speed adds up, and starts anew with each.
+#[test]
+fn the_process_noise_since_the_last_update_adds_up() {
+    let params = GradeParams::default();
+    let mut filter = filter(params, switched());
+    filter.update(1.0, true);
+    for _ in 0..2 {
+        for k in 1..=5 {
+            filter.predict(Some(DRIVE), 0.01);
+            let expected = params.q_v * 0.01 * k as Real;
+            assert!((filter.process / expected - 1.0).abs() < 1e-9);
+        }
+        filter.update(1.0, true);
+        assert_eq!(filter.process, 0.0);
+    }
 }

@@ -307,3 +307,129 @@ fn the_first_wheel_speed_is_the_speed_at_the_start() {
     let mut stage = dynamic(&vehicle(), 0.1);
     assert_eq!(steady(&mut stage, DT, |level| level).innovation, 0.0);
 }
+
+/// Each measurement against what the kinematic model predicts of it: S = H (F P Fᵀ + Q) Hᵀ + R.
+#[test]
+fn the_gates_judge_by_the_innovation_of_the_kinematic_model() {
+    let mut stage = dynamic(&vehicle(), 0.1);
+    stage.gates = [Gate::new(&Integrity::default()); 2];
+    #[rustfmt::skip]
+    let L = Matrix3::new(
+        0.1, 0.0, 0.0,
+        0.04, 0.2, 0.0,
+        0.003, 0.02, 0.03,
+    );
+    let (x, dt) = (vector![1.0, 0.3, 0.1], 0.2);
+    let R = Matrix2::new(0.01, 0.0, 0.0, 0.0025);
+    let model = SlopeModel {
+        acceleration: Acceleration::Kinematic,
+        ..stage.models[0]
+    };
+    let (F, H) = (model.F(&x, &None, dt), model.H(&x));
+    let mut seen = [0; 3];
+    for k in 0..40 {
+        let belief = Gaussian {
+            x,
+            P: L * L.transpose(),
+        };
+        stage.imm.beliefs = [belief];
+        let predicted = F * belief.P * F.transpose() + model.Q(&None, dt);
+        let S = H * predicted * H.transpose() + R;
+        let expected = model.h(&model.f(&x, &None, dt));
+        let z = expected
+            + if k < 10 {
+                vector![0.1, -0.05]
+            } else {
+                vector![90.0, 9.0]
+            };
+        let mut used = R;
+        stage.gates.iter_mut().for_each(|gate| gate.tick(dt));
+        let [speed, force] = stage.gate(&z, &mut used, dt);
+        let y = z - expected;
+        assert!((speed.innovation.0 - y.y).abs() < 1e-9);
+        assert!((force.innovation.0 - y.x).abs() < 1e-9);
+        assert!((speed.innovation.1 / S.m22 - 1.0).abs() < 1e-9);
+        assert!((force.innovation.1 / S.m11 - 1.0).abs() < 1e-9);
+        // A specific force beyond the gate has as much more noise.
+        let beyond = (force.test_ratio - 1.0).max(0.0);
+        assert!((used.m11 - R.m11 - beyond * S.m11).abs() < 1e-9 * used.m11);
+        assert!(k < 10 || beyond > 0.0);
+        let widened = stage.imm.beliefs[0].P.m11 - belief.P.m11;
+        match speed.passage {
+            Passage::Fuse => assert_eq!((used.m22, widened), (R.m22, 0.0)),
+            Passage::Reject => assert_eq!((used.m22, widened), (1e6, 0.0)),
+            Passage::Reopen => {
+                assert_eq!(used.m22, R.m22);
+                assert!((widened - y.y * y.y).abs() < 1e-9);
+            }
+        }
+        seen[speed.passage as usize] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+}
+
+/// Measurement noise as learnt enters as its variance.
+#[test]
+fn learnt_noise_is_the_noise_of_the_measurements() {
+    let variances = |force: Real, speed: Real| {
+        let mut stage = dynamic(&vehicle(), 0.1);
+        let noise = crate::preprocess::conditioning::LearntNoise {
+            wheel_speed_mps: Some(speed),
+            specific_force_mps2: Some(force),
+        };
+        steady(&mut stage, DT, |level| Reading { noise, ..level });
+        stage.aids.map(|status| status.innovation_variance)
+    };
+    let ([a, b], [c, d]) = (variances(0.1, 0.03), variances(0.2, 0.06));
+    assert!((c - a - 0.0027).abs() < 1e-9 && (d - b - 0.03).abs() < 1e-9);
+}
+
+/// sin θ grows by 1 % a metre; the IMU reads the grade under its unit, 7.67 m ahead of the middle of all masses.
+#[test]
+fn a_long_train_on_a_ramp() {
+    let long = Vehicle::new(VehicleData {
+        tare_span_m: [0.0, 18.0],
+        load_span_m: [5.0, 9.0],
+        imu_arm_m: 1.0,
+        ..vehicle().data()
+    })
+    .unwrap();
+    let mut stage = dynamic(&long, 0.001);
+    stage.models[0].acceleration = Acceleration::Kinematic;
+    let ride = |stage: &mut SlopeModels<1>, from: usize, to: usize, read: bool| {
+        let mut found = Estimate::default();
+        for k in from..to {
+            let sine = 0.01 * DT * k as Real;
+            let reading = Reading {
+                specific_force_mps2: Some(9.81 * sine).filter(|_| read),
+                motor_torque_nm: None,
+                ..reading(1.0, 0.0)
+            };
+            found = stage.advance(&reading, Time::default(), DT);
+        }
+        found
+    };
+    let found = ride(&mut stage, 0, 4_000, true);
+    let [imu, effective] = [found.grade_rad, found.effective_grade_rad];
+    assert!((imu.value.sin() - 0.4 - 0.01).abs() < 4e-3, "{imu:?}");
+    assert!(
+        (effective.value.sin() - 0.4 + 0.0767).abs() < 4e-3,
+        "{effective:?}"
+    );
+    assert!((effective.sd - imu.sd).abs() < 1e-9);
+    // 3 m that the accelerometer has not read: 0.06 rad.
+    let found = ride(&mut stage, 4_000, 4_300, false);
+    let [imu, effective] = [found.grade_rad.sd, found.effective_grade_rad.sd];
+    assert!(((effective * effective - imu * imu).sqrt() - 0.06).abs() < 1e-3);
+}
+
+#[test]
+fn internal_quantities_are_told_in_their_order() {
+    let mut stage = dynamic(&vehicle(), 0.1);
+    steady(&mut stage, 2.0, |level| level);
+    stage.fading = [3.0];
+    let mut values = [9.0; 4];
+    stage.internal_values(&mut values);
+    assert_eq!(values, [3.0, stage.mass.residual_n(), 0.0, 9.0]);
+    assert_eq!(stage.conditioning(), Some(open().conditioning));
+}

@@ -263,3 +263,52 @@ fn what_became_of_wheel_speed_is_told() {
     slope.aid_status(&mut status);
     assert_eq!(status[0].outcome, crate::api::aid::AidOutcome::Stale);
 }
+
+/// Innovation and its variance before any adaptation; beyond the gate nothing is changed, until it stays.
+#[test]
+fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
+    let told = CurvatureParams::default();
+    let curvature = Curvature::new(&vehicle(), told, 0.0, Forgetting::None);
+    let supervision = Supervisors::default();
+    let params = InertialParams::default();
+    let mut filter = CurvatureSlope::<InertialEkf, 1>::extended(
+        &vehicle(),
+        params,
+        curvature,
+        None,
+        &supervision,
+    );
+    let learnt = LearntNoise {
+        wheel_speed_mps: Some(0.02),
+        ..LearntNoise::default()
+    };
+    let level = Reading {
+        noise: learnt,
+        ..steady(1.0, 0.0)
+    };
+    run(&mut filter, 5.0, &level);
+    assert_eq!(
+        (filter.unadapted_sd, filter.slope.noise.R().x.sqrt()),
+        (0.02, 0.02)
+    );
+    let mut rejected = 0;
+    loop {
+        filter.predict(&level, DT);
+        let before = *filter.slope.filter.belief();
+        let y = 2.0 - before.x.x;
+        filter.update(2.0);
+        let (innovation, nis) = filter.last.unwrap();
+        assert_eq!(innovation, y);
+        let variance = before.P.m11 + 0.02 * 0.02;
+        let status = filter.wheel_speed;
+        if status.outcome == crate::api::aid::AidOutcome::Fused {
+            assert!((status.innovation_variance / (variance + y * y) - 1.0).abs() < 1e-9);
+            break;
+        }
+        assert!((nis * variance / (y * y) - 1.0).abs() < 1e-9);
+        assert_eq!(*filter.slope.filter.belief(), before);
+        rejected += 1;
+    }
+    assert!((48..=52).contains(&rejected), "{rejected}");
+    assert_eq!(filter.conditioning(), Some(supervision.conditioning));
+}

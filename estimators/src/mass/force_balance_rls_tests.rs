@@ -167,7 +167,7 @@ fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
     stage.train.roll(Some([0.0, 0.15]), 1.0, 1.0, 0.01);
     let curvature = stage.train.curvature_per_m();
     assert_eq!(curvature, 0.15);
-    let x = vector![1.2, 0.004, 0.01, 0.03];
+    let x = vector![1.2, 0.05, 0.01, 0.2];
     #[rustfmt::skip]
     let L = Matrix4::new(
         0.03, 0.0, 0.0, 0.0,
@@ -409,4 +409,27 @@ fn the_prior_is_what_the_parameters_tell() {
     let felt = prior(AccelSource::SpecificForce);
     assert!((felt - vector![0.4, 0.3 * 0.02, 0.02, 0.05]).norm() < 1e-12);
     assert!((prior(AccelSource::Kinematic).z - 0.981).abs() < 1e-12);
+}
+
+/// (M − M₀)(f + μ₀ g) + (μ − μ₀) M g on the level: what a stage that knows no better has not explained.
+#[test]
+fn the_first_residual_is_what_the_prior_leaves_of_the_force() {
+    let mut stage = Stage::new(params(), Forgetting::None);
+    let (_, _) = variance(&mut stage, 0.3, 0.0);
+    let expected = 3_000.0 * (0.3 + 0.02 * 9.81) + 0.006 * 15_000.0 * 9.81;
+    assert!((stage.internal("mass_residual_n") - expected).abs() < 1e-6);
+}
+
+/// Residuals four times as large as told are noise that was told wrongly, and no other load.
+#[test]
+fn a_noise_told_wrongly_is_no_change_of_load() {
+    let mut stage = Stage::new(params(), Forgetting::None);
+    let mut random = Random::new(18);
+    for k in 0..400 {
+        let mut sample = truth().sample(&Instant::draw(&mut random));
+        let scale = 1.0 + 3.0 * (k as Real / 40.0).min(1.0);
+        sample.sample.force_n += scale * 0.1 * MASS0_KG * random.normal();
+        stage.take(&sample);
+    }
+    assert_eq!(stage.internal("load_changes"), 0.0);
 }

@@ -167,6 +167,7 @@ fn an_error_of_the_level_is_reckoned_as_least_squares_has_it() {
         );
     }
     // The mass is told as uncertain as that at least.
+    assert!(stage.mass.sums[0] > 1.0 && stage.mass.sums[1] > 1.0);
     let found = stage.mass.mass_kg();
     assert!(found.sd >= found.value * stage.mass.level_error());
     let variance = stage.mass.straight.widened().x * MASS0_KG * MASS0_KG;
@@ -302,4 +303,61 @@ fn in_a_bend_the_traction_gives_what_the_bend_takes() {
     // The likelier of the two has at most 0.98 of the weight.
     assert!((WEIGHTS.0..=WEIGHTS.1).contains(&stage.straight_weight));
     assert!(stage.straight_weight < 0.5, "{}", stage.straight_weight);
+}
+
+/// On the level, at the start: (M − M₀)(f + μ g) is not explained, and the innovation variance is that of the sample and of the prior.
+#[test]
+fn the_first_residual_and_its_variance() {
+    for doubt in [0.0, 0.1] {
+        let mut stage = Stage::new(MultiModelParams::default());
+        let mut sample = truth().sample(&Instant {
+            speed_mps: 1.0,
+            acceleration_mps2: 0.3,
+            sine: [0.0; 2],
+            curvature_per_m: 0.0,
+        });
+        let mut felt = sample.felt.unwrap();
+        (felt.tare.doubt_mps2, felt.load.doubt_mps2) = (doubt, doubt);
+        sample.felt = Some(felt);
+        let status = stage.take(&sample);
+        let a = 0.3 + 0.02 * 9.81;
+        assert!((stage.internal("mass_residual_n") - 3_000.0 * a).abs() < 1e-6);
+        let expected = 0.02 * 0.02 + doubt * doubt + 0.4 * 0.4 * a * a;
+        assert!((status.innovation_variance / expected - 1.0).abs() < 1e-9);
+    }
+}
+
+/// Sums forget as the regression does: by λ = 1 − loss · decayᵏ.
+#[test]
+fn an_error_of_the_level_is_forgotten_with_its_samples() {
+    let mut stage = Stage::new(MultiModelParams::default());
+    let mut sums = [0.0; 2];
+    for k in 0..50 {
+        let acceleration_mps2 = 0.3 * (k as Real).cos();
+        stage.take(&truth().sample(&Instant {
+            speed_mps: 1.0,
+            acceleration_mps2,
+            sine: [0.0; 2],
+            curvature_per_m: 0.0,
+        }));
+        let a = acceleration_mps2 + 0.02 * 9.81;
+        let lambda = stage.internal("lambda");
+        sums = [lambda * sums[0] + a, lambda * sums[1] + a * a];
+        let [first, second] = stage.mass.sums;
+        assert!((first - sums[0]).abs() < 1e-9 && (second - sums[1]).abs() < 1e-9);
+    }
+}
+
+/// Residuals four times as large as told are noise that was told wrongly, and no other load.
+#[test]
+fn a_noise_told_wrongly_is_no_change_of_load() {
+    let mut stage = Stage::new(MultiModelParams::default());
+    let mut random = Random::new(25);
+    for k in 0..400 {
+        let mut sample = truth().sample(&Instant::draw(&mut random));
+        let scale = 1.0 + 3.0 * (k as Real / 40.0).min(1.0);
+        sample.sample.force_n += scale * 0.02 * MASS0_KG * random.normal();
+        stage.take(&sample);
+    }
+    assert_eq!(stage.internal("load_changes"), 0.0);
 }

@@ -283,3 +283,15 @@ fn a_grade_is_steeper_by_a_sine_and_never_beyond_upright() {
     assert_eq!(steeper(1.2, 0.5), 0.5 * PI);
     assert_eq!(steeper(-1.2, -0.5), -0.5 * PI);
 }
+
+/// Rail that nothing has read counts by its share of the train: means are uncertain by u, offsets by that over g.
+#[test]
+fn the_uncertainty_of_an_offset_is_that_of_the_mean_over_g() {
+    let mut ride = Ride::new(&long_vehicle());
+    ride.run(6.0, 1.0, true);
+    let now = ride.train.now.unwrap();
+    let (_, doubt_mps2) = now.felt.whole(5_000.0, 9_000.0);
+    assert!(doubt_mps2 > 0.05);
+    let ahead = ride.train.ahead(9_000.0);
+    assert!((ahead.sd * GRAVITY / doubt_mps2 - 1.0).abs() < 1e-9);
+}

@@ -171,3 +171,7 @@ impl Conditioning {
 }
 
 state!(Conditioning { speed, gyro, noise; params });
+
+#[cfg(test)]
+#[path = "conditioning_tests.rs"]
+mod tests;

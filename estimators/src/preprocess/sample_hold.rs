@@ -219,4 +219,33 @@ mod tests {
         assert!(held.is_stuck(at(1_000)));
         assert_eq!(held.fresh(at(1_000), 0.01), None);
     }
+
+    #[test]
+    fn what_is_held_how_often_it_comes_and_what_came_late() {
+        let mut held = SampleHold::default();
+        assert_eq!((held.value(), held.gap_s(), held.waited_s()), (None, 0.0, 0.0));
+        for k in 0..400 {
+            let t_s = 0.04 * f64::from(k);
+            held.take(at(t_s, 2.0), Time::from_s(t_s));
+        }
+        assert_eq!((held.value(), held.late()), (Some(2.0), 0));
+        assert!((held.gap_s() - 0.04).abs() < 1e-6 && (held.waited_s() - 0.04).abs() < 1e-6);
+        for k in 1..=2 {
+            assert!(!held.take(at(15.0, 9.0), Time::from_s(15.97)));
+            assert_eq!((held.value(), held.late()), (Some(2.0), k));
+        }
+    }
+
+    /// Gaps of 0.02 and 0.06 s by turns: their mean is 0.04 s, their mean deviation 0.02 s, the timeout 3 · 0.04 + 4 · 0.02 s.
+    #[test]
+    fn the_timeout_is_three_mean_gaps_and_four_mean_deviations() {
+        let mut held = SampleHold::default();
+        let mut t_s = 0.0;
+        for k in 0..401 {
+            t_s += if k % 2 == 0 { 0.02 } else { 0.06 };
+            held.take(at(t_s, 1.0), Time::from_s(t_s));
+        }
+        assert!(held.fresh(Time::from_s(t_s + 0.19), 0.01).is_some());
+        assert!(held.fresh(Time::from_s(t_s + 0.21), 0.01).is_none());
+    }
 }

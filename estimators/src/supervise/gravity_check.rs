@@ -78,4 +78,41 @@ mod tests {
         assert!(plausible([x + 3.0, y, z], false)); // a start at 3 m/s²
         assert!(plausible([0.3, 0.2, 9.7], true)); // an uncalibrated one
     }
+
+    /// Size of the mean within 5 % of g standing and a quarter moving, half of it upright.
+    #[test]
+    fn the_limits_are_those_of_standing_and_moving() {
+        for (share, standing, moving) in [
+            (0.79, false, false),
+            (0.81, false, true),
+            (0.94, false, true),
+            (0.96, true, true),
+            (1.04, true, true),
+            (1.06, false, true),
+            (1.24, false, true),
+            (1.26, false, false),
+        ] {
+            // 2² + 3² + 6² = 7²
+            let force = [2.0, 3.0, 6.0].map(|part| share * GRAVITY * part / 7.0);
+            assert_eq!(plausible(force, true), standing, "{share}");
+            assert_eq!(plausible(force, false), moving, "{share}");
+        }
+        for (upright, fine) in [(0.51, true), (0.49, false)] {
+            let across = GRAVITY * (1.0 - upright * upright as Real).sqrt();
+            assert_eq!(plausible([across, 0.0, GRAVITY * upright], false), fine);
+            assert_eq!(plausible([0.0, -across, GRAVITY * upright], false), fine);
+        }
+    }
+
+    #[test]
+    fn a_mean_of_a_second_counts() {
+        let mut check = GravityCheck::default();
+        let mut run = |up: Real, steps: usize| {
+            (0..steps).for_each(|_| check.observe([0.0, 0.0, up], true, 0.01));
+            check.plausible()
+        };
+        assert!(!run(0.0, 200));
+        // Within 5 % after three time constants.
+        assert!(!run(GRAVITY, 290) && run(GRAVITY, 20));
+    }
 }

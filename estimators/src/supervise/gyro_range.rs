@@ -84,4 +84,16 @@ mod tests {
             assert!(range.plausible());
         }
     }
+
+    /// min(v/2, 10/v) rad/s and 0.15 for the bias; the mean is within a quarter of a per cent of its end.
+    #[test]
+    fn the_limit_is_that_of_the_tightest_curve_and_of_what_a_vehicle_bears() {
+        for (speed, most) in [(1.0, 0.65), (4.0, 2.15), (-4.0, 2.15), (10.0, 1.15)] {
+            for sign in [1.0, -1.0] {
+                assert!(plausible([sign * 0.98 * most, 0.0], speed));
+                assert!(!plausible([sign * 1.02 * most, 0.0], speed));
+                assert!(!plausible([0.0, sign * 1.02 * most], speed));
+            }
+        }
+    }
 }

@@ -64,4 +64,14 @@ mod tests {
         assert!((0..100).all(|_| !off.changed(100.0)));
         assert_eq!(off.changes(), 0);
     }
+
+    #[test]
+    fn a_residual_to_one_side_is_a_hint_until_the_sum_is_used_up() {
+        let mut detector = LoadChangeDetector::new(true, 20.0);
+        assert!(detector.at_rest());
+        detector.changed(3.0);
+        assert!(!detector.at_rest());
+        detector.changed(0.0);
+        assert!(detector.at_rest());
+    }
 }

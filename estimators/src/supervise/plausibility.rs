@@ -72,3 +72,50 @@ impl Plausibility {
 }
 
 state!(Plausibility { gravity, gyro, kinematics; on, uses, standstill_mps });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two seconds of a reading; whether it is plausible to an estimate that uses accelerometer or gyro.
+    fn plausible(accelerometer: bool, gyro: bool, reading: &Reading) -> bool {
+        let mut checks = Plausibility::new(true, Instruments { accelerometer, gyro }, 0.05);
+        (0..200).for_each(|_| checks.observe(reading, 0.01));
+        let mut off = Plausibility::new(false, Instruments { accelerometer, gyro }, 0.05);
+        (0..200).for_each(|_| off.observe(reading, 0.01));
+        assert!(off.plausible());
+        checks.plausible()
+    }
+
+    fn level(up_mps2: Real, speed_mps: Real, pitch_rate_radps: Real) -> Reading {
+        Reading {
+            speed_mps: Some(speed_mps),
+            specific_force_mps2: Some(0.0),
+            lateral_force_mps2: Some(0.0),
+            vertical_force_mps2: Some(up_mps2),
+            pitch_rate_radps: Some(pitch_rate_radps),
+            yaw_rate_radps: Some(0.0),
+            ..Reading::default()
+        }
+    }
+
+    #[test]
+    fn an_instrument_that_is_not_used_ends_nothing() {
+        let (fine, in_g, in_deg) = (level(9.81, 1.0, 0.0), level(1.0, 1.0, 0.0), level(9.81, 1.0, 2.0));
+        for accelerometer in [false, true] {
+            for gyro in [false, true] {
+                assert!(plausible(accelerometer, gyro, &fine));
+                assert_eq!(plausible(accelerometer, gyro, &in_g), !accelerometer);
+                assert_eq!(plausible(accelerometer, gyro, &in_deg), !gyro);
+            }
+        }
+    }
+
+    /// 7 % beside g: too much standing, and little enough moving.
+    #[test]
+    fn it_stands_below_the_standstill_speed() {
+        for (speed, fine) in [(0.0, false), (0.04, false), (-0.04, false), (0.06, true)] {
+            assert_eq!(plausible(true, false, &level(9.1, speed, 0.0)), fine, "{speed}");
+        }
+    }
+}
