@@ -26,6 +26,7 @@ use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::gaussian::Gaussian;
 use crate::preprocess::front_end::Channels;
+use crate::supervise::validity::Integrity;
 use arm_error::ArmError;
 use gravity_aiding::GravityAiding;
 use imu_health::ImuHealth;
@@ -141,6 +142,7 @@ impl AttitudeFilter {
         vehicle: &Vehicle,
         params: AttitudeParams,
         supervision: AttitudeSupervision,
+        integrity: &Integrity,
     ) -> Self {
         let drives = vehicle.drives;
         Self {
@@ -155,7 +157,7 @@ impl AttitudeFilter {
             started: false,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
-            wheels: WheelAiding::new(drives, &params, &supervision),
+            wheels: WheelAiding::new(drives, &params, &supervision, integrity),
             gravity: GravityAiding::new(&params),
             curvature: RailCurvature::default(),
             arm: ArmError::new(vehicle.imu_arm_m),
