@@ -159,9 +159,12 @@ fn internal(estimator: &AnyEstimator, name: &str) -> Real {
 #[test]
 fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     // |f| = g: f_z tells b_z on the level, and on a slope of 8° with it cos θ, at a sensitivity of sin θ = 0.14. On the level nothing tells b_x
-    // from θ. Without f_z nothing does anywhere.
+    // from θ. Without f_z nothing does anywhere. Told that biases are constant: with n = √5 · 6.94e-4 m/s/√s of noise in f_z, 12 s on the level
+    // and 27 s on the slope make n √(1/12 + 1/27)/0.14 = 0.0039 m/s², 0.40 of the prior.
     let bias_sd = |ramp_deg: Real, settings: &[(&'static str, Setting<'static>)]| {
-        let mut estimator = build("rail_fusion", settings);
+        let constant = ("accel_bias_walk", Setting::Number(0.0));
+        let settings: Vec<_> = settings.iter().copied().chain([constant]).collect();
+        let mut estimator = build("rail_fusion", &settings);
         let mut world = World::new(3, 10_000.0, ramp_deg.to_radians());
         world.run(&mut estimator, 45.0);
         let (b, sd) = (
@@ -174,7 +177,7 @@ fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     let (level, slope) = (bias_sd(0.0, &[]), bias_sd(8.0, &[]));
     let without = bias_sd(8.0, &[("vertical_force", Setting::Flag(false))]);
     assert!(level > 0.9 * BIAS_SD, "level {level}");
-    assert!(slope < 0.4 * BIAS_SD, "slope {slope}");
+    assert!(slope < 0.45 * BIAS_SD, "slope {slope}");
     assert!(without > 0.9 * BIAS_SD, "without f_z {without}");
 }
 

@@ -60,7 +60,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
                 gyro: false,
             },
         ),
-        filter: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
+        filter: AttitudeFilter::new(
+            vehicle,
+            params.attitude,
+            params.attitude_supervision,
+            &params.integrity,
+        ),
         acceleration_mps2: 0.0,
     }
 }
@@ -112,7 +117,9 @@ impl Pipeline for AttitudePipeline {
             innovation,
             nis,
             flags: Flags {
-                moving: found.speed_mps.abs() > self.standstill_mps,
+                moving: reading
+                    .speed_mps
+                    .is_some_and(|v| v.abs() > self.standstill_mps),
                 excited: false,
                 saturated: false,
             },

@@ -85,7 +85,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
         standstill_mps: vehicle.standstill_mps(None),
         force_fusion: params.balance_supervision.force_fusion,
         air: ForceBalance::new(vehicle),
-        attitude: AttitudeFilter::new(vehicle, params.attitude, params.attitude_supervision),
+        attitude: AttitudeFilter::new(
+            vehicle,
+            params.attitude,
+            params.attitude_supervision,
+            &params.integrity,
+        ),
         rail: RailMemory::new(rear - front),
         torques: TorqueMonitor::new(
             vehicle,
@@ -130,13 +135,16 @@ impl RailFusion {
             .traction(&reading.channels, v, dt)
             .map(|[force, variance]| [force - drag, variance]);
         let [used, rejected] = attitude.wheels;
+        let standing = reading
+            .speed_mps
+            .is_some_and(|v| v.abs() < self.standstill_mps);
         let input = BlockInput {
             speed_mps: v,
             acceleration_mps2: attitude.acceleration_mps2,
             traction,
             bend_per_m: bend,
             brake: self.brake,
-            sound: attitude.imu && (used > 0 || reading.new_speed_mps.is_none()),
+            sound: attitude.imu && !standing && (used > 0 || reading.new_speed_mps.is_none()),
             slip: rejected > 0,
             doubt: self.torques.doubt(),
         };
@@ -234,7 +242,9 @@ impl Pipeline for RailFusion {
             self.fuse(reading, &attitude, dt);
         }
         self.supervise(reading, dt);
-        let moving = attitude.is_some_and(|found| found.speed_mps.abs() > self.standstill_mps);
+        let moving = reading
+            .speed_mps
+            .is_some_and(|v| v.abs() > self.standstill_mps);
         self.estimate(t, attitude.is_some(), moving)
     }
 

@@ -25,7 +25,9 @@ use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
 use crate::filters::gaussian::Gaussian;
+use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::preprocess::front_end::Channels;
+use crate::supervise::validity::Integrity;
 use arm_error::ArmError;
 use gravity_aiding::GravityAiding;
 use imu_health::ImuHealth;
@@ -63,7 +65,7 @@ const MAX_ARM_SD_RAD: Real = 0.003;
 const LOST_CURVATURE_SD_PER_M: Real = 0.005;
 /// Largest speed, m/s, and angle, rad, that the state may have.
 const MAX_SPEED_MPS: Real = 100.0;
-const MAX_ANGLE_RAD: Real = 0.5 * PI - 0.3;
+const MAX_ANGLE_RAD: Real = MAX_GRADE_RAD;
 /// Largest standard deviations of the state.
 const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3];
 /// Uncertainty of v̇ at the first sample, m/s²: of a vehicle that stands, and of one that runs.
@@ -141,6 +143,7 @@ impl AttitudeFilter {
         vehicle: &Vehicle,
         params: AttitudeParams,
         supervision: AttitudeSupervision,
+        integrity: &Integrity,
     ) -> Self {
         let drives = vehicle.drives;
         Self {
@@ -155,7 +158,7 @@ impl AttitudeFilter {
             started: false,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
-            wheels: WheelAiding::new(drives, &params, &supervision),
+            wheels: WheelAiding::new(drives, &params, &supervision, integrity),
             gravity: GravityAiding::new(&params),
             curvature: RailCurvature::default(),
             arm: ArmError::new(vehicle.imu_arm_m),
@@ -388,7 +391,8 @@ impl AttitudeFilter {
 
     /// Grade at the IMU, rad: that under the unit's middle and the curvature over the arm.
     pub fn grade_at_imu_rad(&self) -> Real {
-        self.found.pitch_rad + self.lever.ahead_m * self.found.curvature_per_m
+        let grade = self.found.pitch_rad + self.lever.ahead_m * self.found.curvature_per_m;
+        grade.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD)
     }
 
     /// Standard deviation of the IMU's mounting, rad: common to all grades.

@@ -22,7 +22,6 @@ params! {
         force_noise_factor ["-"] = 5.0, 1.0 => 1e3, "Factor on the variance of the vertical force's noise: bounce.";
         curvature_sd_per_m ["1/m"] = 0.03, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
         curvature_length_m ["m"] = 5.0, 0.1 => 1e4, "Way over which the curvature becomes another.";
-        wheel_gate ["-"] = 5.0, 1.0 => 100.0, "Standard deviations beyond which a wheel is taken to slip.";
     }
 }
 

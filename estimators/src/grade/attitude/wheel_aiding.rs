@@ -12,6 +12,7 @@ use crate::api::real::sqrt;
 use crate::api::signals::MAX_DRIVES;
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
+use crate::supervise::validity::Integrity;
 
 /// Share of the speed by which wheels may differ beyond their noise (creep, scale).
 const SPREAD: Real = 0.004;
@@ -78,12 +79,17 @@ struct Vote {
 
 impl WheelAiding {
     /// For `drives` wheels.
-    pub fn new(drives: usize, params: &AttitudeParams, supervision: &AttitudeSupervision) -> Self {
+    pub fn new(
+        drives: usize,
+        params: &AttitudeParams,
+        supervision: &AttitudeSupervision,
+        integrity: &Integrity,
+    ) -> Self {
         Self {
             drives: drives.min(MAX_DRIVES),
             sd_mps: params.wheel_speed_sd_mps,
-            gate: params.wheel_gate,
-            slip_gate: supervision.slip_gate,
+            gate: integrity.gate_sd,
+            slip_gate: supervision.slip_gate && integrity.innovation_gate,
             monitor: supervision.gyro_monitor,
             scale: [0.0; MAX_DRIVES],
             coast_s: 0.0,

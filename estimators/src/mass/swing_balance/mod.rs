@@ -135,7 +135,7 @@ impl SwingMass {
     ) -> Self {
         let filter = SwingBalance::new(nominal, &params, &supervision);
         let [front_m, _] = train.span_m();
-        Self {
+        let mut mass = Self {
             supervision,
             train,
             tare_kg: nominal.tare_kg,
@@ -150,10 +150,7 @@ impl SwingMass {
                 rounds: 0,
             },
             catch_up: 0,
-            published: [
-                nominal.tare_kg + nominal.load0_kg,
-                0.25 * nominal.max_load_kg,
-            ],
+            published: [0.0; 2],
             watch: LoadWatch::new(),
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
@@ -164,7 +161,9 @@ impl SwingMass {
             used: 0,
             new_nis: None,
             status: AidStatus::default(),
-        }
+        };
+        mass.publish();
+        mass
     }
 
     /// One sample; returns a block when one is whole. At most one waiting block is worked off.

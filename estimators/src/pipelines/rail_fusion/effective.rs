@@ -5,6 +5,7 @@ use crate::api::real::{GRAVITY, asin, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::grade::attitude::Attitude;
+use crate::grade::force_balance_ekf::MAX_GRADE_RAD;
 use crate::mass::swing_balance::SwingMass;
 use crate::mass::swing_balance::balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
 use crate::mass::swing_balance::block::Block;
@@ -111,7 +112,7 @@ impl EffectiveGrade {
     /// The effective grade; `valid` is whether what it rests on is there.
     pub fn value(&self, valid: bool) -> Value {
         Value {
-            value: asin(self.sine.clamp(-0.9, 0.9)),
+            value: asin(self.sine).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
             sd: sqrt(self.variance),
             valid,
         }
