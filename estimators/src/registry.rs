@@ -41,11 +41,11 @@ use crate::pipelines::patent::mmrls_sh_stf;
 use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
 #[cfg(feature = "bench")]
 use crate::pipelines::regression;
-#[cfg(feature = "rail_fusion")]
-use crate::pipelines::{attitude, rail_fusion};
 #[cfg(feature = "resistance")]
 use crate::pipelines::resistance_robust;
 use crate::pipelines::runner::Runner;
+#[cfg(feature = "rail_fusion")]
+use crate::pipelines::{attitude, rail_fusion};
 #[cfg(feature = "baseline")]
 use crate::pipelines::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "liu2023")]

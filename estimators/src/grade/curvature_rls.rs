@@ -376,7 +376,8 @@ mod tests {
     #[test]
     fn the_forgetting_factor_is_that_of_the_last_update() {
         let policy = Forgetting::Constant(0.9);
-        let mut curvature = Curvature::<1>::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        let mut curvature =
+            Curvature::<1>::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
         for k in 0..300 {
             curvature.step(&straight(k, 1.0), 0.0, 0.01);
         }

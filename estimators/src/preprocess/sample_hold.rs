@@ -223,7 +223,10 @@ mod tests {
     #[test]
     fn what_is_held_how_often_it_comes_and_what_came_late() {
         let mut held = SampleHold::default();
-        assert_eq!((held.value(), held.gap_s(), held.waited_s()), (None, 0.0, 0.0));
+        assert_eq!(
+            (held.value(), held.gap_s(), held.waited_s()),
+            (None, 0.0, 0.0)
+        );
         for k in 0..400 {
             let t_s = 0.04 * f64::from(k);
             held.take(at(t_s, 2.0), Time::from_s(t_s));

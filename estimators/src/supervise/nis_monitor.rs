@@ -120,6 +120,10 @@ mod tests {
     #[test]
     fn the_limit_goes_by_the_number_of_independent_innovations() {
         let monitor = NisMonitor::new(true, 4.0, 5.0, 3.090);
-        assert!((40.0 * monitor.limit() / 73.40 - 1.0).abs() < 5e-3, "{}", monitor.limit());
+        assert!(
+            (40.0 * monitor.limit() / 73.40 - 1.0).abs() < 5e-3,
+            "{}",
+            monitor.limit()
+        );
     }
 }

@@ -79,9 +79,23 @@ mod tests {
 
     /// Two seconds of a reading; whether it is plausible to an estimate that uses accelerometer or gyro.
     fn plausible(accelerometer: bool, gyro: bool, reading: &Reading) -> bool {
-        let mut checks = Plausibility::new(true, Instruments { accelerometer, gyro }, 0.05);
+        let mut checks = Plausibility::new(
+            true,
+            Instruments {
+                accelerometer,
+                gyro,
+            },
+            0.05,
+        );
         (0..200).for_each(|_| checks.observe(reading, 0.01));
-        let mut off = Plausibility::new(false, Instruments { accelerometer, gyro }, 0.05);
+        let mut off = Plausibility::new(
+            false,
+            Instruments {
+                accelerometer,
+                gyro,
+            },
+            0.05,
+        );
         (0..200).for_each(|_| off.observe(reading, 0.01));
         assert!(off.plausible());
         checks.plausible()
@@ -101,7 +115,11 @@ mod tests {
 
     #[test]
     fn an_instrument_that_is_not_used_ends_nothing() {
-        let (fine, in_g, in_deg) = (level(9.81, 1.0, 0.0), level(1.0, 1.0, 0.0), level(9.81, 1.0, 2.0));
+        let (fine, in_g, in_deg) = (
+            level(9.81, 1.0, 0.0),
+            level(1.0, 1.0, 0.0),
+            level(9.81, 1.0, 2.0),
+        );
         for accelerometer in [false, true] {
             for gyro in [false, true] {
                 assert!(plausible(accelerometer, gyro, &fine));
@@ -115,7 +133,11 @@ mod tests {
     #[test]
     fn it_stands_below_the_standstill_speed() {
         for (speed, fine) in [(0.0, false), (0.04, false), (-0.04, false), (0.06, true)] {
-            assert_eq!(plausible(true, false, &level(9.1, speed, 0.0)), fine, "{speed}");
+            assert_eq!(
+                plausible(true, false, &level(9.1, speed, 0.0)),
+                fine,
+                "{speed}"
+            );
         }
     }
 }

@@ -303,7 +303,8 @@ mod tests {
     /// The mean goes to 25 as 1 − e^(−t/T) and passes 3.3, the limit of 20 degrees, at t = T/10: 0.2 s at 2 s, 1 s at 10 s.
     #[test]
     fn the_window_of_a_regression_is_five_times_that_of_a_filter() {
-        for (source, before, after) in [(Source::WheelSpeed, 3, 6), (Source::ForceBalance, 18, 23)] {
+        for (source, before, after) in [(Source::WheelSpeed, 3, 6), (Source::ForceBalance, 18, 23)]
+        {
             let after_steps = |steps: usize| {
                 let mut rule = validity(Integrity::default());
                 (0..steps).for_each(|_| rule.innovation(source, 25.0, 0.05));
