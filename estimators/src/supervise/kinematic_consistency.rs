@@ -42,7 +42,7 @@ const RELATIVE_NOISE: Real = 0.3;
 const SLOPE_NOISE_PER_S: Real = 1.0;
 
 /// Standard deviation of a gain before any sample, and the largest error of a gain that is right.
-const GAIN_SD: Real = 0.3;
+const GAIN_SD: Real = 0.5;
 const TOLERANCE: Real = 0.4;
 /// Standard deviations of a gain that an error must exceed beyond that.
 const SIGNIFICANT: Real = 3.0;
