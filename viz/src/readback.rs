@@ -2,13 +2,13 @@
 
 use crate::frames;
 use monorig_sim::error::Error;
+use monorig_sim::record::decoder::guarded;
 use re_log_encoding::Decoder;
 use rerun::archetypes::{Scalars, TextLog, Transform3D};
 use rerun::log::{Chunk, LogMsg};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// A recording, entity by entity.
@@ -62,17 +62,7 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
         source,
     };
     frames::check(path).map_err(failed)?.map_err(damaged)?;
-    quietly(|| decode(path))
-        .unwrap_or_else(|_| Err(damaged("its decoder cannot make anything of it".into())))
-}
-
-/// Catch a panic, and do not print it.
-fn quietly<T>(work: impl FnOnce() -> T) -> std::thread::Result<T> {
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let done = catch_unwind(AssertUnwindSafe(work));
-    std::panic::set_hook(hook);
-    done
+    guarded(|| decode(path)).unwrap_or_else(|e| Err(damaged(e.into())))
 }
 
 fn decode(path: &Path) -> Result<Recording, Error> {

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | `channels` | the channel table: every column with its unit and its value |
 //! | `recorder` | the observer that fills rows and hands them on in chunks |
+//! | `decoder` | decoders of other libraries, whose panics are errors |
 //! | `parquet` `readback` | columns written to a file, and read from one |
 //! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
 //! | `inputs` | copies of the files that a study was made from |
 //! | `whole` | files that are there whole or not at all |
 
 mod channels;
+pub mod decoder;
 pub mod folder;
 pub mod identity;
 pub mod inputs;

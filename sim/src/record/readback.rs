@@ -1,5 +1,6 @@
 //! Reading `channels.parquet` back: what is in it, whether all of it can be read, and its columns.
 
+use super::decoder::guarded;
 use super::parquet::EVENTS;
 use crate::config::file::nearest;
 use crate::error::{Error, InputError};
@@ -66,6 +67,10 @@ impl Columns {
 
 /// Read every value of a file of channels. One that breaks off, or is not ours, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
+    guarded(|| read_all(path)).unwrap_or_else(|e| Err(broken(path, e)))
+}
+
+fn read_all(path: &Path) -> Result<Contents, Error> {
     let (mut contents, reader) = open(path)?;
     for batch in reader.build().map_err(|e| broken(path, e))? {
         contents.rows += batch.map_err(|e| broken(path, e))?.num_rows();
@@ -75,6 +80,10 @@ pub fn read(path: &Path) -> Result<Contents, Error> {
 
 /// Read the columns for whose name `wanted` says so, `time` always among them.
 pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {
+    guarded(|| read_columns(path, wanted)).unwrap_or_else(|e| Err(broken(path, e)))
+}
+
+fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {
     let (mut contents, reader) = open(path)?;
     let names = contents.columns.iter().enumerate();
     let chosen = names.filter(|(i, name)| *i == 0 || wanted(name));
