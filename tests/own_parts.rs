@@ -5,8 +5,10 @@ use monorig_estimators::{Value, Vehicle, choices, params};
 use monorig_lab::batch::{Plan, RunSpec, run_one};
 use monorig_lab::tuning::TuningStudy;
 use monorig_lab::tuning::run::{Ended, TuningRun, run};
+use monorig_lab::tuning::search::Begin;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::control::{Controller, ControllerSetup, Perception, Reference};
+use monorig_sim::record::identity::Identity;
 use std::path::{Path, PathBuf};
 
 choices! {

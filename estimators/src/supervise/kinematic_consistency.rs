@@ -42,7 +42,7 @@ const RELATIVE_NOISE: Real = 0.3;
 const SLOPE_NOISE_PER_S: Real = 1.0;
 
 /// Standard deviation of a gain before any sample, and the largest error of a gain that is right.
-const GAIN_SD: Real = 0.3;
+const GAIN_SD: Real = 0.5;
 const TOLERANCE: Real = 0.4;
 /// Standard deviations of a gain that an error must exceed beyond that.
 const SIGNIFICANT: Real = 3.0;
@@ -81,6 +81,8 @@ pub struct KinematicConsistency {
     pitch: Real,
     slope: BandPass,
     gains: Gaussian<2>,
+    /// Whether each gain has been found wrong, and not right since.
+    wrong: [bool; 2],
     since_s: Real,
 }
 
@@ -93,6 +95,7 @@ impl Default for KinematicConsistency {
             pitch: 0.0,
             slope: BandPass::default(),
             gains: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
+            wrong: [false; 2],
             since_s: 0.0,
         }
     }
@@ -148,21 +151,29 @@ impl KinematicConsistency {
         gains.limit_variance(&Vector2::repeat(GAIN_SD * GAIN_SD));
         if gains.correct_scalar(f - h.dot(&gains.x), &h, r).is_some() && gains.is_finite() {
             self.gains = gains;
+            let variances = self.gains.P.diagonal();
+            let found = self.gains.x.iter().zip(variances.iter());
+            for (wrong, (gain, variance)) in self.wrong.iter_mut().zip(found) {
+                let (error, sd) = ((gain - 1.0).abs(), sqrt(*variance));
+                if error > TOLERANCE + SIGNIFICANT * sd {
+                    *wrong = true;
+                } else if error + sd < TOLERANCE {
+                    *wrong = false;
+                }
+            }
         }
     }
 
-    fn off(&self, gain: Real, variance: Real) -> bool {
-        (gain - 1.0).abs() > TOLERANCE + SIGNIFICANT * sqrt(variance)
-    }
-
-    /// Whether wheels and accelerometer agree on accelerations.
+    /// Whether wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been found right since.
     pub fn acceleration_consistent(&self) -> bool {
-        !self.off(self.gains.x.x, self.gains.P.m11)
+        let [wrong, _] = self.wrong;
+        !wrong
     }
 
     /// Whether gyro and accelerometer agree on changes of slope.
     pub fn slope_consistent(&self) -> bool {
-        !self.off(self.gains.x.y, self.gains.P.m22)
+        let [_, wrong] = self.wrong;
+        !wrong
     }
 
     /// Gains of the accelerometer on wheels and gyro: 1 and 1.
@@ -171,7 +182,7 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { force, speed, acceleration_slow, pitch, slope, gains, since_s; });
+state!(KinematicConsistency { force, speed, acceleration_slow, pitch, slope, gains, wrong, since_s; });
 
 #[cfg(test)]
 mod tests {
