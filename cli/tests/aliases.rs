@@ -29,6 +29,7 @@ estimators:
 in_loop: tuned
 expect:
   - {estimator: tuned, metric: slope_availability, at_least: 0}
+integrity: {max_misleading_share: 1}
 ";
 
 const STUDY: &str = "\

@@ -24,6 +24,7 @@ expect:
   - {metric: speed_rmse_mps, at_most: 1}
   - {estimator: joint_ekf_robust, metric: mass_availability, at_least: 0}
   - {estimator: dffrls_aekf_robust, metric: mass_availability, at_least: 0}
+integrity: {max_misleading_share: 1}
 ";
 
 /// Everything that can vary: numbers of the scenario, of the files it names, whole entries.
@@ -66,7 +67,7 @@ fn threads_and_shards_change_no_byte() {
         out
     };
     let told = run(&["--jobs", "1", "--out", "one"]);
-    assert!(told.ends_with("23 runs: 6 of 6 checks held\n"), "{told}");
+    assert!(told.ends_with("23 runs: 12 of 12 checks held\n"), "{told}");
     assert_eq!(run(&["--jobs", "2", "--out", "two"]), told);
     let whole = rig.read("one/spread/results.jsonl");
     assert_eq!(whole.lines().count(), 24);

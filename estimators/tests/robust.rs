@@ -88,7 +88,7 @@ fn spoil(
     };
     let (drive, axis) = (random.below(MAX_DRIVES), random.below(3));
     let t_s = z.t.s();
-    match random.below(11) {
+    match random.below(12) {
         0 => {
             *dt = [0.0, -DT, -1e300, 1e300, 1.001, Real::NAN, Real::INFINITY][random.below(7)];
             Some(Kind::TimeStep)
@@ -145,12 +145,15 @@ fn spoil(
             Some(refusal)
         }
         9 => {
+            u.motor_torque_nm[drive] = value;
+            Some(refusal)
+        }
+        10 => {
             // What no estimator looks at.
             z.clamp_pressure_mpa[drive] = Some(Sample {
                 t: Time::from_s(t_s),
                 value,
             });
-            u.motor_torque_nm[drive] = value;
             None
         }
         _ => {

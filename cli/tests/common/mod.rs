@@ -36,6 +36,7 @@ record: {rate_hz: 50}
 expect:
   - {estimator: dffrls_aekf_robust, metric: mass_error_rel_max, after_s: 10, at_most: 0.032}
 availability: {mass: 0.1}
+integrity: {max_misleading_share: 1}
 ";
 
 /// A track with elements of many kinds, 124 m long.

@@ -74,6 +74,7 @@ fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
     for s in z.steering_angle_rad.iter() {
         check("steering angle", s.t, &[s.value], 1e1)?;
     }
+    check("torque command", Time::default(), &u.motor_torque_nm, 1e5)?;
     check("brake command", Time::default(), &[u.brake], 1e2)
 }
 
