@@ -53,6 +53,7 @@ fn every_example_works() {
         let (code, help, err) = rig.monorig(&arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
         let found = examples(&help);
+        let _ = std::fs::remove_dir_all(rig.path("runs/tune")); // every page begins with its own search
         assert!(!found.is_empty(), "no example in\n{help}");
         for example in found {
             let mut shell = Command::new("sh");

@@ -98,6 +98,10 @@ fn two_processes_at_once_write_the_same_bits() {
         "start.chainage_m=30",
         "--set",
         "expect=[]",
+        "--set",
+        "known_failures=[]",
+        "--set",
+        "integrity={max_misleading_share: 1}",
     ];
     let one = monorig(a.path(), "winding", &set).spawn().unwrap();
     let two = monorig(b.path(), "winding", &set).spawn().unwrap();

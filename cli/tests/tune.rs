@@ -136,7 +136,7 @@ fn threads_kills_and_torn_lines_change_nothing() {
         "--resume",
     ]);
     assert!(
-        told.contains("changed") && told.contains("--resume"),
+        told.contains("changed") && told.contains("--restart"),
         "{told}"
     );
     assert_eq!(rig.read("two/tune/study/trials.jsonl"), whole[1]);

@@ -4,7 +4,9 @@
 //! last of them, of kind 0, is the index: one manifest a store; behind it 32 bytes that say where the index is, with its check sum.
 //! (`re_log_encoding` 0.36, `src/rrd/frames.rs`.)
 
-use re_log_encoding::{Encodable, MessageHeader, MessageKind, StreamFooter};
+use re_log_encoding::{Decodable, Encodable, MessageHeader, MessageKind, StreamFooter};
+use re_protos::log_msg::v1alpha1::{RrdFooter, RrdManifest};
+use rerun::external::arrow::datatypes::Schema as ArrowSchema;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -55,8 +57,8 @@ pub fn check(path: &Path) -> io::Result<Result<(), String>> {
     Ok(Ok(()))
 }
 
-/// Put the manifests of the index in the order of their bytes: Rerun's encoder keeps them in a hash map, whose order is another in
-/// every process. Nothing else changes, not even a length.
+/// Put the index in order: Rerun's encoder keeps the manifests, and the fields of each one's schema, in hash maps, whose order is another
+/// in every process. What the index says stays the same; its SHA-256 of the schema does not depend on the order.
 pub fn sort_index(path: &Path) -> io::Result<()> {
     let mut file = File::options().read(true).write(true).open(path)?;
     let tail = StreamFooter::ENCODED_SIZE_BYTES as u64;
@@ -67,30 +69,59 @@ pub fn sort_index(path: &Path) -> io::Result<()> {
     file.seek(SeekFrom::Start(length - tail))?;
     let start = u64::from_le_bytes(array(&mut file)?);
     let size = u64::from_le_bytes(array(&mut file)?);
-    if start.checked_add(size) != Some(length - tail) || size > MAX_PAYLOAD_BYTES {
+    let header = start.checked_sub(HEADER_BYTES as u64);
+    let (Some(header), true) = (header, start.checked_add(size) == Some(length - tail)) else {
         return Err(damaged("there is no index at the end"));
+    };
+    if size > MAX_PAYLOAD_BYTES {
+        return Err(damaged("its index is too long"));
     }
     let mut index = vec![0; size as usize];
     file.seek(SeekFrom::Start(start))?;
     file.read_exact(&mut index)?;
-    let mut manifests = Vec::new();
-    let mut rest = index.as_slice();
-    while !rest.is_empty() {
-        let before = rest;
-        let Some((MANIFESTS, Value::Bytes(_))) = field(&mut rest) else {
-            return Err(damaged("the index is not one of manifests"));
-        };
-        manifests.push(&before[..before.len() - rest.len()]);
-    }
-    manifests.sort_unstable();
-    let sorted = manifests.concat();
+    let index = sorted(&index)?;
     let mut out = Vec::new();
-    StreamFooter::from_rrd_footer_bytes(start, &sorted)
+    MessageHeader {
+        kind: MessageKind::End,
+        len: index.len() as u64,
+    }
+    .to_rrd_bytes(&mut out)
+    .map_err(io::Error::other)?;
+    out.extend_from_slice(&index);
+    StreamFooter::from_rrd_footer_bytes(start, &index)
         .to_rrd_bytes(&mut out)
         .map_err(io::Error::other)?;
-    file.seek(SeekFrom::Start(start))?;
-    file.write_all(&sorted)?;
-    file.write_all(&out)
+    file.seek(SeekFrom::Start(header))?;
+    file.write_all(&out)?;
+    file.set_len(header + out.len() as u64)
+}
+
+/// The same index with its manifests, and the fields of their schemas, in an order of their own.
+fn sorted(index: &[u8]) -> io::Result<Vec<u8>> {
+    let mut footer = RrdFooter::from_rrd_bytes(index).map_err(io::Error::other)?;
+    for schema in footer
+        .manifests
+        .iter_mut()
+        .filter_map(|m| m.sorbet_schema.as_mut())
+    {
+        let ArrowSchema { fields, metadata } = (&*schema).try_into().map_err(io::Error::other)?;
+        let mut fields = fields.to_vec();
+        fields.sort_by(|a, b| a.name().cmp(b.name()));
+        let ordered = ArrowSchema::new_with_metadata(fields, metadata);
+        *schema = (&ordered).try_into().map_err(io::Error::other)?;
+    }
+    footer
+        .manifests
+        .sort_by(|a, b| Ord::cmp(&name(a), &name(b)));
+    let mut out = Vec::new();
+    footer.to_rrd_bytes(&mut out).map_err(io::Error::other)?;
+    Ok(out)
+}
+
+/// What tells the store of a manifest from another's.
+fn name(manifest: &RrdManifest) -> Option<(i32, &str)> {
+    let id = manifest.store_id.as_ref()?;
+    Some((id.kind, id.recording_id.as_str()))
 }
 
 /// Kind and payload length of the message that comes next.
