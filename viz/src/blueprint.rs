@@ -7,17 +7,17 @@ use crate::columns::follow_entity;
 use crate::plots::{OVERVIEW, Plot, SENSORS, plot};
 use crate::series::PlottedSeries;
 use crate::stream::{TIMELINE, entity};
-use rerun::blueprint::components::{
-    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
-    PlayState, RootContainer, RowShare,
-};
-use rerun::datatypes::{TimeRange, TimeRangeBoundary};
-use rerun::external::re_sdk_types::blueprint::archetypes::{
+use re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
     TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
-use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
-use rerun::external::uuid::Uuid;
+use re_sdk_types::blueprint::components::{
+    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
+    PlayState, RootContainer, RowShare,
+};
+use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
+use re_sdk_types::datatypes::{TimeRange, TimeRangeBoundary};
+use re_sdk_types::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath};
 
 /// Entities of the blueprint store, in order.

@@ -7,11 +7,11 @@ use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout};
 use monorig_sim::train::ConnectionKind;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use re_sdk_types::archetypes::{LineStrips3D, Scalars, TextLog, Transform3D};
+use re_sdk_types::components::Color;
+use re_sdk_types::datatypes::Quaternion as RerunQuaternion;
 use rerun::log::TimeColumn;
-use rerun::{
-    Color, EntityPath, LineStrips3D, Scalars, SerializationError, SerializedComponentColumn,
-    TextLog, Transform3D,
-};
+use rerun::{EntityPath, SerializationError, SerializedComponentColumn};
 
 const LINK: [u8; 3] = [200, 200, 210];
 /// m.
@@ -270,8 +270,8 @@ fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
     stream.columns(entity, times, columns)
 }
 
-fn xyzw(q: [f64; 4]) -> rerun::Quaternion {
-    rerun::Quaternion::from_xyzw(q.map(|x| x as f32))
+fn xyzw(q: [f64; 4]) -> RerunQuaternion {
+    RerunQuaternion::from_xyzw(q.map(|x| x as f32))
 }
 
 /// Position and quaternion xyzw as a transformation.

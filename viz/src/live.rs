@@ -119,7 +119,7 @@ mod tests {
         let live = Live::connect_with(address, 10, Duration::from_millis(200)).unwrap();
         let mut stream = MessageStream::create(&path, "deaf-1", Some(live)).unwrap();
         for i in 0..500 {
-            let text = rerun::TextDocument::new(i.to_string());
+            let text = re_sdk_types::archetypes::TextDocument::new(i.to_string());
             stream
                 .fixed(entity(["text", &i.to_string()]), &text)
                 .unwrap();

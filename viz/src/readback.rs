@@ -4,7 +4,7 @@ use crate::frames;
 use monorig_sim::error::Error;
 use monorig_sim::record::decoder::guarded;
 use re_log_encoding::Decoder;
-use rerun::archetypes::{Scalars, TextLog, Transform3D};
+use re_sdk_types::archetypes::{Scalars, TextLog, Transform3D};
 use rerun::log::{Chunk, LogMsg};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -6,11 +6,13 @@ use monorig_sim::rail::RailFrame;
 use monorig_sim::record::Layout;
 use monorig_sim::train::{Geometry, Shape, Train};
 use nalgebra::{Isometry3, Vector3};
-use rerun::components::FillMode;
-use rerun::{
-    AsComponents, Boxes3D, Color, Cylinders3D, Ellipsoids3D, EntityPath, LineStrips3D, Mesh3D,
-    Quaternion, TextDocument, Transform3D, ViewCoordinates,
+use re_sdk_types::archetypes::{
+    Boxes3D, Cylinders3D, Ellipsoids3D, LineStrips3D, Mesh3D, TextDocument, Transform3D,
+    ViewCoordinates,
 };
+use re_sdk_types::components::{Color, FillMode, Radius};
+use re_sdk_types::datatypes::Quaternion;
+use rerun::{AsComponents, EntityPath};
 
 /// Frames of rail in one mesh: long rails stay quick to draw, since what is out of sight is left out.
 const FRAMES_PER_MESH: usize = 200;
@@ -62,7 +64,7 @@ fn rail(
         entity(["world", "track", "line"]),
         &LineStrips3D::new([line.collect::<Vec<_>>()])
             .with_colors([colour(RAIL_LINE)])
-            .with_radii([rerun::Radius::new_ui_points(1.0)]),
+            .with_radii([Radius::new_ui_points(1.0)]),
     )?;
     if profile.len() < 3 {
         return Ok(());

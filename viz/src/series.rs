@@ -2,7 +2,8 @@
 
 use crate::stream::entity;
 use monorig_sim::record::Channel;
-use rerun::{EntityPath, SeriesLines};
+use re_sdk_types::archetypes::SeriesLines;
+use rerun::EntityPath;
 
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 const TRUTH: [u8; 3] = [235, 235, 235];

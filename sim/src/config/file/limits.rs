@@ -98,12 +98,7 @@ impl Walk<'_> {
         let spent = self.spent;
         spent.values.set(spent.values.get() + 1);
         spent.bytes.set(spent.bytes.get() + bytes);
-        let over = if self.depth > MAX_DEPTH {
-            Over::new(
-                "lists and mappings are nested too deeply",
-                format!("at most {MAX_DEPTH} levels"),
-            )
-        } else if spent.values.get() > MAX_VALUES {
+        let over = if spent.values.get() > MAX_VALUES {
             Over::new(
                 "this file has far more values than any file of ours (aliases count as what they stand for)",
                 format!("at most {MAX_VALUES} values"),
@@ -118,6 +113,18 @@ impl Walk<'_> {
         };
         spent.over.set(Some(over));
         Err(E::custom("over a limit"))
+    }
+
+    /// A list or a mapping begins.
+    fn open<E: Error>(&self) -> Result<(), E> {
+        if self.depth >= MAX_DEPTH {
+            self.spent.over.set(Some(Over::new(
+                "lists and mappings are nested too deeply",
+                format!("at most {MAX_DEPTH} levels"),
+            )));
+            return Err(E::custom("over a limit"));
+        }
+        self.count(0)
     }
 
     fn below(&self) -> Self {
@@ -171,13 +178,13 @@ impl<'de> Visitor<'de> for Walk<'_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
-        self.count(0)?;
+        self.open()?;
         while items.next_element_seed(self.below())?.is_some() {}
         Ok(())
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<(), A::Error> {
-        self.count(0)?;
+        self.open()?;
         while entries.next_key_seed(self.below())?.is_some() {
             entries.next_value_seed(self.below())?;
         }
@@ -236,7 +243,7 @@ mod tests {
 
     #[test]
     fn what_is_within_the_limits_and_what_is_no_yaml_are_left_to_the_reader() {
-        let deep = "[".repeat(60) + &"]".repeat(60);
+        let deep = "[".repeat(MAX_DEPTH) + &"]".repeat(MAX_DEPTH);
         for text in [
             "a: 1\nb: [1, 2.5, x, null, true, {c: d}]",
             "a: !tag x\nb: !tag [1]\nc: !tag {d: 1}",
