@@ -7,6 +7,8 @@
 //! | [`hidden`] | characters that a terminal or a reader must not be given as they are |
 //! | [`made_from`] | what results were made from and by |
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
+//! | [`bound`] | what no estimator can be better than |
+//! | [`draw`] | courses drawn at random, as scenario files |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
 //! | [`tuning`] | parameters found by search |
 //! | [`recordings`] | noise, bias and vibration of recorded instruments |
@@ -14,6 +16,8 @@
 //! | [`report`] | pages of figures and tables |
 
 pub mod batch;
+pub mod bound;
+pub mod draw;
 pub mod hidden;
 pub mod html;
 pub mod made_from;

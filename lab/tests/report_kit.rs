@@ -298,7 +298,9 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
     ] {
         assert!(text.contains(part), "{part}");
     }
-    for outside in ["http:", "https:", "src=", "url(", "@import", "<script", "NaN"] {
+    for outside in [
+        "http:", "https:", "src=", "url(", "@import", "<script", "NaN",
+    ] {
         assert!(!html.contains(outside), "{outside}");
     }
     assert!(html.len() < 2_000_000, "{} bytes", html.len());

@@ -1,7 +1,9 @@
 //! The commands, a file each: its arguments with their help, and what it does.
 
+pub mod bound;
 pub mod check;
 pub mod compare;
+pub mod draw;
 pub mod merge;
 pub mod report;
 pub mod run;
@@ -70,6 +72,8 @@ pub enum Command {
     Test(test::TestArgs),
     /// Run estimators side by side over the seeds of a scenario and compare their metrics
     Compare(compare::CompareArgs),
+    /// How near the estimators of a scenario come to the Cramér-Rao bound
+    Bound(bound::BoundArgs),
     /// Run a scenario many times with drawn values (Monte Carlo); a study that was stopped goes on
     Study(study::StudyArgs),
     /// Put the shards of a study together
@@ -78,6 +82,8 @@ pub enum Command {
     Tune(tune::TuneArgs),
     /// Write a report as one HTML file
     Report(report::ReportArgs),
+    /// Draw scenarios at random: courses that no estimator was tuned on
+    Draw(draw::DrawArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
     /// Check files without running anything
@@ -93,10 +99,12 @@ impl Command {
             Self::Run(args) => run::run(args, registry),
             Self::Test(args) => test::test(args, registry),
             Self::Compare(args) => compare::compare(args, registry),
+            Self::Bound(args) => bound::bound(args, registry),
             Self::Study(args) => study::study(args, registry),
             Self::Merge(args) => merge::merge(args),
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
+            Self::Draw(args) => draw::draw(args, registry),
             Self::Sensors(args) => sensors::sensors(args),
             Self::Check(args) => check::check(args, registry),
             Self::Schema(args) => schema::schema(args, registry),

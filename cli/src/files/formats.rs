@@ -3,6 +3,7 @@
 use crate::files::prepare;
 use clap::ValueEnum;
 use monorig_lab::batch::{Plan, StudyFile};
+use monorig_lab::draw::RangesFile;
 use monorig_lab::tuning::{TuningFile, name_check};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::car_file::CarFile;
@@ -46,6 +47,8 @@ pub enum FileKind {
     Tuning,
     /// A scenario run many times with drawn values
     Study,
+    /// What scenarios are drawn from
+    Ranges,
 }
 
 /// What is known of a kind.
@@ -189,6 +192,15 @@ pub const KINDS: &[FileFormat] = &[
         schema: || schema_for!(ProfileFile),
         names: &[],
         check: |path, _| Profile::load(path).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Ranges,
+        name: "ranges",
+        about: "what `monorig draw` draws from: trains, tracks, drives, instruments",
+        telling: &["trains", "noise_factor", "bias_factor", "drive"],
+        schema: || schema_for!(RangesFile),
+        names: &[("/$defs/Settings/properties/is", TypeNames::Estimators)],
+        check: |path, registry| RangesFile::load(path)?.check(path, registry),
     },
     FileFormat {
         kind: FileKind::Study,

@@ -102,6 +102,11 @@ impl SimulationBuilder {
         &self.scenario
     }
 
+    /// The specifications of the instruments, if they are known by now.
+    pub fn instruments(&self) -> Option<&InstrumentSpecs> {
+        self.sensors.as_ref().map(|(specs, _)| specs)
+    }
+
     /// Where estimators and controller come from; [`Registry::default`] unless given.
     pub fn registry(mut self, registry: &Registry) -> Self {
         self.registry = registry.clone();

@@ -1,0 +1,188 @@
+//! `monorig bound`: the posterior Cramér-Rao bound of a scenario, and the errors of its estimators beside it.
+
+use crate::CommandOutcome;
+use crate::commands::shared::{Jobs, assignment, seeds};
+use crate::files::prepare;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::tables::{lines, number, right, table};
+use monorig_lab::batch::in_order;
+use monorig_lab::bound::{AFTER_S, BoundObserver, MeanSquares, RunBound, SheetNoise};
+use monorig_sim::closed_loop::builder::SimulationBuilder;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, run};
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::error::Error;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+const BOUND_EXAMPLES: &str = "\
+Examples:
+  monorig bound scenarios/minimal.yaml
+  monorig bound scenarios/liu2023_section1.yaml --set estimators.rail_fusion={} --csv bound.csv
+
+The bound is the least root mean square over runs that is possible with the white noise, biases and scale errors of the sensor sheet on
+this motion, the models being right; slip, sway, rail ahead that was not read, vibration, faults and delays are not in it. Errors are those of
+all samples from 5 s on, of the mass in the last second.";
+
+/// `monorig bound`
+#[derive(Debug, clap::Args)]
+#[command(after_help = BOUND_EXAMPLES)]
+pub struct BoundArgs {
+    /// Scenario file
+    pub file: PathBuf,
+    /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Change a value of the scenario; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Write the bound of the first seed over time as CSV
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// Run the scenario over its seeds, and print bound and errors.
+pub fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let mut overrides = task.sets.clone();
+    if let Some(seeds) = &task.seeds {
+        overrides.push(("seeds".into(), seeds.clone()));
+    }
+    let scenario = prepare::simulation(&task.file, &overrides, registry)?.scenario;
+    let noise = noise(&scenario)?;
+    interrupt::listen();
+    scenario.inputs().seal();
+    let mut progress = ProgressDisplay::new(&scenario.name);
+    let seeds = scenario.seeds();
+    let mut runs = Vec::new();
+    let one = |seed: u64| of_seed(&scenario, registry, noise, seed);
+    in_order(task.jobs.get(), seeds.iter().copied(), one, |done| {
+        runs.push(done?.ok_or(CliError::Interrupted)?);
+        progress.at(runs.len() as f64 / seeds.len() as f64);
+        Ok::<(), CliError>(())
+    })?;
+    drop(progress);
+    if let (Some(path), Some(first)) = (&task.csv, runs.first()) {
+        output::write(path, &csv(first))?;
+        note(&format!("bound over time in {}", path.display()));
+    }
+    output::print(&text(&runs))?;
+    Ok(CommandOutcome::Held)
+}
+
+/// What the sheet says; one without accelerometer or wheel speed bounds nothing.
+fn noise(scenario: &Scenario) -> Result<SheetNoise, Error> {
+    let builder = SimulationBuilder::from_scenario(scenario.clone())?;
+    let noise = builder
+        .instruments()
+        .map(SheetNoise::of)
+        .unwrap_or_default();
+    match noise.accelerometer.and(noise.wheel_speed) {
+        Some(_) => Ok(noise),
+        None => Err(scenario.error(
+            "sensors",
+            "there is no bound without an accelerometer and wheel speeds",
+            "a sheet that has both",
+        )),
+    }
+}
+
+/// The bound of a run; none if it was interrupted.
+fn of_seed(
+    scenario: &Scenario,
+    registry: &Registry,
+    noise: SheetNoise,
+    seed: u64,
+) -> Result<Option<RunBound>, Error> {
+    let mut simulation = Simulation::build(scenario.clone(), registry, seed)?;
+    let mut observer = BoundObserver::new(noise);
+    let outcome = run::run(&mut simulation, &mut [&mut observer], &mut |_| {
+        interrupt::go_on()
+    })?;
+    Ok((!outcome.interrupted).then(|| observer.into_run()))
+}
+
+/// Root mean squares over the runs: the bound, then each estimator with its ratio to it.
+fn text(runs: &[RunBound]) -> String {
+    let titles = [
+        "",
+        "slope °",
+        "/ bound",
+        "effective °",
+        "/ bound",
+        "mass at end %",
+        "/ bound",
+    ];
+    let mut table = table(titles);
+    right(&mut table, 1..titles.len());
+    let least = mean(runs.iter().map(|r| r.bound));
+    let figures = |of: MeanSquares| {
+        [
+            of.slope.sqrt().to_degrees(),
+            of.effective.sqrt().to_degrees(),
+            100.0 * of.mass_at_end.sqrt(),
+        ]
+    };
+    let bounds = figures(least);
+    let mut row = |name: &str, of: [f64; 3], ratio: bool| {
+        let cells = of.iter().zip(bounds).flat_map(|(x, bound)| {
+            let beside = match ratio && bound > 0.0 {
+                true => format!("{:.2}", x / bound),
+                false => String::new(),
+            };
+            [shown(*x), beside]
+        });
+        table.add_row([name.to_owned()].into_iter().chain(cells));
+    };
+    row("bound", bounds, false);
+    for (i, (name, _)) in runs.first().iter().flat_map(|r| &r.estimators).enumerate() {
+        let all = runs.iter().filter_map(|r| r.estimators.get(i));
+        row(name, figures(mean(all.map(|(_, sums)| *sums))), true);
+    }
+    let runs = runs.len();
+    format!(
+        "root mean squares over {runs} runs, all samples from {AFTER_S} s on\n\n{}\n",
+        lines(&table)
+    )
+}
+
+fn shown(x: f64) -> String {
+    match x.is_finite() {
+        true => number(x),
+        false => "–".into(),
+    }
+}
+
+fn mean(all: impl Iterator<Item = MeanSquares>) -> MeanSquares {
+    let mut n = 0.0;
+    let mut sum = MeanSquares::default();
+    for one in all {
+        n += 1.0;
+        sum.slope += one.slope;
+        sum.effective += one.effective;
+        sum.mass_at_end += one.mass_at_end;
+    }
+    MeanSquares {
+        slope: sum.slope / n,
+        effective: sum.effective / n,
+        mass_at_end: sum.mass_at_end / n,
+    }
+}
+
+fn csv(run: &RunBound) -> String {
+    let mut text = "t_s,slope_sd_deg,effective_slope_sd_deg,mass_sd_rel\n".to_owned();
+    for s in &run.samples {
+        let (slope, effective) = (s.slope_rad.to_degrees(), s.effective_rad.to_degrees());
+        let _ = writeln!(
+            text,
+            "{:.3},{slope:.6},{effective:.6},{:.6}",
+            s.t_s, s.mass_rel
+        ); // a string takes it
+    }
+    text
+}

@@ -1,0 +1,77 @@
+//! `monorig draw`: scenarios drawn at random.
+
+use crate::CommandOutcome;
+use crate::files::prepare;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use crate::ui::output;
+use monorig_lab::draw::{self, RangesFile};
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::input_error;
+use std::path::{Path, PathBuf};
+
+const DRAW_EXAMPLES: &str = "\
+Examples:
+  monorig draw --seed 1 --count 5                        five scenarios, drawn/drawn_1.yaml to drawn/drawn_5.yaml
+  monorig test drawn                                     no estimator was tuned on them: does any mislead?
+  monorig compare drawn/drawn_3.yaml --seeds 1..5        errors side by side
+  monorig draw assets/ranges/roadway.yaml --seed 7 --out other      with a file of ranges of your own
+
+The same ranges and seed give the same files. Track and sensor sheet of each scenario are in OUT/parts.";
+
+/// `monorig draw`
+#[derive(Debug, clap::Args)]
+#[command(after_help = DRAW_EXAMPLES)]
+pub struct DrawArgs {
+    /// File of ranges
+    #[arg(default_value = "assets/ranges/roadway.yaml")]
+    pub file: PathBuf,
+    /// Seed of the first course; each further one has the next
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// How many courses
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub count: u64,
+    /// Folder the scenarios go to
+    #[arg(long, value_name = "DIR", default_value = "drawn")]
+    pub out: PathBuf,
+}
+
+/// Draw, write, and check what was written.
+pub fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let ranges = RangesFile::load(&task.file)?;
+    ranges.check(&task.file, registry)?;
+    for seed in (task.seed..=u64::MAX).take(task.count as usize) {
+        let course = draw::course(&ranges, &task.file, &task.out, seed)?;
+        let places = course.files.iter().map(|f| task.out.join(&f.path));
+        for (place, drawn) in places.clone().zip(&course.files) {
+            keep(&place, &drawn.text)?;
+        }
+        for (place, drawn) in places.clone().zip(&course.files) {
+            output::write(&place, &drawn.text)?;
+        }
+        if let Some(scenario) = places.last() {
+            prepare::simulation(&scenario, &[], registry)?;
+        }
+    }
+    note(&format!(
+        "{} scenarios in {}",
+        task.count,
+        task.out.display()
+    ));
+    Ok(CommandOutcome::Held)
+}
+
+/// Refuse to replace a file that says something else.
+fn keep(place: &Path, text: &str) -> Result<(), CliError> {
+    match std::fs::read(place) {
+        Ok(there) if there != text.as_bytes() => Err(input_error(
+            place,
+            "",
+            "this file is there already, and is another",
+            "name another folder with --out, or remove it",
+        )
+        .into()),
+        _ => Ok(()),
+    }
+}

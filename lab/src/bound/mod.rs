@@ -1,0 +1,190 @@
+//! Posterior Cramér-Rao bound (Tichavský, Muravchik and Nehorai 1998) of slope, effective grade and mass for the motion of a run and the
+//! noise of its sensor sheet: what no estimator can be better than, on average over runs.
+//!
+//! The recursion is linearised on the true motion, where all that is random is Gaussian: it is then the covariance of the Kalman filter
+//! that knows the model. In it are white noise, biases, scale errors and random walks of the sheet; priors of mass, running resistance and
+//! the rail behind the train. Not in it are what makes a model wrong: rail that was not read ahead of the middle of the unit, slip, sway of
+//! the load, vibration, hits, faults, misalignment, delays. An estimator may be better than the bound in one run, whose biases happen to be
+//! small; the bound is for the root mean square over runs.
+
+mod attitude;
+mod mass;
+mod sheet;
+
+pub use sheet::SheetNoise;
+
+use attitude::{AttitudeBound, Motion};
+use mass::MassBound;
+use monorig_estimators::api::signals::Vehicle;
+use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::error::Error;
+use monorig_sim::plant::Truth;
+use std::collections::VecDeque;
+
+/// Errors count from here on, s: before, nothing has been measured.
+pub const AFTER_S: f64 = 5.0;
+/// Distance of two rows of the table of a bound, s.
+const EVERY_S: f64 = 0.1;
+
+/// Standard deviations that no estimator can be better than, at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundSample {
+    /// s.
+    pub t_s: f64,
+    /// Of the grade at the IMU, rad.
+    pub slope_rad: f64,
+    /// Of the effective grade, rad.
+    pub effective_rad: f64,
+    /// Of the total mass, as a share of it.
+    pub mass_rel: f64,
+}
+
+/// Mean squares of an estimator's errors, over the same samples as those of the bound.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeanSquares {
+    /// rad².
+    pub slope: f64,
+    /// rad².
+    pub effective: f64,
+    /// Of the mean relative error of the mass in the last second of the run.
+    pub mass_at_end: f64,
+}
+
+/// The bound of one run, and the errors of its estimators beside it.
+#[derive(Clone, Debug, Default)]
+pub struct RunBound {
+    /// The bound over time.
+    pub samples: Vec<BoundSample>,
+    /// Its mean squares from [`AFTER_S`] on.
+    pub bound: MeanSquares,
+    /// Those of the estimators on all samples from [`AFTER_S`] on, marked valid or not.
+    pub estimators: Vec<(String, MeanSquares)>,
+}
+
+/// Computes the bound while a run goes on.
+pub struct BoundObserver {
+    attitude: AttitudeBound,
+    mass: MassBound,
+    vehicle: Option<Vehicle>,
+    gravity: f64,
+    /// When the next step of the attitude and the next row are due, s.
+    next_s: f64,
+    next_row_s: f64,
+    counted: f64,
+    /// Relative errors of the mass in the last second.
+    last_second: Vec<VecDeque<f64>>,
+    run: RunBound,
+}
+
+impl BoundObserver {
+    /// For a run with instruments of this noise.
+    pub fn new(noise: SheetNoise) -> Self {
+        Self {
+            attitude: AttitudeBound::new(noise),
+            mass: MassBound::new(noise),
+            vehicle: None,
+            gravity: 0.0,
+            next_s: 0.0,
+            next_row_s: 0.0,
+            counted: 0.0,
+            last_second: Vec::new(),
+            run: RunBound::default(),
+        }
+    }
+
+    /// What came out of it.
+    pub fn into_run(self) -> RunBound {
+        let mut run = self.run;
+        let counted = self.counted.max(1.0);
+        run.bound.slope /= counted;
+        run.bound.effective /= counted;
+        run.bound.mass_at_end = run
+            .samples
+            .last()
+            .map_or(f64::NAN, |s| s.mass_rel * s.mass_rel);
+        for ((_, sums), errors) in run.estimators.iter_mut().zip(self.last_second) {
+            sums.slope /= counted;
+            sums.effective /= counted;
+            let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+            sums.mass_at_end = mean * mean;
+        }
+        run
+    }
+
+    fn now(&self, truth: &Truth, drives: usize) -> Option<BoundSample> {
+        let (tilt, bias) = self.attitude.sd()?;
+        let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);
+        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail not read
+        let (mass_rel, unseen) = self.mass.sd(drives).unwrap_or((f64::NAN, 0.0));
+        Some(BoundSample {
+            t_s: truth.t_s,
+            slope_rad: tilt,
+            effective_rad: (bias / (self.gravity * cos)).hypot(unseen),
+            mass_rel,
+        })
+    }
+}
+
+impl Observer for BoundObserver {
+    fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
+        self.vehicle = Some(simulation.vehicle);
+        self.gravity = simulation.scenario.file.physics.gravity_mps2.get();
+        self.attitude.drives(simulation.vehicle.drives);
+        let names = simulation.estimators.iter().map(|e| e.name.clone());
+        self.run.estimators = names.map(|name| (name, MeanSquares::default())).collect();
+        self.last_second = vec![VecDeque::new(); self.run.estimators.len()];
+        Ok(())
+    }
+
+    fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error> {
+        let (Some(vehicle), truth) = (self.vehicle, frame.truth) else {
+            return Ok(());
+        };
+        self.mass.step(truth, &vehicle, self.gravity);
+        let Some(step_s) = self.attitude.step_s() else {
+            return Ok(());
+        };
+        if truth.t_s + 1e-9 < self.next_s {
+            return Ok(());
+        }
+        self.next_s += step_s;
+        self.attitude.step(Motion {
+            speed_mps: truth.speed_at_imu_mps,
+            grade_rad: truth.grade_at_imu_rad,
+            grade_rate_radps: truth.curvature_vertical_1pm * truth.speed_mps,
+            gravity_mps2: self.gravity,
+        });
+        let Some(sample) = self.now(truth, vehicle.drives) else {
+            return Ok(());
+        };
+        if truth.t_s + 1e-9 >= self.next_row_s {
+            self.next_row_s += EVERY_S;
+            self.run.samples.push(sample);
+        }
+        if truth.t_s < AFTER_S {
+            return Ok(());
+        }
+        self.counted += 1.0;
+        self.run.bound.slope += sample.slope_rad * sample.slope_rad;
+        self.run.bound.effective += sample.effective_rad * sample.effective_rad;
+        for (((_, sums), member), last) in self
+            .run
+            .estimators
+            .iter_mut()
+            .zip(frame.estimators)
+            .zip(&mut self.last_second)
+        {
+            let e = &member.estimate;
+            let slope = e.grade_rad.value - truth.grade_at_imu_rad;
+            let effective = e.effective_grade_rad.value - truth.grade_effective_rad;
+            sums.slope += slope * slope;
+            sums.effective += effective * effective;
+            last.push_back(e.total_mass_kg.value / truth.total_mass_kg - 1.0);
+            if last.len() as f64 * step_s > 1.0 {
+                last.pop_front();
+            }
+        }
+        Ok(())
+    }
+}

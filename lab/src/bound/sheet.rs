@@ -1,0 +1,94 @@
+//! What a sensor sheet says of noise, as the bound needs it.
+
+use monorig_sim::sensors::spec::{InstrumentSpec, InstrumentSpecs};
+use monorig_sim::sensors::{accelerometer, gyro, motor_torque, wheel_speed};
+
+/// Noise of one instrument.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InstrumentNoise {
+    /// Samples per second, Hz.
+    pub rate_hz: f64,
+    /// White noise of a sample, unit of the instrument.
+    pub white_sd: f64,
+    /// White noise of a sample as a share of the reading.
+    pub white_rel: f64,
+    /// Bias at the start, unit of the instrument.
+    pub bias_sd: f64,
+    /// Growth of the bias, unit/√s.
+    pub bias_walk: f64,
+    /// Error of scale.
+    pub scale_sd: f64,
+}
+
+/// Noise of the instruments that estimate mass and slope; none for those that the sheet does not have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SheetNoise {
+    /// m/s².
+    pub accelerometer: Option<InstrumentNoise>,
+    /// rad/s.
+    pub gyro: Option<InstrumentNoise>,
+    /// m/s.
+    pub wheel_speed: Option<InstrumentNoise>,
+    /// N·m.
+    pub motor_torque: Option<InstrumentNoise>,
+}
+
+impl SheetNoise {
+    /// Of these instruments.
+    pub fn of(specs: &InstrumentSpecs) -> Self {
+        let of = |name: &str| specs.get(name).map(noise);
+        Self {
+            accelerometer: of(accelerometer::KIND.name),
+            gyro: of(gyro::KIND.name),
+            wheel_speed: of(wheel_speed::KIND.name),
+            motor_torque: of(motor_torque::KIND.name),
+        }
+    }
+}
+
+fn noise(spec: &InstrumentSpec) -> InstrumentNoise {
+    let (errors, rate_hz) = (&spec.errors, spec.sampling.rate_hz);
+    // of a sample: σ² = noise_sd² + density²·rate/2 + walk²·rate + quantisation²/12
+    let by_rate = errors.noise_density * errors.noise_density / 2.0
+        + errors.random_walk_of_integral * errors.random_walk_of_integral;
+    let step = errors.quantisation.unwrap_or(0.0);
+    let variance = errors.noise_sd * errors.noise_sd + by_rate * rate_hz + step * step / 12.0;
+    // an even distribution of the magnitude between a and b
+    let switch_on = errors
+        .switch_on_bias
+        .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
+    InstrumentNoise {
+        rate_hz,
+        white_sd: variance.sqrt(),
+        white_rel: errors.noise_sd_rel,
+        bias_sd: errors.bias_sd.hypot(switch_on),
+        bias_walk: errors.bias_random_walk,
+        scale_sd: errors.scale_error_sd,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_sim::sensors::spec::{Errors, Sampling};
+
+    /// A one-sided density N over the band up to half the rate, and a walk of the integral of N/√2, are the same noise.
+    #[test]
+    fn a_density_and_a_walk_of_the_integral_are_one_noise() {
+        let spec = |errors| InstrumentSpec {
+            sampling: Sampling::at(200.0),
+            errors,
+            ..InstrumentSpec::default()
+        };
+        let density = noise(&spec(Errors {
+            noise_density: 9.81e-4,
+            ..Errors::default()
+        }));
+        let walk = noise(&spec(Errors {
+            random_walk_of_integral: 9.81e-4 / 2f64.sqrt(),
+            ..Errors::default()
+        }));
+        assert!((density.white_sd - 9.81e-4 * 10.0).abs() < 1e-12);
+        assert!((density.white_sd - walk.white_sd).abs() < 1e-12);
+    }
+}

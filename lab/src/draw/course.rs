@@ -1,0 +1,203 @@
+//! A course: its files.
+
+use super::drive::{self, Drive, Reach};
+use super::ranges::RangesFile;
+use super::track::{self, round};
+use super::{Draws, instruments};
+use monorig_sim::config::file::named;
+use monorig_sim::config::scenario::Settings;
+use monorig_sim::error::Error;
+use monorig_sim::train::Train;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Share of the motors' force and power that the steepest climb takes at most.
+const SHARE: f64 = 0.7;
+/// Way left at both ends of the track beside what the train covers, m.
+const ROOM_M: f64 = 3.0;
+/// How long a run goes on after its drive, s.
+const AFTER_S: f64 = 2.0;
+const GRAVITY_MPS2: f64 = 9.81;
+/// Folder beside the scenarios for what they are made of.
+const PARTS: &str = "parts";
+
+/// A course: what is to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Name of the scenario.
+    pub name: String,
+    /// Its files, the scenario last.
+    pub files: Vec<DrawnFile>,
+}
+
+/// A file that was drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnFile {
+    /// Relative to the folder of the scenarios.
+    pub path: PathBuf,
+    /// What is in it.
+    pub text: String,
+}
+
+/// The course of this seed. `file` is where the ranges were read, `folder` where the course is going to be written: what the course uses of
+/// what is there is named from there.
+pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Result<Course, Error> {
+    let name = format!("drawn_{seed}");
+    let mut draws = Draws::new(seed, "train");
+    let weights: Vec<f64> = ranges.trains.iter().map(|t| t.weight.get()).collect();
+    let place = draws.place(&weights);
+    let chosen = &ranges.trains[place];
+    let train_path = named(file, &format!("trains[{place}].train"), &chosen.train)?;
+    let train = Train::load(&train_path)?;
+    let load_kg = round(draws.within(chosen.load_kg), 0);
+    let climb = Climb::of(&train, load_kg, ranges);
+    let length_m = train.limits.length_m;
+    let track = track::draw(&ranges.track, seed, length_m, climb.steepest_deg);
+    let reach = Reach {
+        way_m: track.length_m - length_m - 2.0 * ROOM_M,
+        speed_mps: climb.speed_mps,
+    };
+    let drive = drive::draw(&ranges.drive, seed, reach);
+
+    let mut draws = Draws::new(seed, "sensors");
+    let place = draws.place(&vec![1.0; ranges.sensors.len()]);
+    let sheet_path = named(file, &format!("sensors[{place}]"), &ranges.sensors[place])?;
+    let noise = round(draws.log_within(ranges.noise_factor), 2);
+    let bias = round(draws.log_within(ranges.bias_factor), 2);
+    let told = draws.log_within(ranges.told_resistance_factor);
+
+    let parts = folder.join(PARTS);
+    let profile = relative(&parts, &named(file, "profile", &ranges.profile)?)?;
+    let scenario = Scenario {
+        version: 1,
+        why: format!(
+            "{} Drawn with seed {seed}: noise × {noise}, biases × {bias}.",
+            ranges.why.trim()
+        ),
+        track: format!("{PARTS}/{name}_track.yaml"),
+        train: relative(folder, &train_path)?,
+        load: Load { mass_kg: load_kg },
+        sensors: format!("{PARTS}/{name}_sensors.yaml"),
+        start: Start {
+            chainage_m: round(length_m + ROOM_M, 1),
+        },
+        stop: Stop {
+            after_s: round(drive.over_s + AFTER_S, 1),
+        },
+        drive,
+        vehicle: Told {
+            running_resistance: round(told * climb.resistance, 4),
+        },
+        estimators: &ranges.estimators,
+        in_loop: ranges.in_loop.as_deref(),
+        seeds: [seed],
+    };
+    let track_text = format!(
+        "version: 1\nname: {name}\nprofile: {profile:?}\n{}",
+        track.text
+    );
+    let sheet_text = instruments::scaled(&sheet_path, noise, bias)?;
+    let drawn = |path: String, text| DrawnFile {
+        path: path.into(),
+        text,
+    };
+    // numbers and strings: nothing in here can fail to serialise
+    let scenario_text = serde_yaml::to_string(&scenario).unwrap_or_default();
+    Ok(Course {
+        files: vec![
+            drawn(scenario.track, track_text),
+            drawn(scenario.sensors, sheet_text),
+            drawn(format!("{name}.yaml"), scenario_text),
+        ],
+        name,
+    })
+}
+
+/// `to`, named from the folder `from`.
+fn relative(from: &Path, to: &Path) -> Result<String, Error> {
+    let at = |path: &Path| {
+        std::path::absolute(path).map_err(|source| Error::Io {
+            path: path.into(),
+            source,
+        })
+    };
+    let (from, to) = (at(from)?, at(to)?);
+    let way = pathdiff::diff_paths(&to, &from).unwrap_or(to);
+    Ok(way.to_string_lossy().into_owned())
+}
+
+/// What a loaded train can climb.
+struct Climb {
+    /// Running-resistance coefficient of the data sheet.
+    resistance: f64,
+    steepest_deg: f64,
+    speed_mps: f64,
+}
+
+impl Climb {
+    fn of(train: &Train, load_kg: f64, ranges: &RangesFile) -> Self {
+        let weight_n = (train.tare_kg() + load_kg) * GRAVITY_MPS2;
+        let resistance = train.nominal_running_resistance(weight_n / GRAVITY_MPS2, GRAVITY_MPS2);
+        let drives = train.drives.iter();
+        let (force, power) = drives.fold((0.0, 0.0), |(force, power), d| {
+            let rim = d.torque_max_nm * d.gear_ratio / d.wheel_radius_m;
+            (
+                force + SHARE * rim * d.efficiency_drive,
+                power + SHARE * d.power_w * d.efficiency_drive,
+            )
+        });
+        let [_, hardest] = ranges.drive.acceleration_mps2;
+        let level = resistance + hardest.get() / GRAVITY_MPS2;
+        let sine = (force / weight_n - level).clamp(0.0, 1.0);
+        let limit = train.limits.max_grade_rad;
+        let steepest = libm::asin(sine).min(limit);
+        let [low, high] = ranges.track.grade_deg.map(|g| g.get().to_radians());
+        let drawn = steepest.min(high.abs().max(low.abs()));
+        let needed = weight_n * (libm::sin(drawn) + level);
+        Self {
+            resistance,
+            steepest_deg: steepest.to_degrees(),
+            speed_mps: (power / needed).min(train.limits.max_speed_mps),
+        }
+    }
+}
+
+/// A scenario, in the order in which it is written.
+#[derive(Serialize)]
+struct Scenario<'a> {
+    version: u32,
+    why: String,
+    track: String,
+    train: String,
+    load: Load,
+    sensors: String,
+    start: Start,
+    stop: Stop,
+    drive: Drive,
+    vehicle: Told,
+    estimators: &'a BTreeMap<String, Settings>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    in_loop: Option<&'a str>,
+    seeds: [u64; 1],
+}
+
+#[derive(Serialize)]
+struct Load {
+    mass_kg: f64,
+}
+
+#[derive(Serialize)]
+struct Start {
+    chainage_m: f64,
+}
+
+#[derive(Serialize)]
+struct Stop {
+    after_s: f64,
+}
+
+#[derive(Serialize)]
+struct Told {
+    running_resistance: f64,
+}

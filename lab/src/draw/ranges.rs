@@ -1,0 +1,194 @@
+//! The file of ranges: what is drawn, and from where to where.
+
+use monorig_sim::closed_loop::registry::{Refusal, Registry};
+use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
+use monorig_sim::config::file::{Document, input_error, named};
+use monorig_sim::config::scenario::Settings;
+use monorig_sim::config::sensor_sheet::Sheet;
+use monorig_sim::error::Error;
+use monorig_sim::rail::profile::Profile;
+use monorig_sim::train::Train;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A file of ranges. A pair of numbers is a range, its smaller end first.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Ranges")] // the name in the JSON schema
+pub struct RangesFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// What the courses are for.
+    pub why: String,
+    /// Rail profile file, relative to this file.
+    pub profile: String,
+    /// Trains to choose from.
+    pub trains: Vec<TrainRange>,
+    /// Sensor sheets to choose from, each as often as the others; relative to this file.
+    pub sensors: Vec<String>,
+    /// Factor on every noise of the sheet; even in its logarithm.
+    pub noise_factor: [Positive; 2],
+    /// Factor on every bias, drift and scale error of the sheet; even in its logarithm.
+    pub bias_factor: [Positive; 2],
+    /// Running resistance that estimators and controller are told, as a factor on the train's; even in its logarithm.
+    pub told_resistance_factor: [Positive; 2],
+    /// The track.
+    pub track: TrackRanges,
+    /// The drive.
+    pub drive: DriveRanges,
+    /// Estimators of every scenario, as there.
+    pub estimators: BTreeMap<String, Settings>,
+    /// The estimator in the loop, as in a scenario.
+    #[serde(default)]
+    pub in_loop: Option<String>,
+}
+
+/// A train to choose.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrainRange {
+    /// Train file, relative to this file.
+    pub train: String,
+    /// How often it is chosen, beside the others.
+    pub weight: Positive,
+    /// Load on the hook, kg.
+    pub load_kg: [NonNegative; 2],
+}
+
+/// What tracks are drawn from.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrackRanges {
+    /// Length, m.
+    pub length_m: [Positive; 2],
+    /// Grades, degrees; less where the motors could not climb it with 70 % of their force.
+    pub grade_deg: [Finite; 2],
+    /// Length of stretches of constant grade, m.
+    pub grade_length_m: [Positive; 2],
+    /// Radii of crests and sags, the least where they are transitions, m; even in their logarithm.
+    pub vertical_radius_m: [Positive; 2],
+    /// Share of the tracks that are straight in plan.
+    pub straight_share: Fraction,
+    /// Straights between bends, m.
+    pub straight_m: [Positive; 2],
+    /// Radii of bends, m; even in their logarithm.
+    pub radius_m: [Positive; 2],
+    /// Turn of a bend, degrees, to the left or to the right.
+    pub bend_deg: [Positive; 2],
+    /// Easement at both ends of bends, and of crests and sags that are arcs, m.
+    pub easement_m: [NonNegative; 2],
+    /// Share of the tracks with rail joints.
+    pub jointed_share: Fraction,
+    /// Distance of joints, m.
+    pub joint_every_m: [Positive; 2],
+    /// Kink of a joint, degrees.
+    pub joint_kink_deg: [NonNegative; 2],
+    /// Step of a joint, m.
+    pub joint_step_m: [NonNegative; 2],
+}
+
+/// What drives are drawn from.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriveRanges {
+    /// Standing before the first start, and at every stop, s.
+    pub stand_s: [Positive; 2],
+    /// Speed, m/s; less where the motors could not climb with 70 % of their power.
+    pub speed_mps: [Positive; 2],
+    /// Acceleration, m/s².
+    pub acceleration_mps2: [Positive; 2],
+    /// Most stops on the way; as many as none are as likely.
+    pub max_stops: u32,
+    /// Share of the drives that come back at last, over some of the way.
+    pub reversal_share: Fraction,
+}
+
+impl RangesFile {
+    /// Read and check a file of ranges; the files it names are read when courses are drawn.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let document = Document::read(path)?;
+        let file: Self = document.parse()?;
+        for (key, low, high) in file.ranges() {
+            if low > high {
+                return Err(document.error(
+                    key,
+                    format!("this range goes from {low} to {high}"),
+                    "the smaller number first",
+                ));
+            }
+        }
+        if file.trains.is_empty() || file.sensors.is_empty() {
+            let key = if file.trains.is_empty() {
+                "trains"
+            } else {
+                "sensors"
+            };
+            return Err(document.error(key, "there is none to choose from", "one at least"));
+        }
+        if let Some((name, _)) = file.estimators.iter().find(|(_, e)| e.from.is_some()) {
+            return Err(document.error(
+                format!("estimators.{name}.from"),
+                "a drawn scenario names no parameter file",
+                "the parameters themselves",
+            ));
+        }
+        Ok(file)
+    }
+
+    /// Read every file that is named, and look up every estimator.
+    pub fn check(&self, path: &Path, registry: &Registry) -> Result<(), Error> {
+        for (i, train) in self.trains.iter().enumerate() {
+            Train::load(&named(path, &format!("trains[{i}].train"), &train.train)?)?;
+        }
+        for (i, sheet) in self.sensors.iter().enumerate() {
+            Sheet::load(&named(path, &format!("sensors[{i}]"), sheet)?)?;
+        }
+        Profile::load(&named(path, "profile", &self.profile)?)?;
+        for (name, settings) in &self.estimators {
+            let wrong = |key: String, refusal: Refusal| {
+                input_error(path, key, refusal.message, refusal.help)
+            };
+            let key = format!("estimators.{name}");
+            let of = registry
+                .find_estimator(settings.is.as_deref().unwrap_or(name))
+                .map_err(|refusal| wrong(key.clone(), refusal))?;
+            for parameter in settings.values.keys() {
+                of.key(parameter)
+                    .map_err(|refusal| wrong(format!("{key}.{parameter}"), refusal))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Every range with its key.
+    fn ranges(&self) -> Vec<(String, f64, f64)> {
+        fn ends<T: Into<f64> + Copy>(key: &str, [low, high]: [T; 2]) -> (String, f64, f64) {
+            (key.to_owned(), low.into(), high.into())
+        }
+        let (track, drive) = (&self.track, &self.drive);
+        let mut all = vec![
+            ends("noise_factor", self.noise_factor),
+            ends("bias_factor", self.bias_factor),
+            ends("told_resistance_factor", self.told_resistance_factor),
+            ends("track.length_m", track.length_m),
+            ends("track.grade_deg", track.grade_deg),
+            ends("track.grade_length_m", track.grade_length_m),
+            ends("track.vertical_radius_m", track.vertical_radius_m),
+            ends("track.straight_m", track.straight_m),
+            ends("track.radius_m", track.radius_m),
+            ends("track.bend_deg", track.bend_deg),
+            ends("track.easement_m", track.easement_m),
+            ends("track.joint_every_m", track.joint_every_m),
+            ends("track.joint_kink_deg", track.joint_kink_deg),
+            ends("track.joint_step_m", track.joint_step_m),
+            ends("drive.stand_s", drive.stand_s),
+            ends("drive.speed_mps", drive.speed_mps),
+            ends("drive.acceleration_mps2", drive.acceleration_mps2),
+        ];
+        let trains = self.trains.iter().enumerate();
+        all.extend(trains.map(|(i, t)| ends(&format!("trains[{i}].load_kg"), t.load_kg)));
+        all
+    }
+}

@@ -1,0 +1,98 @@
+//! Drawn courses: the same seed draws the same, and every course can be driven to its end.
+
+use monorig_lab::draw::{Course, RangesFile, course};
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, run};
+use monorig_sim::config::scenario::{PlantKind, Scenario};
+use std::path::{Path, PathBuf};
+
+fn ranges_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/ranges/roadway.yaml")
+}
+
+fn drawn(folder: &Path, seed: u64) -> Course {
+    let file = ranges_file();
+    let ranges = RangesFile::load(&file).unwrap();
+    course(&ranges, &file, folder, seed).unwrap()
+}
+
+fn write(folder: &Path, course: &Course) -> PathBuf {
+    for file in &course.files {
+        let place = folder.join(&file.path);
+        std::fs::create_dir_all(place.parent().unwrap()).unwrap();
+        std::fs::write(place, &file.text).unwrap();
+    }
+    folder.join(format!("{}.yaml", course.name))
+}
+
+#[test]
+fn a_seed_draws_a_course_of_its_own_and_always_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = drawn(folder.path(), 1);
+    assert_eq!(one, drawn(folder.path(), 1));
+    let two = drawn(folder.path(), 2);
+    for (a, b) in one.files.iter().zip(&two.files) {
+        assert_ne!(a.text, b.text);
+    }
+}
+
+/// A point on the rail comes to the end of every drive at the place where it was meant to stand, within what the controller lags: motors,
+/// brakes and rail suffice.
+#[test]
+fn every_course_is_driven_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    for seed in 1..=40 {
+        let path = write(folder.path(), &drawn(folder.path(), seed));
+        let mut scenario = Scenario::load(&path, &[]).unwrap();
+        scenario.file.physics.plant = Some(PlantKind::PointMass);
+        scenario.file.estimators.clear();
+        scenario.file.in_loop = None;
+        let points = scenario.file.drive.speed.clone();
+        let way: f64 = points
+            .windows(2)
+            .map(|ends| {
+                let time = |p: usize| ends[p].at_s.unwrap().get();
+                0.5 * (ends[0].mps.get() + ends[1].mps.get()) * (time(1) - time(0))
+            })
+            .sum();
+        let mut simulation = Simulation::build(scenario, &Registry::default(), seed).unwrap();
+        let start = simulation.front_m();
+        let outcome = run::run(&mut simulation, &mut [], &mut |_| true).unwrap();
+        assert!(outcome.finished, "seed {seed}");
+        let driven = simulation.front_m() - start;
+        assert!(
+            (driven - way).abs() < 0.02 * way.abs() + 0.5,
+            "seed {seed}: {driven} m of {way} m"
+        );
+        assert!(
+            simulation.plant.truth().speed_mps.abs() < 0.05,
+            "seed {seed}"
+        );
+    }
+}
+
+/// Grades, radii and loads lie where the file of ranges says.
+#[test]
+fn what_is_drawn_lies_within_its_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let ranges = RangesFile::load(&ranges_file()).unwrap();
+    let mut loads = Vec::new();
+    for seed in 1..=40 {
+        let path = write(folder.path(), &drawn(folder.path(), seed));
+        let scenario = Scenario::load(&path, &[]).unwrap();
+        let simulation = Simulation::build(scenario, &Registry::default(), seed).unwrap();
+        loads.push(simulation.scenario.file.load.mass_kg.unwrap().get());
+        let steepest = ranges.track.grade_deg[1].get();
+        // joints turn the rail a little further
+        let room = ranges.track.joint_kink_deg[1].get() + 0.1;
+        for frame in simulation.rail_samples() {
+            let grade = frame.t.z.asin().to_degrees();
+            assert!(grade.abs() < steepest + room, "seed {seed}: {grade}°");
+        }
+    }
+    let [low, high] = [f64::INFINITY, f64::NEG_INFINITY];
+    let least = loads.iter().copied().fold(low, f64::min);
+    let most = loads.iter().copied().fold(high, f64::max);
+    assert!((0.0..4000.0).contains(&least), "{least}");
+    assert!((16_000.0..=20_000.0).contains(&most), "{most}");
+}
