@@ -41,6 +41,10 @@ pub struct DrawArgs {
 pub fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let ranges = RangesFile::load(&task.file)?;
     ranges.check(&task.file, registry)?;
+    std::fs::create_dir_all(&task.out).map_err(|source| CliError::Out {
+        path: task.out.clone(),
+        source,
+    })?;
     for seed in (task.seed..=u64::MAX).take(task.count as usize) {
         let course = draw::course(&ranges, &task.file, &task.out, seed)?;
         let places = course.files.iter().map(|f| task.out.join(&f.path));

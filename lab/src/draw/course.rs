@@ -41,7 +41,7 @@ pub struct DrawnFile {
 }
 
 /// The course of this seed. `file` is where the ranges were read, `folder` where the course is going to be written: what the course uses of
-/// what is there is named from there.
+/// what is there is named from there. It must be there.
 pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Result<Course, Error> {
     let name = format!("drawn_{seed}");
     let mut draws = Draws::new(seed, "train");
@@ -67,8 +67,8 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
     let bias = round(draws.log_within(ranges.bias_factor), 2);
     let told = draws.log_within(ranges.told_resistance_factor);
 
-    let parts = folder.join(PARTS);
-    let profile = relative(&parts, &named(file, "profile", &ranges.profile)?)?;
+    let profile = named(file, "profile", &ranges.profile)?;
+    let profile = format!("../{}", relative(folder, &profile)?); // from PARTS
     let scenario = Scenario {
         version: 1,
         why: format!(
@@ -114,15 +114,15 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
     })
 }
 
-/// `to`, named from the folder `from`.
+/// The file `to`, named from the folder `from`.
 fn relative(from: &Path, to: &Path) -> Result<String, Error> {
-    let at = |path: &Path| {
-        std::path::absolute(path).map_err(|source| Error::Io {
+    let whole = |path: &Path| {
+        std::fs::canonicalize(path).map_err(|source| Error::Io {
             path: path.into(),
             source,
         })
     };
-    let (from, to) = (at(from)?, at(to)?);
+    let (from, to) = (whole(from)?, whole(to)?);
     let way = pathdiff::diff_paths(&to, &from).unwrap_or(to);
     Ok(way.to_string_lossy().into_owned())
 }
