@@ -4,7 +4,7 @@ use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
-use monorig_lab::metrics::series::ErrorSeries;
+use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
@@ -63,7 +63,7 @@ pub fn simulate(
             None => note(&viewer::not_written("run.rrd")),
         }
     }
-    let mut series = ErrorSeries::default();
+    let mut metrics = SummaryObserver::default();
     let started = Instant::now();
     let mut recorder = Recorder::new(sinks);
     if options.live {
@@ -72,11 +72,11 @@ pub fn simulate(
     if options.full_rate {
         recorder = recorder.full_rate();
     }
-    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder, &mut series];
+    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder, &mut metrics];
     let outcome = run::run(&mut simulation, observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
-    let summary = Summary::new(&scenario, seed, &outcome, &series);
+    let summary = metrics.summary(&scenario, seed, &outcome);
     folder.write("metrics.json", summary.to_json().as_bytes())?;
     manifest.sum_outputs(folder.path())?;
     folder.write(manifest::NAME, manifest.to_json().as_bytes())?;

@@ -1,7 +1,7 @@
 //! One run of a study: headless, nothing written, whatever goes wrong is its result.
 
-use crate::metrics::series::ErrorSeries;
 use crate::verdicts::expected;
+use crate::verdicts::measure::SummaryObserver;
 use crate::verdicts::summary::Summary;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
@@ -110,15 +110,13 @@ fn simulate(
     let scenario = spec.inputs.during(load)?;
     expected::check(&scenario)?;
     let mut simulation = Simulation::build(scenario, registry, spec.seed)?;
-    let mut series = ErrorSeries::default();
-    let outcome = run::run(&mut simulation, &mut [&mut series], &mut |_| go_on())?;
-    Ok((!outcome.interrupted).then(|| {
-        let summary = Summary::new(&simulation.scenario, spec.seed, &outcome, &series);
-        match &spec.reference {
-            Some(reference) => summary.against(reference, &series),
-            None => summary,
-        }
-    }))
+    let mut observer = match &spec.reference {
+        Some(reference) => SummaryObserver::against(reference),
+        None => SummaryObserver::default(),
+    };
+    let outcome = run::run(&mut simulation, &mut [&mut observer], &mut |_| go_on())?;
+    let summary = || observer.summary(&simulation.scenario, spec.seed, &outcome);
+    Ok((!outcome.interrupted).then(summary))
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {

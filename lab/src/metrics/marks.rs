@@ -3,47 +3,105 @@
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
 use crate::metrics::series::ErrorSample;
-use crate::metrics::statistics::share;
+use crate::metrics::statistics::{Accumulator, Mean, Running};
 use crate::metrics::{Marks, Quantity};
 use monorig_sim::config::scenario::IntegrityLimits;
 
 const HOUR_S: f64 = 3600.0;
 
-/// One of the three over these samples.
-pub(super) fn value(
+/// One of the three.
+pub(super) fn start(
     kind: Marks,
     quantity: Quantity,
-    samples: &[ErrorSample],
     limits: &IntegrityLimits,
-) -> f64 {
+) -> Running<ErrorSample> {
     match kind {
-        Marks::Availability => share(samples.iter().map(|x| quantity.is_valid(x))),
-        Marks::Integrity => {
-            let valid = samples.iter().filter(|x| quantity.is_valid(x));
-            share(valid.map(|x| quantity.is_misleading(x, limits)))
+        Marks::Availability => Box::new(Availability {
+            quantity,
+            share: Mean::default(),
+        }),
+        Marks::Integrity => Box::new(MisleadingShare {
+            quantity,
+            limits: *limits,
+            share: Mean::default(),
+        }),
+        Marks::Continuity => Box::new(Losses::new(quantity)),
+    }
+}
+
+struct Availability {
+    quantity: Quantity,
+    share: Mean,
+}
+
+impl Accumulator<ErrorSample> for Availability {
+    fn add(&mut self, x: &ErrorSample) {
+        self.share.add_bool(self.quantity.is_valid(x));
+    }
+
+    fn value(&self) -> f64 {
+        self.share.value()
+    }
+}
+
+struct MisleadingShare {
+    quantity: Quantity,
+    limits: IntegrityLimits,
+    share: Mean,
+}
+
+impl Accumulator<ErrorSample> for MisleadingShare {
+    fn add(&mut self, x: &ErrorSample) {
+        if self.quantity.is_valid(x) {
+            let misleading = self.quantity.is_misleading(x, &self.limits);
+            self.share.add_bool(misleading);
         }
-        Marks::Continuity => losses_per_h(samples, quantity),
+    }
+
+    fn value(&self) -> f64 {
+        self.share.value()
     }
 }
 
 /// How often a valid sample is followed by one that is not, over the time of all samples; not a number where nothing was ever valid.
-fn losses_per_h(samples: &[ErrorSample], quantity: Quantity) -> f64 {
-    if !samples.iter().any(|x| quantity.is_valid(x)) {
-        return f64::NAN;
-    }
-    let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
-        return f64::NAN;
-    };
-    losses(samples, quantity) as f64 * HOUR_S / (last.t_s - first.t_s)
+struct Losses {
+    quantity: Quantity,
+    times_s: Option<(f64, f64)>,
+    valid: bool,
+    ever_valid: bool,
+    losses: u64,
 }
 
-/// How often a valid sample is followed by one that is not.
-pub(super) fn losses(samples: &[ErrorSample], quantity: Quantity) -> usize {
-    let lost = |w: &&[ErrorSample]| match w {
-        [a, b] => quantity.is_valid(a) && !quantity.is_valid(b),
-        _ => false,
-    };
-    samples.windows(2).filter(lost).count()
+impl Losses {
+    fn new(quantity: Quantity) -> Self {
+        Self {
+            quantity,
+            times_s: None,
+            valid: false,
+            ever_valid: false,
+            losses: 0,
+        }
+    }
+}
+
+impl Accumulator<ErrorSample> for Losses {
+    fn add(&mut self, x: &ErrorSample) {
+        let valid = self.quantity.is_valid(x);
+        self.losses += u64::from(self.valid && !valid);
+        self.ever_valid |= valid;
+        self.valid = valid;
+        let (first_s, _) = self.times_s.unwrap_or((x.t_s, x.t_s));
+        self.times_s = Some((first_s, x.t_s));
+    }
+
+    fn value(&self) -> f64 {
+        match self.times_s {
+            Some((first_s, last_s)) if self.ever_valid => {
+                self.losses as f64 * HOUR_S / (last_s - first_s)
+            }
+            _ => f64::NAN,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -89,7 +147,9 @@ mod tests {
             let Of::Marks { kind, .. } = m.of else {
                 continue;
             };
-            let x = m.over(&s, &IntegrityLimits::default()).unwrap();
+            let mut marks = m.of_estimator(&IntegrityLimits::default()).unwrap();
+            s.iter().for_each(|x| marks.add(x));
+            let x = marks.value();
             let is = match kind {
                 Marks::Availability => 0.7,
                 Marks::Integrity => 2.0 / 7.0,
@@ -102,7 +162,11 @@ mod tests {
     #[test]
     fn of_what_is_never_valid_there_is_neither_integrity_nor_continuity() {
         let s = series(&[(9.0, 0.1, false), (9.0, 0.1, false)]);
-        let of = |kind| value(kind, Quantity::Mass, &s, &IntegrityLimits::default());
+        let of = |kind| {
+            let mut marks = start(kind, Quantity::Mass, &IntegrityLimits::default());
+            s.iter().for_each(|x| marks.add(x));
+            marks.value()
+        };
         assert_eq!(of(Marks::Availability), 0.0);
         assert!(of(Marks::Integrity).is_nan() && of(Marks::Continuity).is_nan());
     }

@@ -9,17 +9,22 @@
 mod marks;
 mod of_estimator;
 mod of_run;
+mod percentile;
 mod quantity;
-mod samples;
 pub mod series;
 mod statistics;
 mod table;
+mod window;
+mod windowed;
 
 pub use quantity::Quantity;
-pub use samples::{Keep, Samples};
+pub use statistics::{Accumulator, Running};
 pub use table::METRICS;
+pub use window::{End, Window};
+pub use windowed::{Wanted, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
+use crate::metrics::window::Timed;
 use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric: its name, its unit, its definition, and which value is best.
@@ -44,8 +49,8 @@ pub enum Of {
         quantity: Quantity,
         /// Whether only samples marked valid count.
         valid_only: bool,
-        /// From the samples that count.
-        value: fn(Samples<'_>) -> f64,
+        /// Over the samples that count.
+        start: fn() -> Running<ErrorSample>,
     },
     /// Availability, integrity or continuity: what the estimator's marks of a quantity are worth.
     Marks {
@@ -55,9 +60,9 @@ pub enum Of {
         kind: Marks,
     },
     /// Something else of an estimator, from all samples.
-    Estimator(fn(Samples<'_>) -> f64),
+    Estimator(fn() -> Running<ErrorSample>),
     /// Train and controller.
-    Run(fn(&[Tracking]) -> f64),
+    Run(fn() -> Running<Tracking>),
 }
 
 /// What the marks of an estimator are worth.
@@ -144,34 +149,48 @@ impl Metric {
         )
     }
 
-    /// Its value over these samples of an estimator, which it chooses from itself; none if it is of train and controller.
-    pub fn over(&self, samples: &[ErrorSample], limits: &IntegrityLimits) -> Option<f64> {
-        match self.of {
+    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if it is of train and
+    /// controller.
+    pub fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
+        Some(match self.of {
             Of::Error {
                 quantity,
-                valid_only,
-                value,
-            } => {
-                let keep = match valid_only {
-                    true => Keep::Valid(quantity),
-                    false => Keep::All,
-                };
-                Some(value(Samples::new(samples, keep)))
-            }
-            Of::Marks { quantity, kind } => Some(marks::value(kind, quantity, samples, limits)),
-            Of::Estimator(value) => Some(value(Samples::new(samples, Keep::All))),
-            Of::Run(_) => None,
+                valid_only: true,
+                start,
+            } => Box::new(OfValid {
+                quantity,
+                all: start(),
+            }),
+            Of::Error { start, .. } | Of::Estimator(start) => start(),
+            Of::Marks { quantity, kind } => marks::start(kind, quantity, limits),
+            Of::Run(_) => return None,
+        })
+    }
+
+    /// Begins to measure it of train and controller; none if it is of an estimator.
+    pub fn of_run(&self) -> Option<Running<Tracking>> {
+        match self.of {
+            Of::Run(start) => Some(start()),
+            _ => None,
+        }
+    }
+}
+
+/// What counts the samples of which a quantity is marked valid.
+struct OfValid {
+    quantity: Quantity,
+    all: Running<ErrorSample>,
+}
+
+impl Accumulator<ErrorSample> for OfValid {
+    fn add(&mut self, x: &ErrorSample) {
+        if self.quantity.is_valid(x) {
+            self.all.add(x);
         }
     }
 
-    /// The value of an error over the samples that two estimators both mark valid, for the first of them; none if it is not an error.
-    pub fn over_common(&self, samples: &[ErrorSample], other: &[ErrorSample]) -> Option<f64> {
-        match self.of {
-            Of::Error {
-                quantity, value, ..
-            } => Some(value(Samples::new(samples, Keep::Common(quantity, other)))),
-            _ => None,
-        }
+    fn value(&self) -> f64 {
+        self.all.value()
     }
 }
 
@@ -211,17 +230,15 @@ pub fn measure(
     until_s: f64,
 ) -> Option<f64> {
     let samples = series.of(estimator)?;
-    let window = between(samples, |x: &ErrorSample| x.t_s, after_s, until_s);
-    find(metric)?.over(window, &series.limits)
+    let running = find(metric)?.of_estimator(&series.limits)?;
+    Some(over(samples, running, &Window::new(after_s, until_s)))
 }
 
 /// A metric of the train or the controller over the time from `after_s` to `until_s`; none if there is no such metric.
 pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f64) -> Option<f64> {
-    let Of::Run(value) = find(metric)?.of else {
-        return None;
-    };
-    let window = between(&series.tracking, |x: &Tracking| x.t_s, after_s, until_s);
-    Some(value(window))
+    let running = find(metric)?.of_run()?;
+    let window = Window::new(after_s, until_s);
+    Some(over(&series.tracking, running, &window))
 }
 
 /// The unit of a metric of either kind; none if there is no such metric.
@@ -229,11 +246,10 @@ pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
 }
 
-/// Those from `after_s` to `until_s`, both included, of samples in the order of time.
-pub fn between<T>(samples: &[T], t_s: fn(&T) -> f64, after_s: f64, until_s: f64) -> &[T] {
-    let from = samples.partition_point(|x| t_s(x) < after_s);
-    let to = samples.partition_point(|x| t_s(x) <= until_s);
-    samples.get(from..to).unwrap_or(&[])
+fn over<T: Timed>(samples: &[T], mut running: Running<T>, window: &Window) -> f64 {
+    let inside = samples.iter().filter(|x| window.holds(x.t_s()));
+    inside.for_each(|x| running.add(x));
+    running.value()
 }
 
 #[cfg(test)]

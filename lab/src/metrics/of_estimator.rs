@@ -1,8 +1,8 @@
 //! Errors of one estimator that need more than a sum over samples.
 
-use crate::metrics::Samples;
 use crate::metrics::series::ErrorSample;
-use crate::metrics::statistics::mean;
+use crate::metrics::statistics::{Accumulator, Mean, Running};
+use std::collections::VecDeque;
 
 /// Mass counts as converged when its error stays within this share.
 const CONVERGED: f64 = 0.02;
@@ -15,34 +15,83 @@ fn close(x: &ErrorSample) -> bool {
     x.mass_rel.abs() <= CONVERGED
 }
 
-/// The samples after convergence.
-pub(super) fn settled(s: Samples<'_>) -> Samples<'_> {
-    let mut since = None;
-    for x in s.iter() {
-        match since {
-            _ if !close(x) => since = None,
-            None => since = Some(x.t_s),
-            Some(t_s) if x.t_s - t_s >= SETTLED_S - 1e-9 => return s.from_s(x.t_s),
-            Some(_) => {}
+/// Largest magnitude after convergence.
+pub(super) fn converged_max(of: fn(&ErrorSample) -> f64) -> Running<ErrorSample> {
+    Box::new(ConvergedMax {
+        of,
+        close_since_s: None,
+        settled: false,
+        most: f64::NAN,
+    })
+}
+
+struct ConvergedMax {
+    of: fn(&ErrorSample) -> f64,
+    close_since_s: Option<f64>,
+    settled: bool,
+    most: f64,
+}
+
+impl Accumulator<ErrorSample> for ConvergedMax {
+    fn add(&mut self, x: &ErrorSample) {
+        match self.close_since_s {
+            _ if self.settled => {}
+            _ if !close(x) => self.close_since_s = None,
+            None => self.close_since_s = Some(x.t_s),
+            Some(t_s) => self.settled = x.t_s - t_s >= SETTLED_S - 1e-9,
+        }
+        if self.settled {
+            self.most = self.most.max((self.of)(x).abs());
         }
     }
-    s.from_s(f64::INFINITY)
+
+    fn value(&self) -> f64 {
+        self.most
+    }
 }
 
 /// Mean relative mass error of the last second, absolute.
-pub(super) fn end(s: Samples<'_>) -> f64 {
-    let last_s = s.iter().fold(f64::NAN, |_, x| x.t_s);
-    let late = s.iter().filter(|x| x.t_s > last_s - 1.0);
-    mean(late.map(|x| x.mass_rel)).abs()
+pub(super) fn end() -> Running<ErrorSample> {
+    Box::new(End(VecDeque::new()))
+}
+
+/// Times and errors of the last second.
+struct End(VecDeque<(f64, f64)>);
+
+impl Accumulator<ErrorSample> for End {
+    fn add(&mut self, x: &ErrorSample) {
+        self.0.push_back((x.t_s, x.mass_rel));
+        while self.0.front().is_some_and(|(t_s, _)| *t_s <= x.t_s - 1.0) {
+            self.0.pop_front();
+        }
+    }
+
+    fn value(&self) -> f64 {
+        let mut mean = Mean::default();
+        self.0.iter().for_each(|(_, error)| mean.add(*error));
+        mean.value().abs()
+    }
 }
 
 /// Time from which the mass stays converged to the end, s.
-pub(super) fn convergence(s: Samples<'_>) -> f64 {
-    s.iter().fold(f64::NAN, |since, x| match close(x) {
-        false => f64::NAN,
-        true if since.is_nan() => x.t_s,
-        true => since,
-    })
+pub(super) fn convergence() -> Running<ErrorSample> {
+    Box::new(Convergence(f64::NAN))
+}
+
+struct Convergence(f64);
+
+impl Accumulator<ErrorSample> for Convergence {
+    fn add(&mut self, x: &ErrorSample) {
+        self.0 = match close(x) {
+            false => f64::NAN,
+            true if self.0.is_nan() => x.t_s,
+            true => self.0,
+        };
+    }
+
+    fn value(&self) -> f64 {
+        self.0
+    }
 }
 
 #[cfg(test)]
@@ -212,25 +261,5 @@ mod tests {
                 .unwrap()
                 .is_nan()
         );
-    }
-
-    /// On common samples only what both mark valid counts, and the order of the two does not change which samples these are.
-    #[test]
-    fn common_samples_are_those_that_both_mark_valid() {
-        let of = |marks: [bool; 4], e: f64| -> Vec<ErrorSample> {
-            let samples = marks.iter().enumerate();
-            samples
-                .map(|(i, v)| sample(i as f64, e * (1.0 + i as f64), *v))
-                .collect()
-        };
-        let a = of([true, true, false, true], 0.1);
-        let b = of([false, true, true, true], 0.2);
-        let rmse = crate::metrics::find("mass_rmse_kg").unwrap();
-        let both = (4.0 + 16.0) / 2.0f64;
-        let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
-        assert!(near(rmse.over_common(&a, &b).unwrap(), 100.0 * both.sqrt()));
-        assert!(near(rmse.over_common(&b, &a).unwrap(), 200.0 * both.sqrt()));
-        let c = of([false; 4], 0.2);
-        assert!(rmse.over_common(&a, &c).unwrap().is_nan());
     }
 }

@@ -1,52 +1,103 @@
 //! What the metrics of train and controller are computed from.
 
 use crate::metrics::series::Tracking;
-use crate::metrics::statistics::rms;
+use crate::metrics::statistics::{Accumulator, Mean, Running};
 
 /// Acceleration and jerk are taken over steps of this length: shorter ones show the springs of the wheels, s.
 const COMFORT_STEP_S: f64 = 0.1;
 
 /// Work of the wheels while they drive, J.
-pub(super) fn energy(s: &[Tracking]) -> f64 {
-    integral(s, |x| x.traction_w.max(0.0))
+pub(super) fn energy() -> Running<Tracking> {
+    Box::new(Energy::default())
 }
 
 /// [`energy`] over the way gone, J/m.
-pub(super) fn energy_per_metre(s: &[Tracking]) -> f64 {
-    energy(s) / integral(s, |x| x.way_speed.abs())
+pub(super) fn energy_per_metre() -> Running<Tracking> {
+    Box::new(EnergyPerMetre::default())
 }
 
-/// Integral over time by trapezoids.
-fn integral(s: &[Tracking], f: fn(&Tracking) -> f64) -> f64 {
-    let step = |w: &[Tracking]| match w {
-        [a, b] => 0.5 * (f(a) + f(b)) * (b.t_s - a.t_s),
-        _ => 0.0,
-    };
-    match s.len() {
-        0 | 1 => f64::NAN,
-        _ => s.windows(2).map(step).sum(),
+/// Integral over time by trapezoids; not a number before the second sample.
+#[derive(Default)]
+struct Integral {
+    last: Option<(f64, f64)>,
+    so_far: Option<f64>,
+}
+
+impl Integral {
+    fn add(&mut self, t_s: f64, y: f64) {
+        if let Some((last_s, last)) = self.last {
+            *self.so_far.get_or_insert(0.0) += 0.5 * (last + y) * (t_s - last_s);
+        }
+        self.last = Some((t_s, y));
+    }
+
+    fn value(&self) -> f64 {
+        self.so_far.unwrap_or(f64::NAN)
+    }
+}
+
+#[derive(Default)]
+struct Energy(Integral);
+
+impl Accumulator<Tracking> for Energy {
+    fn add(&mut self, x: &Tracking) {
+        self.0.add(x.t_s, x.traction_w.max(0.0));
+    }
+
+    fn value(&self) -> f64 {
+        self.0.value()
+    }
+}
+
+#[derive(Default)]
+struct EnergyPerMetre {
+    energy: Energy,
+    way: Integral,
+}
+
+impl Accumulator<Tracking> for EnergyPerMetre {
+    fn add(&mut self, x: &Tracking) {
+        self.energy.add(x);
+        self.way.add(x.t_s, x.way_speed.abs());
+    }
+
+    fn value(&self) -> f64 {
+        self.energy.value() / self.way.value()
     }
 }
 
 /// Root mean square change of the acceleration, m/s³.
-pub(super) fn jerk(s: &[Tracking]) -> f64 {
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    for x in s {
-        if points
-            .last()
-            .is_none_or(|(t, _)| x.t_s - t >= COMFORT_STEP_S - 1e-9)
-        {
-            points.push((x.t_s, x.way_speed));
+pub(super) fn jerk() -> Running<Tracking> {
+    Box::new(Jerk::default())
+}
+
+/// Speeds (time, m/s) a step of [`COMFORT_STEP_S`] apart: the last and the one before.
+#[derive(Default)]
+struct Jerk {
+    last: Option<(f64, f64)>,
+    before: Option<(f64, f64)>,
+    squares: Mean,
+}
+
+impl Accumulator<Tracking> for Jerk {
+    fn add(&mut self, x: &Tracking) {
+        let too_soon = |(t_s, _): (f64, f64)| x.t_s - t_s < COMFORT_STEP_S - 1e-9;
+        if self.last.is_some_and(too_soon) {
+            return;
         }
+        let c = (x.t_s, x.way_speed);
+        if let (Some(a), Some(b)) = (self.before, self.last) {
+            let earlier = (b.1 - a.1) / (b.0 - a.0);
+            let later = (c.1 - b.1) / (c.0 - b.0);
+            let jerk = (later - earlier) / (0.5 * (c.0 - a.0));
+            self.squares.add(jerk * jerk);
+        }
+        (self.before, self.last) = (self.last, Some(c));
     }
-    rms(points.windows(3).filter_map(|w| match w {
-        [a, b, c] => {
-            let before = (b.1 - a.1) / (b.0 - a.0);
-            let after = (c.1 - b.1) / (c.0 - b.0);
-            Some((after - before) / (0.5 * (c.0 - a.0)))
-        }
-        _ => None,
-    }))
+
+    fn value(&self) -> f64 {
+        self.squares.value().sqrt()
+    }
 }
 
 #[cfg(test)]

@@ -1,13 +1,12 @@
-//! Errors of every estimator, sample by sample, gathered while a run goes on.
+//! Errors of every estimator, sample by sample.
 
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
-use monorig_sim::config::scenario::{IntegrityLimits, Moment, MomentOf, Part, ScenarioFile};
+use monorig_sim::config::scenario::IntegrityLimits;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
 use monorig_sim::rail::Place;
-use std::collections::BTreeSet;
 
 /// The part of the truth that an estimate is held against.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -119,19 +118,20 @@ pub struct Tracking {
     pub chainage: f64,
 }
 
-/// Gathers the samples of a run.
-#[derive(Clone, Debug, Default)]
-pub struct ErrorSeries {
-    /// Per estimator, in their order in the run: name and samples.
-    pub estimators: Vec<(String, Vec<ErrorSample>)>,
-    /// The closed loop.
-    pub tracking: Vec<Tracking>,
-    /// When a valid sample is misleading.
-    pub limits: IntegrityLimits,
-    /// Estimators that are shown beside the others and not judged by their integrity.
-    pub references: BTreeSet<String>,
-    /// What windows by name are resolved with.
-    pub geometry: Geometry,
+impl Tracking {
+    /// Of this step.
+    pub fn of(f: &StepFrame<'_>) -> Self {
+        let t = f.truth;
+        Self {
+            t_s: t.t_s,
+            speed: t.speed_mps - f.reference.speed_mps,
+            way_speed: t.speed_mps,
+            traction_w: t.traction_n * t.speed_mps,
+            accel: t.accel_mps2,
+            off_rail: t.off_rail_m,
+            chainage: t.chainage_m,
+        }
+    }
 }
 
 /// Places of the track, and where on the vehicle front and rear are.
@@ -145,29 +145,35 @@ pub struct Geometry {
     pub length_m: f64,
 }
 
+impl Geometry {
+    /// Of this simulation.
+    pub fn of(s: &Simulation) -> Self {
+        Self {
+            places: s.rail.places.clone(),
+            imu_offset_m: s.imu_offset_m,
+            length_m: s.train.limits.length_m,
+        }
+    }
+}
+
+/// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about 10 MB per hour and
+/// estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
+#[derive(Clone, Debug, Default)]
+pub struct ErrorSeries {
+    /// Per estimator, in their order in the run: name and samples.
+    pub estimators: Vec<(String, Vec<ErrorSample>)>,
+    /// The closed loop.
+    pub tracking: Vec<Tracking>,
+    /// When a valid sample is misleading.
+    pub limits: IntegrityLimits,
+}
+
 impl ErrorSeries {
     /// The samples of an estimator; none if there is no such estimator.
     pub fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
         let mut all = self.estimators.iter();
         let (_, samples) = all.find(|(name, _)| name == estimator)?;
         Some(samples)
-    }
-
-    /// The instant of a moment of the scenario, s; none if the run does not come to it.
-    pub fn instant_s(&self, moment: &Moment, file: &ScenarioFile) -> Option<f64> {
-        match moment.find(file, &self.geometry.places).ok()? {
-            MomentOf::Instant(t_s) => Some(t_s),
-            MomentOf::Passing(part, at_m, plus_s) => {
-                let g = &self.geometry;
-                let ahead_m = match part {
-                    Part::Front => -g.imu_offset_m,
-                    Part::Imu => 0.0,
-                    Part::Rear => -g.imu_offset_m - g.length_m,
-                };
-                let mut steps = self.tracking.iter();
-                Some(steps.find(|x| x.chainage + ahead_m >= at_m)?.t_s + plus_s)
-            }
-        }
     }
 }
 
@@ -177,17 +183,7 @@ fn square(x: f64) -> f64 {
 
 impl Observer for ErrorSeries {
     fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
-        let file = &s.scenario.file;
-        self.limits = IntegrityLimits::of(file);
-        let references = s.estimators.iter().filter(|e| e.reference);
-        self.references = references.map(|e| e.name.clone()).collect();
-        self.references
-            .extend(file.integrity.reference_only.iter().cloned());
-        self.geometry = Geometry {
-            places: s.rail.places.clone(),
-            imu_offset_m: s.imu_offset_m,
-            length_m: s.train.limits.length_m,
-        };
+        self.limits = IntegrityLimits::of(&s.scenario.file);
         Ok(())
     }
 
@@ -195,7 +191,6 @@ impl Observer for ErrorSeries {
         if !f.sampled {
             return Ok(());
         }
-        let t = f.truth;
         if self.estimators.is_empty() {
             self.estimators = f
                 .estimators
@@ -203,71 +198,11 @@ impl Observer for ErrorSeries {
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
         }
-        let target = Target::of(t);
+        let target = Target::of(f.truth);
         for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
             samples.push(ErrorSample::new(m, &target));
         }
-        self.tracking.push(Tracking {
-            t_s: t.t_s,
-            speed: t.speed_mps - f.reference.speed_mps,
-            way_speed: t.speed_mps,
-            traction_w: t.traction_n * t.speed_mps,
-            accel: t.accel_mps2,
-            off_rail: t.off_rail_m,
-            chainage: t.chainage_m,
-        });
+        self.tracking.push(Tracking::of(f));
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    /// A train 18 m long, its IMU 4 m behind its front, at 2 m/s from a front at 20 m: front, IMU and rear come to 30 m at 5, 7 and 14 s.
-    #[test]
-    fn parts_of_the_vehicle_pass_a_place_one_after_the_other() {
-        let file: ScenarioFile = serde_json::from_value(json!({
-            "version": 1, "why": "w", "track": "t", "train": "t", "sensors": "s", "stop": {"after_s": 60},
-            "drive": {"speed": [{"at_s": 0, "mps": 2}]}
-        }))
-        .unwrap();
-        let at = |i: u32| Tracking {
-            t_s: 0.5 * f64::from(i),
-            chainage: 16.0 + f64::from(i),
-            ..Default::default()
-        };
-        let series = ErrorSeries {
-            tracking: (0..40).map(at).collect(),
-            geometry: Geometry {
-                places: vec![Place {
-                    name: "climb".into(),
-                    from_m: 30.0,
-                    to_m: 34.0,
-                }],
-                imu_offset_m: -4.0,
-                length_m: 18.0,
-            },
-            ..Default::default()
-        };
-        let instant = |moment: serde_json::Value| {
-            let moment: Moment = serde_json::from_value(moment).unwrap();
-            series.instant_s(&moment, &file)
-        };
-        assert_eq!(instant(json!({"front_enters": "climb"})), Some(5.0));
-        assert_eq!(instant(json!({"imu_enters": "climb"})), Some(7.0));
-        assert_eq!(instant(json!({"rear_enters": "climb"})), Some(14.0));
-        assert_eq!(
-            instant(json!({"front_leaves": "climb", "plus_s": 1.5})),
-            Some(8.5)
-        );
-        // the recording ends before
-        let short = ErrorSeries {
-            tracking: series.tracking[..20].to_vec(),
-            ..series.clone()
-        };
-        let moment: Moment = serde_json::from_value(json!({"rear_enters": "climb"})).unwrap();
-        assert_eq!(short.instant_s(&moment, &file), None);
     }
 }

@@ -1,79 +1,144 @@
-//! Means, extremes and percentiles. Of nothing they are not a number.
+//! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they are not a number.
+
+/// A number made of samples that are given one after the other, in the order of time.
+pub trait Accumulator<T> {
+    /// One sample more.
+    fn add(&mut self, x: &T);
+    /// The number for the samples so far.
+    fn value(&self) -> f64;
+}
+
+/// An accumulator over samples `T`, whatever it is.
+pub type Running<T> = Box<dyn Accumulator<T>>;
+
+/// Mean of numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    sum: f64,
+    n: f64,
+}
+
+impl Mean {
+    /// One number more.
+    pub fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.n += 1.0;
+    }
+
+    /// One yes or no more: the mean is the share of yes.
+    pub fn add_bool(&mut self, yes: bool) {
+        self.add(if yes { 1.0 } else { 0.0 });
+    }
+
+    /// The mean; not a number of none.
+    pub fn value(&self) -> f64 {
+        match self.n > 0.0 {
+            true => self.sum / self.n,
+            false => f64::NAN,
+        }
+    }
+}
+
+/// An accumulator of one value of each sample.
+struct Of<T, A> {
+    of: fn(&T) -> f64,
+    add: fn(&mut A, f64),
+    value: fn(&A) -> f64,
+    so_far: A,
+}
+
+impl<T, A> Accumulator<T> for Of<T, A> {
+    fn add(&mut self, x: &T) {
+        (self.add)(&mut self.so_far, (self.of)(x));
+    }
+
+    fn value(&self) -> f64 {
+        (self.value)(&self.so_far)
+    }
+}
 
 /// Mean.
-pub fn mean(x: impl Iterator<Item = f64>) -> f64 {
-    let (mut sum, mut n) = (0.0, 0.0);
-    for x in x {
-        sum += x;
-        n += 1.0;
-    }
-    if n > 0.0 { sum / n } else { f64::NAN }
+pub fn mean<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+    Box::new(Of {
+        of,
+        add: Mean::add,
+        value: Mean::value,
+        so_far: Mean::default(),
+    })
 }
 
 /// Root of the mean square.
-pub fn rms(x: impl Iterator<Item = f64>) -> f64 {
-    mean(x.map(|x| x * x)).sqrt()
+pub fn rms<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+    Box::new(Of {
+        of,
+        add: |mean: &mut Mean, x| mean.add(x * x),
+        value: |mean| mean.value().sqrt(),
+        so_far: Mean::default(),
+    })
 }
 
 /// Largest magnitude.
-pub fn max(x: impl Iterator<Item = f64>) -> f64 {
-    x.map(f64::abs).fold(f64::NAN, f64::max)
-}
-
-/// Share for which something holds.
-pub fn share(x: impl Iterator<Item = bool>) -> f64 {
-    mean(x.map(|yes| if yes { 1.0 } else { 0.0 }))
-}
-
-/// The value below which the share `p` (0…1) lies: the nearest of the values.
-pub fn percentile(x: impl Iterator<Item = f64>, p: f64) -> f64 {
-    let mut x: Vec<f64> = x.collect();
-    let Some(last) = x.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let place = (last as f64 * p).round() as usize;
-    *x.select_nth_unstable_by(place, f64::total_cmp).1
+pub fn max<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+    Box::new(Of {
+        of,
+        add: |most: &mut f64, x| *most = most.max(x.abs()),
+        value: |most| *most,
+        so_far: f64::NAN,
+    })
 }
 
 /// The 95 % point of χ² with one degree of freedom.
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
 /// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is not.
-pub fn share_in_band(x: impl Iterator<Item = f64>) -> f64 {
-    mean(x.map(|x| match x {
-        x if x.is_nan() => x,
-        x if x <= CHI2_95 => 1.0,
-        _ => 0.0,
-    }))
+pub fn share_in_band<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+    Box::new(Of {
+        of,
+        add: |mean: &mut Mean, x| {
+            mean.add(match x {
+                x if x.is_nan() => x,
+                x if x <= CHI2_95 => 1.0,
+                _ => 0.0,
+            });
+        },
+        value: Mean::value,
+        so_far: Mean::default(),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn of_nothing_no_number() {
-        let nothing = || std::iter::empty();
-        for x in [mean(nothing()), rms(nothing()), max(nothing())] {
-            assert!(x.is_nan());
-        }
-        assert!(percentile(nothing(), 0.5).is_nan() && share_in_band(nothing()).is_nan());
+    fn over(mut statistic: Running<f64>, x: &[f64]) -> f64 {
+        x.iter().for_each(|x| statistic.add(x));
+        statistic.value()
     }
 
     #[test]
-    fn percentiles_are_values_of_the_list() {
-        let x = || (0..101).rev().map(f64::from);
-        assert_eq!(percentile(x(), 0.95), 95.0);
-        assert_eq!(percentile(x(), 0.0), 0.0);
-        assert_eq!(percentile(x(), 1.0), 100.0);
-        assert_eq!(percentile([7.0].into_iter(), 0.3), 7.0);
+    fn of_nothing_no_number() {
+        for of_nothing in [mean, rms, max, share_in_band] {
+            assert!(over(of_nothing(|x: &f64| *x), &[]).is_nan());
+        }
+    }
+
+    /// Of 3, −4, 0, 5.
+    #[test]
+    fn they_are_what_their_names_say() {
+        let x = [3.0, -4.0, 0.0, 5.0];
+        assert_eq!(over(mean(|x| *x), &x), 1.0);
+        assert_eq!(over(rms(|x| *x), &x), 12.5f64.sqrt());
+        assert_eq!(over(max(|x| *x), &x[..3]), 4.0);
+        let mut share = Mean::default();
+        x.iter().for_each(|x| share.add_bool(*x > 0.0));
+        assert_eq!(share.value(), 0.5);
     }
 
     /// χ²₁ is the square of a standard normal: 1.96² bounds 95 % of it.
     #[test]
     fn the_band_is_that_of_chi_square() {
         assert!((CHI2_95.sqrt() - 1.959_963_984_540_054).abs() < 1e-14);
-        assert_eq!(share_in_band([0.1, 3.8, 3.9, 50.0].into_iter()), 0.5);
-        assert!(share_in_band([0.1, f64::NAN].into_iter()).is_nan());
+        assert_eq!(over(share_in_band(|x| *x), &[0.1, 3.8, 3.9, 50.0]), 0.5);
+        assert!(over(share_in_band(|x| *x), &[0.1, f64::NAN]).is_nan());
     }
 }

@@ -1,8 +1,9 @@
 //! The table of metrics.
 
-use crate::metrics::of_estimator::{DEGREE, convergence, end, settled};
+use crate::metrics::of_estimator::{DEGREE, converged_max, convergence, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
-use crate::metrics::statistics::{max, mean, percentile, rms, share_in_band};
+use crate::metrics::percentile::p95;
+use crate::metrics::statistics::{max, mean, rms, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 
 /// From one list of errors, each of all samples and of those marked valid, and the lists of the others: the table.
@@ -20,14 +21,14 @@ macro_rules! table {
                     unit: $unit,
                     doc: $doc,
                     best: Best::$best,
-                    of: Of::Error { quantity: Quantity::$quantity, valid_only: false, value: $value },
+                    of: Of::Error { quantity: Quantity::$quantity, valid_only: false, start: || $value },
                 },
                 Metric {
                     name: concat!($name, "_valid"),
                     unit: $unit,
                     doc: concat!($doc, "; of valid samples"),
                     best: Best::$best,
-                    of: Of::Error { quantity: Quantity::$quantity, valid_only: true, value: $value },
+                    of: Of::Error { quantity: Quantity::$quantity, valid_only: true, start: || $value },
                 },
             )*
             $(Metric {
@@ -42,7 +43,7 @@ macro_rules! table {
                 unit: $other_unit,
                 doc: $other_doc,
                 best: Best::$other_best,
-                of: Of::$other_of($other_value),
+                of: Of::$other_of(|| $other_value),
             },)*
         ];
     };
@@ -51,59 +52,59 @@ macro_rules! table {
 table! {
     errors: {
         Mass "mass_rmse_kg" ["kg", Least] "root mean square error of the total mass"
-            = |s| rms(s.iter().map(|x| x.mass_kg));
+            = rms(|x| x.mass_kg);
         Mass "mass_mae_kg" ["kg", Least] "mean absolute error of the total mass"
-            = |s| mean(s.iter().map(|x| x.mass_kg.abs()));
+            = mean(|x| x.mass_kg.abs());
         Mass "mass_error_max_kg" ["kg", Least] "largest error of the total mass"
-            = |s| max(s.iter().map(|x| x.mass_kg));
+            = max(|x| x.mass_kg);
         Mass "mass_error_rel_max" ["1", Least] "largest error of the total mass over the total mass"
-            = |s| max(s.iter().map(|x| x.mass_rel));
+            = max(|x| x.mass_rel);
         Mass "mass_error_rel_p95" ["1", Least] "95th percentile of the absolute error of the total mass over the total mass"
-            = |s| percentile(s.iter().map(|x| x.mass_rel.abs()), 0.95);
+            = p95(|x| x.mass_rel);
         Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: from where it has first stayed within 2 % for 1 s"
-            = |s| max(settled(s).iter().map(|x| x.mass_kg));
+            = converged_max(|x| x.mass_kg);
         Mass "mass_error_converged_rel_max" ["1", Least] "largest error of the total mass after convergence, over the total mass"
-            = |s| max(settled(s).iter().map(|x| x.mass_rel));
+            = converged_max(|x| x.mass_rel);
         Mass "mass_error_rel_end" ["1", Least] "error of the total mass over the total mass, mean of the last second, absolute"
-            = end;
+            = end();
         Mass "mass_convergence_s" ["s", Least] "time from which the mass error stays within 2 % to the end"
-            = convergence;
+            = convergence();
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
-            = |s| mean(s.iter().map(|x| x.mass_nees));
+            = mean(|x| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
-            = |s| share_in_band(s.iter().map(|x| x.mass_nees));
+            = share_in_band(|x| x.mass_nees);
         Slope "slope_rmse_deg" ["°", Least] "root mean square error of the slope against the grade at the IMU"
-            = |s| rms(s.iter().map(|x| x.slope / DEGREE));
+            = rms(|x| x.slope / DEGREE);
         Slope "slope_mae_deg" ["°", Least] "mean absolute error of the slope"
-            = |s| mean(s.iter().map(|x| (x.slope / DEGREE).abs()));
+            = mean(|x| (x.slope / DEGREE).abs());
         Slope "slope_error_max_deg" ["°", Least] "largest error of the slope"
-            = |s| max(s.iter().map(|x| x.slope / DEGREE));
+            = max(|x| x.slope / DEGREE);
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
-            = |s| percentile(s.iter().map(|x| (x.slope / DEGREE).abs()), 0.95);
+            = p95(|x| x.slope / DEGREE);
         Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope as roads state it, 100 tan θ"
-            = |s| rms(s.iter().map(|x| x.slope_percent));
+            = rms(|x| x.slope_percent);
         Slope "slope_error_max_percent" ["%", Least] "largest error of the slope as roads state it"
-            = |s| max(s.iter().map(|x| x.slope_percent));
+            = max(|x| x.slope_percent);
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
-            = |s| mean(s.iter().map(|x| x.slope_nees));
+            = mean(|x| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
-            = |s| share_in_band(s.iter().map(|x| x.slope_nees));
+            = share_in_band(|x| x.slope_nees);
         EffectiveSlope "effective_slope_rmse_deg" ["°", Least] "root mean square error of the effective slope against the effective grade of the whole vehicle"
-            = |s| rms(s.iter().map(|x| x.slope_effective / DEGREE));
+            = rms(|x| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_mae_deg" ["°", Least] "mean absolute error of the effective slope"
-            = |s| mean(s.iter().map(|x| (x.slope_effective / DEGREE).abs()));
+            = mean(|x| (x.slope_effective / DEGREE).abs());
         EffectiveSlope "effective_slope_error_max_deg" ["°", Least] "largest error of the effective slope"
-            = |s| max(s.iter().map(|x| x.slope_effective / DEGREE));
+            = max(|x| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the effective slope"
-            = |s| percentile(s.iter().map(|x| (x.slope_effective / DEGREE).abs()), 0.95);
+            = p95(|x| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the effective slope; 1 when consistent"
-            = |s| mean(s.iter().map(|x| x.effective_nees));
+            = mean(|x| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
-            = |s| share_in_band(s.iter().map(|x| x.effective_nees));
+            = share_in_band(|x| x.effective_nees);
         Slope "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
-            = |s| mean(s.iter().map(|x| x.nis));
+            = mean(|x| x.nis);
         Slope "nis_in_band" ["1", InBand] "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent"
-            = |s| share_in_band(s.iter().map(|x| x.nis));
+            = share_in_band(|x| x.nis);
     }
     marks: {
         Mass Availability "mass_availability" ["1", One]
@@ -128,24 +129,24 @@ table! {
     others: {
         "running_resistance_rmse" ["1", Least]
             "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`); all samples"
-            = Estimator(|s| rms(s.iter().map(|x| x.running_resistance)));
+            = Estimator(rms(|x| x.running_resistance));
         "speed_rmse_mps" ["m/s", Least]
             "root mean square of speed minus reference"
-            = Run(|s| rms(s.iter().map(|x| x.speed)));
+            = Run(rms(|x| x.speed));
         "accel_rms_mps2" ["m/s²", Least]
             "root mean square acceleration along the track: comfort"
-            = Run(|s| rms(s.iter().map(|x| x.accel)));
+            = Run(rms(|x| x.accel));
         "jerk_rms_mps3" ["m/s³", Least]
             "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort"
-            = Run(jerk);
+            = Run(jerk());
         "traction_energy_j" ["J", Least]
             "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off"
-            = Run(energy);
+            = Run(energy());
         "traction_energy_jpm" ["J/m", Least]
             "traction energy over the way gone, ∫ |v| dt"
-            = Run(energy_per_metre);
+            = Run(energy_per_metre());
         "off_rail_max_m" ["m", Least]
             "largest distance of a wheel from its place on the rail; of a car from the middle of its lane"
-            = Run(|s| max(s.iter().map(|x| x.off_rail)));
+            = Run(max(|x| x.off_rail));
     }
 }

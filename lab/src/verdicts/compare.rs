@@ -188,7 +188,8 @@ fn median(x: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdicts::summary::{CommonErrors, Summary};
+    use crate::verdicts::common::CommonErrors;
+    use crate::verdicts::summary::Summary;
 
     #[test]
     fn medians() {

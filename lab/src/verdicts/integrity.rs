@@ -1,8 +1,8 @@
 //! Integrity of the estimators of a run: how many of their valid samples are misleading, and the worst of these.
 
-use crate::metrics::series::{ErrorSample, ErrorSeries};
+use crate::metrics::series::ErrorSample;
 use crate::metrics::{Quantity, misleading_share};
-use monorig_sim::config::scenario::{KnownFailure, ScenarioFile};
+use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
 /// What one estimator's marks of one quantity were worth, over a whole run.
@@ -40,52 +40,51 @@ pub struct Misleading {
 }
 
 impl Integrity {
-    /// Of every estimator and quantity of a run.
-    pub fn of(series: &ErrorSeries, file: &ScenarioFile) -> Vec<Self> {
-        let estimators = series.estimators.iter();
-        estimators
-            .flat_map(|(name, samples)| {
-                Quantity::ALL.map(|q| Self::of_one(series, file, name, q, samples))
-            })
-            .collect()
+    /// Of every quantity of an estimator, before its first sample. `judged` is whether it is not there for reference only.
+    pub fn of(
+        estimator: &str,
+        judged: bool,
+        limits: &IntegrityLimits,
+        file: &ScenarioFile,
+    ) -> [Self; 3] {
+        Quantity::ALL.map(|quantity| {
+            let metric = misleading_share(quantity);
+            let meant = |k: &&KnownFailure| {
+                k.metric == metric
+                    && k.estimator.as_deref() == Some(estimator)
+                    && !file.expect.iter().any(|e| e.is_meant_by(k))
+            };
+            let known_failure = file.known_failures.iter().find(meant);
+            Self {
+                estimator: estimator.to_owned(),
+                quantity,
+                samples: 0,
+                valid: 0,
+                misleading: 0,
+                alert: quantity.alert(limits),
+                worst: None,
+                at_most: judged.then_some(limits.max_share),
+                known_failure: known_failure.map(|k| k.why.clone()),
+            }
+        })
     }
 
-    fn of_one(
-        series: &ErrorSeries,
-        file: &ScenarioFile,
-        name: &str,
-        quantity: Quantity,
-        samples: &[ErrorSample],
-    ) -> Self {
-        let limits = &series.limits;
-        let valid = || samples.iter().filter(|x| quantity.is_valid(x));
-        let misleading = || valid().filter(|x| quantity.is_misleading(x, limits));
-        let size = |x: &&ErrorSample| quantity.error(x).abs();
-        let worst = misleading().max_by(|a, b| size(a).total_cmp(&size(b)));
-        let metric = misleading_share(quantity);
-        let meant = |k: &&KnownFailure| {
-            k.metric == metric
-                && k.estimator.as_deref() == Some(name)
-                && !file.expect.iter().any(|e| e.is_meant_by(k))
-        };
-        Self {
-            estimator: name.to_owned(),
-            quantity,
-            samples: samples.len() as u64,
-            valid: valid().count() as u64,
-            misleading: misleading().count() as u64,
-            alert: quantity.alert(limits),
-            worst: worst.map(|x| Misleading {
+    /// One sample more.
+    pub fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
+        let quantity = self.quantity;
+        self.samples += 1;
+        self.valid += u64::from(quantity.is_valid(x));
+        if !quantity.is_misleading(x, limits) {
+            return;
+        }
+        self.misleading += 1;
+        let error = quantity.error(x);
+        if self.worst.is_none_or(|w| error.abs() >= w.error.abs()) {
+            self.worst = Some(Misleading {
                 t_s: x.t_s,
-                error: quantity.error(x),
+                error,
                 nees: Some(quantity.nees(x)).filter(|n| n.is_finite()),
-            }),
-            at_most: (!series.references.contains(name)).then_some(limits.max_share),
-            known_failure: file
-                .known_failures
-                .iter()
-                .find(meant)
-                .map(|k| k.why.clone()),
+            });
         }
     }
 

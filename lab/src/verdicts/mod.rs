@@ -4,10 +4,12 @@
 //! be measured at all) and the [`integrity`] of its estimators; [`findings`] are what misleads, worst first; [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other
 //! over the same runs, with the confidence [`interval`]s of their differences.
 
+pub mod common;
 pub mod compare;
 pub mod expected;
 pub mod findings;
 pub mod integrity;
 pub mod interval;
+pub mod measure;
 pub mod summary;
 pub mod verdict;

@@ -1,12 +1,8 @@
 //! `metrics.json`: the numbers of one run, and whether what its scenario expects held. The same run gives the same bytes.
 
-use crate::metrics;
-use crate::metrics::series::{ErrorSample, ErrorSeries};
-use crate::metrics::{Quantity, estimator_metrics, run_metrics};
-use crate::verdicts::expected::{self, Bound};
+use crate::verdicts::common::CommonErrors;
 use crate::verdicts::integrity::Integrity;
-use monorig_sim::closed_loop::run::Outcome;
-use monorig_sim::config::scenario::{IntegrityLimits, Moment, Scenario, ScenarioFile};
+use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -61,41 +57,6 @@ pub struct Summary {
     /// Of estimators against the reference of a comparison: errors over the samples that both mark valid. Empty elsewhere.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub common: BTreeMap<String, CommonErrors>,
-}
-
-/// Errors of an estimator and of the reference over the samples that both mark valid.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CommonErrors {
-    /// By quantity: the share of all samples that both mark valid.
-    pub share: BTreeMap<Quantity, f64>,
-    /// By metric: the estimator's and the reference's; null = could not be measured.
-    pub errors: BTreeMap<String, [Option<f64>; 2]>,
-}
-
-impl CommonErrors {
-    /// Of two estimators over the same steps.
-    fn of(own: &[ErrorSample], reference: &[ErrorSample]) -> Self {
-        let share = Quantity::ALL.map(|q| {
-            let pairs = own.iter().zip(reference);
-            let both = pairs
-                .filter(|(a, b)| q.is_valid(a) && q.is_valid(b))
-                .count();
-            (q, both as f64 / own.len().max(1) as f64)
-        });
-        let errors = estimator_metrics().filter(|m| !m.is_of_valid());
-        let errors = errors.filter_map(|m| {
-            let ours = m.over_common(own, reference)?;
-            let theirs = m.over_common(reference, own)?;
-            Some((
-                m.name.to_owned(),
-                [finite(Some(ours)), finite(Some(theirs))],
-            ))
-        });
-        Self {
-            share: share.into_iter().collect(),
-            errors: errors.collect(),
-        }
-    }
 }
 
 /// One expectation, judged.
@@ -167,79 +128,7 @@ impl ExpectationVerdict {
     }
 }
 
-fn finite(x: Option<f64>) -> Option<f64> {
-    x.filter(|x| x.is_finite())
-}
-
 impl Summary {
-    /// The numbers of a run.
-    pub fn new(scenario: &Scenario, seed: u64, outcome: &Outcome, series: &ErrorSeries) -> Self {
-        let (from, to) = (AFTER_S, f64::INFINITY);
-        let of = |name: &str| {
-            estimator_metrics()
-                .map(|m| {
-                    (
-                        m.name.to_owned(),
-                        finite(metrics::measure(series, name, m.name, from, to)),
-                    )
-                })
-                .collect()
-        };
-        Self {
-            version: 1,
-            scenario: scenario.name.clone(),
-            seed,
-            finished: outcome.finished,
-            never_valid: series
-                .estimators
-                .iter()
-                .filter(|(_, samples)| !samples.iter().any(|x| x.mass_valid || x.slope_valid))
-                .map(|(name, _)| name.clone())
-                .collect(),
-            simulated_s: outcome.simulated_s,
-            steps: outcome.steps,
-            after_s: AFTER_S,
-            estimators: series
-                .estimators
-                .iter()
-                .map(|(name, _)| (name.clone(), of(name)))
-                .collect(),
-            run: run_metrics()
-                .map(|m| {
-                    (
-                        m.name.to_owned(),
-                        finite(metrics::measure_run(series, m.name, from, to)),
-                    )
-                })
-                .collect(),
-            refusals: outcome.refusals.clone(),
-            expectations: expected::bounds(&scenario.file)
-                .iter()
-                .map(|b| judge(b, &scenario.file, series, outcome.finished))
-                .collect(),
-            limits: series.limits,
-            integrity: Integrity::of(series, &scenario.file),
-            common: BTreeMap::new(),
-        }
-    }
-
-    /// With the errors of every other estimator on the samples that it and the reference both mark valid.
-    pub fn against(mut self, reference: &str, series: &ErrorSeries) -> Self {
-        let later =
-            |samples| metrics::between(samples, |x: &ErrorSample| x.t_s, AFTER_S, f64::INFINITY);
-        let Some(theirs) = series.of(reference).map(later) else {
-            return self;
-        };
-        let others = series
-            .estimators
-            .iter()
-            .filter(|(name, _)| name != reference);
-        self.common = others
-            .map(|(name, own)| (name.clone(), CommonErrors::of(later(own), theirs)))
-            .collect();
-        self
-    }
-
     /// Whether the run is good: it finished, every bound held or is known not to, and no estimator in it that is judged is misleading.
     pub fn good(&self) -> bool {
         let judged = |i: &&Integrity| i.at_most.is_some() && i.known_failure.is_none();
@@ -253,41 +142,5 @@ impl Summary {
     pub fn to_json(&self) -> String {
         // Strings and finite numbers: nothing in here can fail to serialise.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
-    }
-}
-
-fn judge(
-    bound: &Bound,
-    file: &ScenarioFile,
-    series: &ErrorSeries,
-    finished: bool,
-) -> ExpectationVerdict {
-    let e = &bound.expectation;
-    // beyond the end of the run if it never comes to where the window begins, or ends
-    let end = |s: Option<f64>, moment: &Option<Moment>| match moment {
-        Some(moment) => Some(series.instant_s(moment, file).unwrap_or(f64::INFINITY)),
-        None => s,
-    };
-    let after_s = end(e.after_s.map(f64::from), &e.after);
-    let until_s = end(e.until_s.map(f64::from), &e.until);
-    let (from, to) = (after_s.unwrap_or(0.0), until_s.unwrap_or(f64::INFINITY));
-    let value = finite(match &e.estimator {
-        Some(name) => metrics::measure(series, name, &e.metric, from, to),
-        None => metrics::measure_run(series, &e.metric, from, to),
-    });
-    let (at_most, at_least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
-    let within = |x: f64| at_most.is_none_or(|m| x <= m) && at_least.is_none_or(|l| x >= l);
-    ExpectationVerdict {
-        estimator: e.estimator.clone(),
-        metric: e.metric.clone(),
-        window: e.window(),
-        after_s: finite(after_s),
-        until_s: finite(until_s),
-        at_most,
-        at_least,
-        quantile: e.quantile.map(f64::from),
-        value,
-        held: finished && value.is_some_and(within),
-        known_failure: bound.known_failure.clone(),
     }
 }

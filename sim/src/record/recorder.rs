@@ -254,3 +254,123 @@ impl Observer for Recorder<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::Registry;
+    use crate::testing::scenario;
+    use monorig_estimators::api::signals::Command;
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    const HOUR_S: i64 = 3600;
+    /// Between two steps of the loop, ns: two rows would fit between.
+    const STEP_NS: i64 = 10_000_000;
+    /// Between two rows at 50 Hz, ns.
+    const ROW_NS: i64 = 20_000_000;
+
+    /// Keeps the times of rows and of poses, and checks that rows are whole.
+    #[derive(Clone, Default)]
+    struct Times(Rc<RefCell<(Vec<i64>, Vec<i64>)>>);
+
+    impl Sink for Times {
+        fn begin(&mut self, _: &Layout<'_>) -> Result<(), Error> {
+            Ok(())
+        }
+
+        fn chunk(&mut self, c: &Chunk) -> Result<(), Error> {
+            assert!(c.values.iter().all(|v| v.len() == c.time_ns.len()));
+            assert!(c.poses.iter().all(|p| p.len() == c.pose_time_ns.len()));
+            let (rows, poses) = &mut *self.0.borrow_mut();
+            rows.extend(&c.time_ns);
+            poses.extend(&c.pose_time_ns);
+            Ok(())
+        }
+
+        fn finish(&mut self) -> Result<(), Error> {
+            Ok(())
+        }
+    }
+
+    /// Times of rows and of poses of so many hours, steps that the plant need not make for it.
+    fn recorded(hours: i64, options: impl Fn(Recorder<'static>) -> Recorder<'static>) -> Times {
+        let set = [
+            ("physics.plant", "point-mass"),
+            ("physics.dt_ms", "10"),
+            ("estimators", "{}"),
+            ("drive.controller.feedforward", "none"),
+            ("in_loop", "null"),
+            ("expect", "[]"),
+            ("record", "{rate_hz: 50, pose_rate_hz: 25}"),
+        ];
+        let scenario = scenario("minimal", &set);
+        let simulation = Simulation::build(scenario, &Registry::default(), 1).unwrap();
+        let times = Times::default();
+        let mut recorder = options(Recorder::new(vec![Box::new(times.clone())]));
+        recorder.begin(&simulation).unwrap();
+        for time_ns in (1..=hours * HOUR_S * 1_000_000_000 / STEP_NS).map(|k| k * STEP_NS) {
+            let frame = StepFrame {
+                time_ns,
+                truth: simulation.plant.truth(),
+                measurements: &Measurements::default(),
+                sampled: false,
+                command: &Command::default(),
+                reference: &Default::default(),
+                perception: &Default::default(),
+                estimators: &[],
+                events: &[],
+            };
+            recorder.on_step(&frame).unwrap();
+        }
+        recorder.finish().unwrap();
+        assert_eq!(recorder.rows(), times.0.borrow().0.len());
+        times
+    }
+
+    /// How many times follow one another at the first distance, at the next, and so on: (distance, how many). Without the row of the
+    /// first step, which is off the grid.
+    fn stretches(times: &[i64]) -> Vec<(i64, usize)> {
+        let mut all: Vec<(i64, usize)> = Vec::new();
+        for w in times[1..].windows(2) {
+            let apart = w[1] - w[0];
+            match all.last_mut() {
+                Some((same, n)) if *same == apart => *n += 1,
+                _ => all.push((apart, 1)),
+            }
+        }
+        all
+    }
+
+    /// 360 000 rows at 50 Hz are two hours, as many at 25 Hz four, at 12.5 Hz eight: each stretch even, and none missing at the seam.
+    /// Poses at 25 Hz come to their first halving after four hours.
+    #[test]
+    fn long_runs_are_thinned_by_halves_without_a_gap() {
+        let times = recorded(7, |recorder| recorder);
+        let (rows, poses) = &*times.0.borrow();
+        let n = FULL_RATE_ROWS;
+        let rest = HOUR_S as usize * 25 / 2;
+        let is = stretches(rows);
+        let apart: Vec<i64> = is.iter().map(|s| s.0).collect();
+        assert_eq!(apart, [ROW_NS, 2 * ROW_NS, 4 * ROW_NS], "{is:?}");
+        for ((_, is), expected) in is.iter().zip([n, n, rest]) {
+            assert!(is.abs_diff(expected) <= 2, "{is} rows for {expected}");
+        }
+        let apart: Vec<i64> = stretches(poses).iter().map(|s| s.0).collect();
+        assert_eq!(apart, [2 * ROW_NS, 4 * ROW_NS]);
+    }
+
+    /// So a day at 50 Hz leaves less than a third of its rows, and a shorter run all.
+    #[test]
+    fn at_the_full_rate_and_in_short_runs_nothing_is_left_out() {
+        let every = |times: Times| {
+            let (rows, poses) = &*times.0.borrow();
+            (stretches(rows), stretches(poses))
+        };
+        let (rows, poses) = every(recorded(3, Recorder::full_rate));
+        assert_eq!(rows, [(ROW_NS, 3 * FULL_RATE_ROWS / 2 - 1)]);
+        assert_eq!(poses, [(2 * ROW_NS, 3 * FULL_RATE_ROWS / 4 - 1)]);
+        let (rows, _) = every(recorded(1, |recorder| recorder));
+        assert_eq!(rows.len(), 1);
+    }
+}

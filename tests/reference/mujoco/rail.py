@@ -30,9 +30,11 @@ def curvatures(elements, horizontal):
             turn = math.radians(e["angle_deg"]) if horizontal else math.radians(e["to_grade_deg"]) - angle
             easement = e.get("easement_m", 0.0)
             k = math.copysign(1.0 / e["radius_m"], turn)
-            piece(easement, 0.0, k)
+            if easement > 0.0:
+                piece(easement, 0.0, k)
             piece(e["radius_m"] * abs(turn) - easement, k, k)
-            piece(easement, k, 0.0)
+            if easement > 0.0:
+                piece(easement, k, 0.0)  # else a clothoid behind it begins with the curvature of the arc
         else:
             raise ValueError(f"element {kind}: not read here")
     return start, pieces

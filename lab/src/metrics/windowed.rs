@@ -1,0 +1,87 @@
+//! Metrics over windows of a run, measured while it goes on, in memory that does not grow with the run.
+
+use crate::metrics::find;
+use crate::metrics::series::{ErrorSample, Tracking};
+use crate::metrics::window::{Window, Windowed};
+use monorig_sim::config::scenario::IntegrityLimits;
+
+/// What is to be measured.
+#[derive(Clone)]
+pub struct Wanted {
+    /// Of this estimator; none = of train and controller.
+    pub estimator: Option<String>,
+    /// Name of the metric.
+    pub metric: String,
+    /// When.
+    pub window: Window,
+}
+
+/// What was wanted, in its order.
+pub struct WindowedMetrics {
+    all: Vec<Measured>,
+}
+
+/// None where there is no such estimator, or the metric is not one of it.
+enum Measured {
+    OfEstimator(usize, Windowed<ErrorSample>),
+    OfRun(Windowed<Tracking>),
+    Nothing(Window),
+}
+
+impl WindowedMetrics {
+    /// Begins to measure what is wanted of a run with these estimators.
+    pub fn new(estimators: &[String], wanted: &[Wanted], limits: &IntegrityLimits) -> Self {
+        let start = |w: &Wanted| {
+            let metric = find(&w.metric)?;
+            Some(match &w.estimator {
+                Some(name) => {
+                    let i = estimators.iter().position(|e| e == name)?;
+                    let running = metric.of_estimator(limits)?;
+                    Measured::OfEstimator(i, Windowed::new(w.window, running))
+                }
+                None => Measured::OfRun(Windowed::new(w.window, metric.of_run()?)),
+            })
+        };
+        let all = wanted.iter();
+        Self {
+            all: all
+                .map(|w| start(w).unwrap_or(Measured::Nothing(w.window)))
+                .collect(),
+        }
+    }
+
+    /// A step of the run: its state, and a sample of each estimator in their order.
+    pub fn add(&mut self, tracking: &Tracking, samples: &[ErrorSample]) {
+        for measured in &mut self.all {
+            match measured {
+                Measured::OfEstimator(i, windowed) => {
+                    if let Some(x) = samples.get(*i) {
+                        windowed.add(tracking, x);
+                    }
+                }
+                Measured::OfRun(windowed) => windowed.add(tracking, tracking),
+                Measured::Nothing(window) => window.see(tracking),
+            }
+        }
+    }
+
+    /// The run is over.
+    pub fn finish(&mut self) {
+        for measured in &mut self.all {
+            match measured {
+                Measured::OfEstimator(_, windowed) => windowed.finish(),
+                Measured::OfRun(windowed) => windowed.finish(),
+                Measured::Nothing(_) => {}
+            }
+        }
+    }
+
+    /// The values, each with its window; none where there is nothing to measure.
+    pub fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
+        self.all.iter().map(|measured| match measured {
+            Measured::OfEstimator(_, w) => (Some(w.value()), w.window),
+            Measured::OfRun(w) => (Some(w.value()), w.window),
+            Measured::Nothing(window) => (None, *window),
+        })
+    }
+}

@@ -1,0 +1,218 @@
+//! Measures while a run goes on what its [`Summary`] holds, in memory that does not grow with the run.
+
+use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
+use crate::metrics::{
+    End, Metric, Wanted, Window, WindowedMetrics, estimator_metrics, run_metrics,
+};
+use crate::verdicts::common::CommonErrorsSoFar;
+use crate::verdicts::expected::{self, Bound};
+use crate::verdicts::integrity::Integrity;
+use crate::verdicts::summary::{AFTER_S, ExpectationVerdict, Summary};
+use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::estimators::RunningEstimator;
+use monorig_sim::closed_loop::run::{Observer, Outcome, StepFrame};
+use monorig_sim::config::scenario::{IntegrityLimits, Moment, Scenario};
+use monorig_sim::error::Error;
+use std::collections::BTreeMap;
+
+/// Observer that measures the [`Summary`] of a run.
+#[derive(Default)]
+pub struct SummaryObserver {
+    /// Whose valid samples the others' are held against: name, and place in the run.
+    reference: Option<String>,
+    reference_at: Option<usize>,
+    limits: IntegrityLimits,
+    estimators: Vec<EstimatorSoFar>,
+    samples: Vec<ErrorSample>,
+    bounds: Vec<Bound>,
+    /// What is wanted of the metrics, and what has come of it: metrics from [`AFTER_S`] on, then the bounds.
+    wanted: Vec<Wanted>,
+    metrics: Option<WindowedMetrics>,
+}
+
+struct EstimatorSoFar {
+    name: String,
+    ever_valid: bool,
+    integrity: [Integrity; 3],
+    common: Option<CommonErrorsSoFar>,
+}
+
+impl SummaryObserver {
+    /// An observer that also holds every estimator against this one, over the samples that both mark valid.
+    pub fn against(reference: &str) -> Self {
+        Self {
+            reference: Some(reference.to_owned()),
+            ..Self::default()
+        }
+    }
+
+    /// What the run has come to.
+    pub fn summary(&self, scenario: &Scenario, seed: u64, outcome: &Outcome) -> Summary {
+        let values: Vec<(Option<f64>, Window)> = self
+            .metrics
+            .iter()
+            .flat_map(WindowedMetrics::values)
+            .collect();
+        let metrics = values.len().saturating_sub(self.bounds.len());
+        let (metrics, bounds) = values.split_at(metrics);
+        let mut estimators: BTreeMap<_, _> = self
+            .estimators
+            .iter()
+            .map(|e| (e.name.clone(), BTreeMap::new()))
+            .collect();
+        let mut run = BTreeMap::new();
+        for (wanted, (value, _)) in self.wanted.iter().zip(metrics) {
+            let of = wanted.estimator.as_ref();
+            let table = of.and_then(|name| estimators.get_mut(name));
+            let table = table.unwrap_or(&mut run);
+            table.insert(wanted.metric.clone(), finite(*value));
+        }
+        let never_valid = self.estimators.iter().filter(|e| !e.ever_valid);
+        Summary {
+            version: 1,
+            scenario: scenario.name.clone(),
+            seed,
+            finished: outcome.finished,
+            never_valid: never_valid.map(|e| e.name.clone()).collect(),
+            simulated_s: outcome.simulated_s,
+            steps: outcome.steps,
+            after_s: AFTER_S,
+            estimators,
+            run,
+            refusals: outcome.refusals.clone(),
+            expectations: self
+                .bounds
+                .iter()
+                .zip(bounds)
+                .map(|(bound, (value, window))| judge(bound, *value, window, outcome.finished))
+                .collect(),
+            limits: self.limits,
+            integrity: self
+                .estimators
+                .iter()
+                .flat_map(|e| e.integrity.clone())
+                .collect(),
+            common: self
+                .estimators
+                .iter()
+                .filter_map(|e| Some((e.name.clone(), e.common.as_ref()?.value())))
+                .collect(),
+        }
+    }
+}
+
+impl Observer for SummaryObserver {
+    fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
+        let file = &s.scenario.file;
+        self.limits = IntegrityLimits::of(file);
+        self.bounds = expected::bounds(file);
+        let geometry = Geometry::of(s);
+        let of_bound = |bound: &Bound| {
+            let e = &bound.expectation;
+            let end = |s: f64, moment: &Option<Moment>| match moment {
+                Some(moment) => End::of(moment, file, &geometry),
+                None => End::At(s),
+            };
+            let after_s = e.after_s.map_or(0.0, f64::from);
+            let until_s = e.until_s.map_or(f64::INFINITY, f64::from);
+            Wanted {
+                estimator: e.estimator.clone(),
+                metric: e.metric.clone(),
+                window: Window::between(end(after_s, &e.after), end(until_s, &e.until)),
+            }
+        };
+        let from_then_on = |estimator: Option<&String>, metric: &Metric| Wanted {
+            estimator: estimator.cloned(),
+            metric: metric.name.to_owned(),
+            window: Window::new(AFTER_S, f64::INFINITY),
+        };
+        let names: Vec<String> = s.estimators.iter().map(|e| e.name.clone()).collect();
+        let of_estimators = names
+            .iter()
+            .flat_map(|name| estimator_metrics().map(|m| from_then_on(Some(name), m)));
+        self.wanted = of_estimators
+            .chain(run_metrics().map(|m| from_then_on(None, m)))
+            .chain(self.bounds.iter().map(of_bound))
+            .collect();
+        self.metrics = Some(WindowedMetrics::new(&names, &self.wanted, &self.limits));
+        let judged =
+            |e: &RunningEstimator| !e.reference && !file.integrity.reference_only.contains(&e.name);
+        let reference = self.reference.as_ref();
+        self.reference_at = names.iter().position(|name| Some(name) == reference);
+        let common = |e: &RunningEstimator| {
+            let other = self.reference_at.is_some() && Some(&e.name) != reference;
+            other.then(|| CommonErrorsSoFar::new(&self.limits))
+        };
+        self.estimators = s
+            .estimators
+            .iter()
+            .map(|e| EstimatorSoFar {
+                name: e.name.clone(),
+                ever_valid: false,
+                integrity: Integrity::of(&e.name, judged(e), &self.limits, file),
+                common: common(e),
+            })
+            .collect();
+        Ok(())
+    }
+
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        if !f.sampled {
+            return Ok(());
+        }
+        let target = Target::of(f.truth);
+        self.samples.clear();
+        let samples = f.estimators.iter().map(|e| ErrorSample::new(e, &target));
+        self.samples.extend(samples);
+        if let Some(metrics) = &mut self.metrics {
+            metrics.add(&Tracking::of(f), &self.samples);
+        }
+        for (e, x) in self.estimators.iter_mut().zip(&self.samples) {
+            e.ever_valid |= x.mass_valid || x.slope_valid;
+            for integrity in &mut e.integrity {
+                integrity.count(x, &self.limits);
+            }
+        }
+        let reference = self.reference_at.and_then(|i| self.samples.get(i));
+        if let Some(reference) = reference.filter(|x| x.t_s >= AFTER_S) {
+            for (e, x) in self.estimators.iter_mut().zip(&self.samples) {
+                if let Some(common) = &mut e.common {
+                    common.add(x, reference);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), Error> {
+        if let Some(metrics) = &mut self.metrics {
+            metrics.finish();
+        }
+        Ok(())
+    }
+}
+
+fn finite(x: Option<f64>) -> Option<f64> {
+    x.filter(|x| x.is_finite())
+}
+
+fn judge(bound: &Bound, value: Option<f64>, window: &Window, finished: bool) -> ExpectationVerdict {
+    let e = &bound.expectation;
+    let value = finite(value);
+    let (at_most, at_least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
+    let within = |x: f64| at_most.is_none_or(|m| x <= m) && at_least.is_none_or(|l| x >= l);
+    let given = |s: f64, is_given: bool| finite(is_given.then_some(s));
+    ExpectationVerdict {
+        estimator: e.estimator.clone(),
+        metric: e.metric.clone(),
+        window: e.window(),
+        after_s: given(window.after_s(), e.after_s.is_some() || e.after.is_some()),
+        until_s: finite(Some(window.until_s())),
+        at_most,
+        at_least,
+        quantile: e.quantile.map(f64::from),
+        value,
+        held: finished && value.is_some_and(within),
+        known_failure: bound.known_failure.clone(),
+    }
+}
