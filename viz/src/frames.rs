@@ -4,6 +4,7 @@
 //! last of them, of kind 0, is the index: one manifest a store; behind it 32 bytes that say where the index is, with its check sum.
 //! (`re_log_encoding` 0.36, `src/rrd/frames.rs`.)
 
+use crate::packed::Packed;
 use re_log_encoding::{Decodable, Encodable, MessageHeader, MessageKind, StreamFooter};
 use re_protos::log_msg::v1alpha1::{RrdFooter, RrdManifest};
 use rerun::external::arrow::datatypes::Schema as ArrowSchema;
@@ -17,10 +18,14 @@ const HEADER_BYTES: usize = MessageHeader::ENCODED_SIZE_BYTES;
 const MAX_PAYLOAD_BYTES: u64 = 256 << 20;
 /// LZ4 does not compress better than this.
 const MAX_RATIO: u64 = 255;
-/// Protobuf fields: the length of an `ArrowMsg` when unpacked, the manifests of an index, the table of a manifest.
-const UNPACKED_BYTES: u64 = 3;
+/// Protobuf fields: the manifests of an index, the table of a manifest.
 const MANIFESTS: u64 = 1;
 const TABLE: u64 = 4;
+
+/// Protobuf fields of what is packed: how it is compressed, its length when unpacked, its bytes.
+struct PackedFields(u64, u64, u64);
+const MESSAGE_FIELDS: PackedFields = PackedFields(2, 3, 5);
+const TABLE_FIELDS: PackedFields = PackedFields(3, 4, 2);
 
 /// Whether lengths in a file are such as can be: the decoder makes room for whatever they say. What is wrong, if not.
 pub fn check(path: &Path) -> io::Result<Result<(), String>> {
@@ -142,37 +147,60 @@ fn damaged(what: &str) -> io::Error {
 
 /// Whether what is packed in a payload can become as long as it says.
 fn plausible(kind: u64, payload: &[u8]) -> bool {
-    let fits = |claimed: u64, bytes: &[u8]| {
-        claimed <= (bytes.len() as u64 + 1).saturating_mul(MAX_RATIO)
-            && claimed <= MAX_PAYLOAD_BYTES
-    };
-    let mut rest = payload;
+    match kind {
+        2 => packed_is_plausible(payload, &MESSAGE_FIELDS),
+        0 => index_is_plausible(payload),
+        _ => are_fields(payload),
+    }
+}
+
+fn are_fields(mut rest: &[u8]) -> bool {
     while !rest.is_empty() {
-        match (kind, field(&mut rest)) {
-            (_, None) => return false,
-            (2, Some((UNPACKED_BYTES, Value::Number(n)))) if !fits(n, payload) => return false,
-            (0, Some((MANIFESTS, Value::Bytes(manifest)))) => {
-                let mut manifest = manifest;
-                while !manifest.is_empty() {
-                    let table = match field(&mut manifest) {
-                        Some((TABLE, Value::Bytes(table))) => table,
-                        Some(_) => continue,
-                        None => return false,
-                    };
-                    let mut inside = table;
-                    while !inside.is_empty() {
-                        match field(&mut inside) {
-                            None => return false,
-                            Some((_, Value::Number(n))) if !fits(n, table) => return false,
-                            Some(_) => {}
-                        }
-                    }
-                }
-            }
-            _ => {}
+        if field(&mut rest).is_none() {
+            return false;
         }
     }
     true
+}
+
+/// The table of every manifest.
+fn index_is_plausible(mut rest: &[u8]) -> bool {
+    while !rest.is_empty() {
+        let mut manifest = match field(&mut rest) {
+            Some((MANIFESTS, Value::Bytes(manifest))) => manifest,
+            Some(_) => continue,
+            None => return false,
+        };
+        while !manifest.is_empty() {
+            match field(&mut manifest) {
+                Some((TABLE, Value::Bytes(table))) => {
+                    if !packed_is_plausible(table, &TABLE_FIELDS) {
+                        return false;
+                    }
+                }
+                Some(_) => {}
+                None => return false,
+            }
+        }
+    }
+    true
+}
+
+fn packed_is_plausible(message: &[u8], fields: &PackedFields) -> bool {
+    let PackedFields(compression, unpacked_bytes, bytes) = *fields;
+    let mut packed = Packed::default();
+    let mut rest = message;
+    while !rest.is_empty() {
+        match field(&mut rest) {
+            None => return false,
+            Some((n, Value::Number(x))) if n == compression => packed.compression = x,
+            Some((n, Value::Number(x))) if n == unpacked_bytes => packed.unpacked_bytes = x,
+            Some((n, Value::Bytes(x))) if n == bytes => packed.bytes = x,
+            Some(_) => {}
+        }
+    }
+    let most = (packed.bytes.len() as u64 + 1).saturating_mul(MAX_RATIO);
+    packed.unpacked_bytes <= most.min(MAX_PAYLOAD_BYTES) && packed.is_plausible()
 }
 
 /// A value of a Protobuf field.

@@ -19,6 +19,7 @@ mod blueprint;
 mod columns;
 mod frames;
 mod live;
+mod packed;
 mod plots;
 pub mod readback;
 mod scene;

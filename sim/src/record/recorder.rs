@@ -14,7 +14,7 @@ use std::path::Path;
 /// Least simulated time between two chunks unless given, s.
 const CHUNK_S: f64 = 30.0;
 /// A run is handed on in about so many chunks if it is long: every chunk costs room in the files beside its values.
-const CHUNKS: f64 = 240.0;
+const CHUNKS: f64 = 60.0;
 /// Most values of a chunk that is not asked for: they are held in memory, 8 bytes each.
 const MAX_CHUNK_VALUES: f64 = 4e6;
 /// Rows at the full rate; after as many again at half of it, it is halved again, and so on: two hours at 50 Hz.

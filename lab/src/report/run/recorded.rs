@@ -50,8 +50,7 @@ impl Recorded {
         }
         let summary = summary(&path("metrics.json")?)?;
         let channels = path("channels.parquet")?;
-        let shown = |name: &str| !name.starts_with("internals/") && !name.starts_with("sensors/");
-        let (contents, columns) = readback::columns(&channels, shown)?;
+        let (contents, columns) = readback::columns(&channels, is_shown)?;
         let seed = manifest.seed.to_string();
         if (contents.scenario.as_str(), contents.seed.as_str()) != (&manifest.scenario, &seed)
             || (&summary.scenario, summary.seed) != (&manifest.scenario, manifest.seed)
@@ -123,6 +122,13 @@ impl Recorded {
     pub fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
         Ok(self.column(name)?.iter().any(|x| x.abs() > limit))
     }
+}
+
+/// Whether a column is drawn: those of a long run are many megabytes each.
+fn is_shown(name: &str) -> bool {
+    let hidden = ["internals/", "sensors/", "aid/", "truth/balance/"];
+    let of_drive = name.starts_with("truth/drive_") && !name.ends_with("/motor_torque");
+    !of_drive && !hidden.iter().any(|start| name.starts_with(start))
 }
 
 fn summary(path: &Path) -> Result<Summary, Error> {
