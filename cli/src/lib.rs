@@ -33,8 +33,10 @@ pub use monorig_sim;
 mod commands;
 mod files;
 mod identity;
+mod pace;
 mod simulate;
 mod ui;
+mod variant;
 mod viewer;
 
 use clap::{CommandFactory, FromArgMatches};
@@ -124,6 +126,7 @@ impl App {
             Ok(arguments) => arguments,
             Err(e) => return errors::usage(&e),
         };
+        ui::terminal::set(arguments.terminal);
         let done = arguments.command.run(&self.registry);
         let refused = monorig_lab::batch::refused_threads();
         if refused > 0 {

@@ -1,6 +1,7 @@
 //! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
 
 use crate::identity::identity;
+use crate::pace::Pace;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
@@ -13,6 +14,7 @@ use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{Recorder, Sink};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -32,15 +34,22 @@ pub struct SimulatedRun {
 pub struct RecordOptions<'a> {
     /// Folder the results go to.
     pub out: &'a Path,
-    /// Also stream to a viewer.
-    pub live: bool,
+    /// Also stream to the viewer at this address.
+    pub live: Option<SocketAddr>,
+    /// Simulated seconds a second at most; none = as fast as it goes.
+    pub pace: Option<f64>,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
     /// Record long runs at the full rate too.
     pub full_rate: bool,
+    /// What was changed against the scenario file, as `path=value`; the scenario's name tells the variant already.
+    pub changes: &'a [String],
     /// Where estimators and controller are from: their defaults go into the manifest.
     pub registry: &'a Registry,
 }
+
+/// Shortest chunk of a recording that is watched, s.
+const MIN_CHUNK_S: f64 = 0.5;
 
 /// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
 /// recorded whole up to there.
@@ -54,6 +63,7 @@ pub fn simulate(
     let (inputs, name) = (scenario.input_digests(), &scenario.name);
     let resolved = resolved(&scenario, options.registry);
     let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
+    manifest.changes = options.changes.to_vec();
 
     let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
@@ -66,14 +76,22 @@ pub fn simulate(
     let mut metrics = SummaryObserver::default();
     let started = Instant::now();
     let mut recorder = Recorder::new(sinks);
-    if options.live {
-        recorder = recorder.every_s(viewer::LIVE_CHUNK_S);
+    if options.live.is_some() {
+        // whoever watches gets something about as often, however fast the run is
+        let chunk_s = options.pace.map_or(viewer::LIVE_CHUNK_S, |pace| {
+            pace.clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
+        });
+        recorder = recorder.every_s(chunk_s);
     }
     if options.full_rate {
         recorder = recorder.full_rate();
     }
-    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder, &mut metrics];
-    let outcome = run::run(&mut simulation, observers, go_on)?;
+    let mut pace = options.pace.map(Pace::new);
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
+    if let Some(pace) = &mut pace {
+        observers.push(pace);
+    }
+    let outcome = run::run(&mut simulation, &mut observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
 
     let summary = metrics.summary(&scenario, seed, &outcome);

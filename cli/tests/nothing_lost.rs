@@ -146,10 +146,12 @@ fn the_manifest_has_the_files_that_were_read_and_no_others() {
         "--no-rerun",
         "--set",
         "sensors=others.yaml",
+        "--name",
+        "others",
     ];
     let manifest = || {
         run(&rig, &command);
-        json(&rig, "runs/quick/1/manifest.json")
+        json(&rig, "runs/quick@others/1/manifest.json")
     };
     let first = manifest();
     let inputs = first["inputs"].as_object().unwrap();

@@ -114,11 +114,19 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
 #[test]
 fn results_that_are_not_whole_are_refused() {
     let rig = Simulation::new();
-    let (code, _, err) =
-        rig.monorig(&["run", &scenario("minimal.yaml"), "--set", "stop.after_s=6"]);
+    let minimal = scenario("minimal.yaml");
+    let short = [
+        "run",
+        &minimal,
+        "--set",
+        "stop.after_s=6",
+        "--name",
+        "short",
+    ];
+    let (code, _, err) = rig.monorig(&short);
     assert_eq!(code, Some(0), "{err}");
     for name in RESULTS {
-        let file = format!("runs/minimal/1/{name}");
+        let file = format!("runs/minimal@short/1/{name}");
         let (code, out, err) = rig.monorig(&["check", &file]);
         assert_eq!(code, Some(0), "{out}{err}");
         let whole = std::fs::read(rig.path(&file)).unwrap();

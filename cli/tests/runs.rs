@@ -32,12 +32,23 @@ fn run(out: &Path, scenario: &str, more: &[&str]) -> PathBuf {
         "{}",
         String::from_utf8_lossy(&done.stderr)
     );
-    let folder = std::fs::read_dir(out.join(scenario))
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap();
-    folder.path()
+    only(&only_run(out, scenario))
+}
+
+/// The folder of a scenario or of its only variant.
+fn only_run(out: &Path, scenario: &str) -> PathBuf {
+    let all = std::fs::read_dir(out).unwrap().map(|e| e.unwrap());
+    let variant = format!("{scenario}@");
+    let of_scenario = |name: &str| name == scenario || name.starts_with(&variant);
+    let mut found = all.filter(|e| of_scenario(&e.file_name().to_string_lossy()));
+    let first = found.next().unwrap().path();
+    assert!(found.next().is_none());
+    first
+}
+
+fn only(folder: &Path) -> PathBuf {
+    let entry = std::fs::read_dir(folder).unwrap().next().unwrap();
+    entry.unwrap().path()
 }
 
 fn bits(c: &[f64]) -> Vec<u64> {
@@ -109,8 +120,91 @@ fn two_processes_at_once_write_the_same_bits() {
         assert!(child.wait_with_output().unwrap().status.success());
     }
     for name in ["channels.parquet", "metrics.json", "manifest.json"] {
-        let read = |d: &Path| std::fs::read(d.join("winding/1").join(name)).unwrap();
+        let read = |d: &Path| std::fs::read(only_run(d, "winding").join("1").join(name)).unwrap();
         assert!(read(a.path()) == read(b.path()), "{name} differs");
+    }
+}
+
+/// 10 t and 5 t are two runs for the disk and for a viewer: folder and recording id differ. The same change again is the same run.
+#[cfg(feature = "viewer")]
+#[test]
+fn two_variants_of_a_scenario_are_kept_apart() {
+    let out = tempfile::tempdir().unwrap();
+    let load = |kg: &str| format!("load.mass_kg={kg}");
+    let go = |more: &[&str]| {
+        let mut all = vec!["--set", "stop.after_s=6"];
+        all.extend(more);
+        let done = monorig(out.path(), "minimal", &all).output().unwrap();
+        assert!(done.status.code().is_some_and(|c| c < 2));
+    };
+    go(&["--set", &load("10000")]);
+    go(&["--set", &load("5000")]);
+    go(&["--set", &load("5000")]);
+    go(&["--set", &load("5000"), "--name", "light"]);
+    go(&["--plant", "point-mass"]);
+    let mut ids = Vec::new();
+    for folder in std::fs::read_dir(out.path()).unwrap() {
+        let folder = folder.unwrap().path().join("1");
+        let id = monorig_viz::readback::read(&folder.join("run.rrd"))
+            .unwrap()
+            .id;
+        let name = folder
+            .parent()
+            .unwrap()
+            .file_name()
+            .unwrap()
+            .to_string_lossy()
+            .into_owned();
+        assert_eq!(id, format!("{name}-1"));
+        ids.push(id);
+    }
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), 4, "{ids:?}");
+    assert!(ids.contains(&"minimal@light-1".to_owned()), "{ids:?}");
+    // and the list of runs says what differs
+    let listed = Command::new(env!("CARGO_BIN_EXE_monorig"))
+        .arg("runs")
+        .env("MONORIG_OUT", out.path())
+        .output()
+        .unwrap();
+    let listed = String::from_utf8(listed.stdout).unwrap();
+    for part in [
+        "minimal@light",
+        "load.mass_kg=5000",
+        "load.mass_kg=10000",
+        "physics.plant=point-mass",
+    ] {
+        assert!(listed.contains(part), "{listed}");
+    }
+    assert!(listed.lines().all(|l| l.chars().count() <= 80), "{listed}");
+}
+
+#[test]
+fn several_files_and_seeds_in_one_command() {
+    let out = tempfile::tempdir().unwrap();
+    let more = [
+        "scenarios/reversal.yaml",
+        "--seed",
+        "2..3",
+        "--no-rerun",
+        "--plant",
+        "point-mass",
+        "--name",
+        "point",
+    ];
+    let done = monorig(out.path(), "minimal", &more).output().unwrap();
+    assert!(done.status.code().is_some_and(|c| c < 2), "{done:?}");
+    for folder in [
+        "minimal@point/2",
+        "minimal@point/3",
+        "reversal@point/2",
+        "reversal@point/3",
+    ] {
+        assert!(
+            out.path().join(folder).join("manifest.json").is_file(),
+            "{folder}"
+        );
     }
 }
 

@@ -1,104 +1,153 @@
-//! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file.
+//! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in `views`.
 //!
-//! Three tabs. *Overview*: the train from a camera that follows it, events, and estimates against truth. *Sensors*:
-//! instruments and drives. *Filters*: what goes on inside each estimator. `plots` has which line goes to which plot.
+//! Tabs: *Overview*: how good the estimates are and when they are valid, beside the train. *Values*: estimates and truth. *Forces*,
+//! *Sensors*. *Filters*: what goes on inside each estimator. `plots` has which line goes to which plot.
 
-use crate::columns::follow_entity;
-use crate::plots::{OVERVIEW, Plot, SENSORS, plot};
+use crate::lanes::lane_entity;
+use crate::plots::{FORCES, OVERVIEW, Plot, SENSORS, Titled, VALUES, plot};
 use crate::series::PlottedSeries;
-use crate::stream::{TIMELINE, entity};
-use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-    TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
-};
-use re_sdk_types::blueprint::components::{
-    ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
-    PlayState, RootContainer, RowShare,
-};
-use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
-use re_sdk_types::datatypes::{TimeRange, TimeRangeBoundary};
-use re_sdk_types::external::uuid::Uuid;
-use rerun::{AsComponents, EntityPath};
+use crate::views::{Builder, Camera, Entities, Placed, PlotStyle};
+use re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
+use rerun::EntityPath;
 
-/// Entities of the blueprint store, in order.
-type Entities = Vec<(EntityPath, Box<dyn AsComponents>)>;
+/// NIS is drawn up to here: well over its 99.9 % limit.
+const MAX_NIS: f64 = 15.0;
+/// Test ratios are drawn up to here; the gate is at 1.
+const MAX_TEST_RATIO: f64 = 3.0;
 
-/// First of the ids of views and containers; they count up from here, so that they are the same in every recording.
-/// The 3-D view has this one.
-pub const FIRST_ID: u128 = 0x6d6f_6e6f_7269_6700_0000_0000_0000_0001;
-
-/// Dark, like a mine.
-const BACKGROUND: [u8; 3] = [24, 27, 33];
-/// The camera's place in the frame it follows (x forward, z up), in lengths of the train: on the right, somewhat
-/// behind and above, so that the train runs to the right like time in the plots, and one sees where it goes.
-const EYE: [f32; 3] = [-0.28, -0.74, 0.16];
-/// m: shorter trains are not looked at from nearer.
-const LEAST_LENGTH: f64 = 6.0;
-
-/// The whole layout. `load`: whether the vehicle has one that can swing.
-pub fn entities(series: &[PlottedSeries], vehicle_length_m: f64, load: bool) -> Entities {
-    let mut b = Builder {
-        next: FIRST_ID,
-        out: Vec::new(),
-    };
-    let car = series.iter().any(PlottedSeries::is_of_car);
-    let vehicle = if car { "Car" } else { "Train" };
-    let world = b.world(vehicle, vehicle_length_m);
-    let events = b.text_views();
-    let scene = b.container(
-        ContainerKind::Vertical,
-        vehicle,
-        vec![world, events],
-        &[4.0, 1.0],
-    );
-    let on = |p: Plot| lines(series, |s| plot(s) == Some(p));
-    let mut speeds = on(Plot::Speed);
-    // One measured wheel speed is enough to see what the estimators get.
-    speeds.extend(on(Plot::WheelSpeed).into_iter().take(1));
-    let plots = OVERVIEW
-        .iter()
-        .filter(|(p, _)| load || *p != Plot::Sway)
-        .map(|&(p, title)| match p {
-            Plot::Speed => (title, speeds.clone()),
-            p => (title, on(p)),
-        })
-        .collect();
-    let plots = b.plots(ContainerKind::Vertical, "Estimates", plots);
-    let overview = b.container(
-        ContainerKind::Horizontal,
-        "Overview",
-        [Some(scene), plots].into_iter().flatten().collect(),
-        &[3.0, 2.0],
-    );
-    let sensors = SENSORS.iter().map(|&(p, title)| (title, on(p))).collect();
-    let sensors = b.plots(ContainerKind::Grid, "Sensors", sensors);
-    let filters = filters(&mut b, series);
-    let tabs = [Some(overview.clone()), sensors, filters];
-    let root = b.tabs(tabs.into_iter().flatten().collect(), overview);
-    b.frame(root);
-    b.out
+/// What the layout depends on.
+pub struct Contents<'a> {
+    /// All lines.
+    pub series: &'a [PlottedSeries],
+    /// Names of the estimators.
+    pub estimators: &'a [String],
+    /// m.
+    pub vehicle_length_m: f64,
+    /// Whether the vehicle has a load that can swing.
+    pub load: bool,
+    /// Middle of the plan and half of its side, m.
+    pub plan: ([f32; 2], f32),
 }
 
-/// One plot of each estimator's consistency, and one of each of its internal quantities by unit.
-fn filters(b: &mut Builder, series: &[PlottedSeries]) -> Option<Placed> {
-    let mut names: Vec<&str> = Vec::new();
-    for s in series
-        .iter()
-        .filter(|s| matches!(s.group(), "internals" | "estimates"))
-    {
-        if !names.contains(&s.owner()) {
-            names.push(s.owner());
-        }
+/// The whole layout.
+pub fn entities(contents: &Contents<'_>) -> Entities {
+    let series = contents.series;
+    let mut b = Builder::new();
+    let scene = scene(&mut b, contents);
+    let mut plots = plots_of(&mut b, series, &OVERVIEW, contents.load);
+    if !contents.estimators.is_empty() {
+        let lanes: Vec<EntityPath> = contents.estimators.iter().map(|e| lane_entity(e)).collect();
+        plots.push(b.states("Marked valid, by estimator", &lanes));
     }
-    let mut plots = Vec::new();
-    for name in names {
-        let own = |s: &PlottedSeries| s.owner() == name && s.is_raw();
-        let innovation = |s: &PlottedSeries| own(s) && ["innovation", "nis"].contains(&s.leaf());
-        let inside = |s: &PlottedSeries| own(s) && s.group() == "internals" && !innovation(s);
-        plots.push((
-            format!("{name}: innovation, NIS"),
-            lines(series, innovation),
-        ));
+    let plots = b.filled(ContainerKind::Vertical, "Estimates", plots, &[]);
+    let overview = [Some(scene), plots].into_iter().flatten().collect();
+    let overview = b.container(ContainerKind::Horizontal, "Overview", overview, &[1.0, 1.0]);
+    let mut tabs = vec![overview.clone()];
+    for (name, plots) in [
+        ("Values", &VALUES[..]),
+        ("Forces", &FORCES),
+        ("Sensors", &SENSORS),
+    ] {
+        let views = plots_of(&mut b, series, plots, contents.load);
+        tabs.extend(b.filled(ContainerKind::Grid, name, views, &[]));
+    }
+    tabs.extend(filters(&mut b, contents));
+    let root = b.tabs(tabs, overview);
+    b.finish(root)
+}
+
+/// The train from the side, from the driver's seat and from above; below it the plan, values, events.
+fn scene(b: &mut Builder, contents: &Contents<'_>) -> Placed {
+    let car = contents.series.iter().any(PlottedSeries::is_of_car);
+    let vehicle = if car { "Car" } else { "Train" };
+    let side = b.world(vehicle, Camera::Side, contents.vehicle_length_m);
+    let others = [("Driver", Camera::Driver), ("Above", Camera::Above)];
+    let others = others.map(|(name, camera)| b.world(name, camera, contents.vehicle_length_m));
+    let world = b.tabs(std::iter::once(side.clone()).chain(others).collect(), side);
+    let readout = b.text("TextDocument", "Values", "/readout");
+    let plan = b.plan("Plan", contents.plan);
+    let below = b.container(
+        ContainerKind::Horizontal,
+        "Where",
+        vec![plan, readout],
+        &[2.0, 3.0],
+    );
+    let events = b.events();
+    let about = b.text("TextDocument", "About", "/about");
+    let texts = b.tabs(vec![events.clone(), about], events);
+    b.container(
+        ContainerKind::Vertical,
+        vehicle,
+        vec![world, below, texts],
+        &[5.0, 3.0, 2.0],
+    )
+}
+
+fn plots_of(
+    b: &mut Builder,
+    series: &[PlottedSeries],
+    plots: &[Titled],
+    load: bool,
+) -> Vec<Placed> {
+    let on = |p: Plot| lines(series, |s| plot(s) == Some(p));
+    let shown = plots.iter().filter(|(p, ..)| load || *p != Plot::Sway);
+    let mut views = Vec::new();
+    for &(p, title, range) in shown {
+        let mut lines = on(p);
+        if p == Plot::Speed {
+            // One measured wheel speed is enough to see what the estimators get.
+            lines.extend(on(Plot::WheelSpeed).into_iter().take(1));
+        }
+        let corner = match p {
+            Plot::Speed => Corner2D::RightBottom,
+            _ => Corner2D::RightTop,
+        };
+        views.extend(b.plot(title, &lines, PlotStyle { range, corner }));
+    }
+    views
+}
+
+/// For each estimator: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a plot for each unit.
+fn filters(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
+    let series = contents.series;
+    let limits = |names: &[&str]| {
+        let wanted = |s: &PlottedSeries| s.group() == "limits" && names.contains(&s.leaf());
+        lines(series, wanted)
+    };
+    let mut views = Vec::new();
+    for name in contents.estimators {
+        let own = |s: &PlottedSeries| s.estimator() == Some(name) && s.is_raw();
+        let is = |s: &PlottedSeries, group: &str, leaf: &str| {
+            own(s) && s.group() == group && s.leaf() == leaf
+        };
+        let mut add = |title: String, lines: Vec<EntityPath>, limits: Vec<EntityPath>, range| {
+            if !lines.is_empty() {
+                let all: Vec<EntityPath> = lines.into_iter().chain(limits).collect();
+                let corner = Corner2D::RightTop;
+                views.extend(b.plot(&title, &all, PlotStyle { range, corner }));
+            }
+        };
+        let innovation = lines(series, |s| is(s, "estimates", "innovation"));
+        add(
+            format!("{name}: innovation [m/s]"),
+            innovation,
+            vec![],
+            None,
+        );
+        let nis = lines(series, |s| is(s, "estimates", "nis"));
+        let title =
+            format!("{name}: NIS, limits of χ² with 1 degree of freedom at 95 % and 99.9 %");
+        let nis_limits = limits(&["nis_95", "nis_999"]);
+        add(title, nis, nis_limits, Some([0.0, MAX_NIS]));
+        let ratios = lines(series, |s| is(s, "aid", "test_ratio"));
+        let title = format!("{name}: test ratio of each measurement, gate at 1");
+        add(
+            title,
+            ratios,
+            limits(&["gate"]),
+            Some([0.0, MAX_TEST_RATIO]),
+        );
+        let inside = |s: &PlottedSeries| own(s) && s.group() == "internals";
         let mut units: Vec<&str> = Vec::new();
         for s in series.iter().filter(|s| inside(s)) {
             if !units.contains(&s.unit.as_str()) {
@@ -107,11 +156,11 @@ fn filters(b: &mut Builder, series: &[PlottedSeries]) -> Option<Placed> {
         }
         for unit in units {
             let title = format!("{name}: internals [{unit}]");
-            plots.push((title, lines(series, |s| inside(s) && s.unit == unit)));
+            let of_unit = lines(series, |s| inside(s) && s.unit == unit);
+            add(title, of_unit, vec![], None);
         }
     }
-    let plots = plots.iter().map(|(t, l)| (t.as_str(), l.clone())).collect();
-    b.plots(ContainerKind::Grid, "Filters", plots)
+    b.filled(ContainerKind::Grid, "Filters", views, &[])
 }
 
 fn lines(series: &[PlottedSeries], wanted: impl Fn(&PlottedSeries) -> bool) -> Vec<EntityPath> {
@@ -122,166 +171,13 @@ fn lines(series: &[PlottedSeries], wanted: impl Fn(&PlottedSeries) -> bool) -> V
         .collect()
 }
 
-/// Path of a view or container in the blueprint store, and its id.
-#[derive(Clone)]
-struct Placed {
-    path: EntityPath,
-    id: Uuid,
-}
-
-struct Builder {
-    next: u128,
-    out: Entities,
-}
-
-impl Builder {
-    fn place(&mut self, kind: &str) -> Placed {
-        let id = Uuid::from_u128(self.next);
-        self.next += 1;
-        let path = entity([kind, &id.to_string()]);
-        Placed { path, id }
-    }
-
-    fn add(&mut self, path: EntityPath, what: impl AsComponents + 'static) {
-        self.out.push((path, Box::new(what)));
-    }
-
-    fn view(&mut self, class: &str, name: &str, origin: &str, contents: &[String]) -> Placed {
-        let place = self.place("view");
-        let query: Vec<String> = contents.iter().map(|e| format!("+ {e}")).collect();
-        let query = query.iter().map(String::as_str);
-        self.property(&place, "ViewContents", ViewContents::new(query));
-        let blueprint = ViewBlueprint::new(class)
-            .with_display_name(name)
-            .with_space_origin(origin);
-        self.add(place.path.clone(), blueprint);
-        place
-    }
-
-    fn property(&mut self, view: &Placed, name: &str, what: impl AsComponents + 'static) {
-        self.add(view.path.join(&entity([name])), what);
-    }
-
-    /// The scene. Its id is the first.
-    ///
-    /// Its origin is a frame that moves with the train, and in that frame the camera stands still: so it follows.
-    fn world(&mut self, name: &str, vehicle_length_m: f64) -> Placed {
-        let place = self.view(
-            "3D",
-            name,
-            &follow_entity().to_string(),
-            &["/world/**".into()],
-        );
-        let far = vehicle_length_m.max(LEAST_LENGTH) as f32;
-        let controls = EyeControls3D::new()
-            .with_position(EYE.map(|x| x * far))
-            .with_look_target([0.0, 0.0, -0.02 * far])
-            .with_eye_up([0.0, 0.0, 1.0]);
-        self.property(&place, "EyeControls3D", controls);
-        self.property(&place, "LineGrid3D", LineGrid3D::new().with_visible(false));
-        let background = Background::new(BackgroundKind::SolidColor).with_color(BACKGROUND);
-        self.property(&place, "Background", background);
-        place
-    }
-
-    fn text_views(&mut self) -> Placed {
-        let events = self.view("TextLog", "Events", "/", &["/events".into()]);
-        let body = TextLogColumn {
-            visible: true.into(),
-            kind: TextLogColumnKind::Body,
-        };
-        let columns = TextLogColumns::new().with_text_log_columns([body]);
-        self.property(&events, "TextLogColumns", columns);
-        let about = self.view("TextDocument", "About", "/", &["/about".into()]);
-        self.tabs(vec![events.clone(), about], events)
-    }
-
-    /// A container of plots; none of them if nothing is in them.
-    fn plots(
-        &mut self,
-        kind: ContainerKind,
-        name: &str,
-        plots: Vec<(&str, Vec<EntityPath>)>,
-    ) -> Option<Placed> {
-        let filled = plots.into_iter().filter(|(_, lines)| !lines.is_empty());
-        let views: Vec<Placed> = filled
-            .map(|(title, lines)| self.plot(title, &lines))
-            .collect();
-        (!views.is_empty()).then(|| self.container(kind, name, views, &[]))
-    }
-
-    fn plot(&mut self, title: &str, lines: &[EntityPath]) -> Placed {
-        let paths: Vec<String> = lines.iter().map(|l| l.to_string()).collect();
-        let place = self.view("TimeSeries", title, "/", &paths);
-        let whole = TimeRange {
-            start: TimeRangeBoundary::Infinite,
-            end: TimeRangeBoundary::Infinite,
-        };
-        self.property(&place, "TimeAxis", TimeAxis::new().with_view_range(whole));
-        // where the run begins: what it comes to is what one wants to see
-        let legend = PlotLegend::new().with_corner(Corner2D::LeftTop);
-        self.property(&place, "PlotLegend", legend);
-        place
-    }
-
-    fn container(
-        &mut self,
-        kind: ContainerKind,
-        name: &str,
-        contents: Vec<Placed>,
-        shares: &[f32],
-    ) -> Placed {
-        let place = self.place("container");
-        let mut blueprint = ContainerBlueprint::new(kind)
-            .with_display_name(name)
-            .with_contents(contents.iter().map(included));
-        if kind == ContainerKind::Vertical && !shares.is_empty() {
-            blueprint = blueprint.with_row_shares(shares.iter().map(|&s| RowShare(s.into())));
-        } else if !shares.is_empty() {
-            blueprint = blueprint.with_col_shares(shares.iter().map(|&s| ColumnShare(s.into())));
-        }
-        self.add(place.path.clone(), blueprint);
-        place
-    }
-
-    fn tabs(&mut self, contents: Vec<Placed>, active: Placed) -> Placed {
-        let place = self.place("container");
-        let active = ActiveTab(active.path.to_string().as_str().into());
-        let blueprint = ContainerBlueprint::new(ContainerKind::Tabs)
-            .with_contents(contents.iter().map(included))
-            .with_active_tab(active);
-        self.add(place.path.clone(), blueprint);
-        place
-    }
-
-    /// What is around the views: panels closed, time running.
-    fn frame(&mut self, root: Placed) {
-        let viewport = ViewportBlueprint::new()
-            .with_root_container(RootContainer(root.id.into()))
-            .with_auto_layout(false)
-            .with_auto_views(false);
-        self.add(entity(["viewport"]), viewport);
-        for panel in ["blueprint_panel", "selection_panel"] {
-            let hidden = PanelBlueprint::new().with_state(PanelState::Collapsed);
-            self.add(entity([panel]), hidden);
-        }
-        let time = TimePanelBlueprint::new()
-            .with_state(PanelState::Collapsed)
-            .with_timeline(TIMELINE)
-            .with_play_state(PlayState::Playing);
-        self.add(entity(["time_panel"]), time);
-    }
-}
-
-fn included(place: &Placed) -> IncludedContent {
-    IncludedContent(place.path.to_string().as_str().into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::series::plan;
+    use crate::views::FIRST_ID;
     use monorig_sim::record::Channel;
+    use re_sdk_types::external::uuid::Uuid;
 
     /// Every view and container is the content of exactly one container, but for the root: nothing is lost, nothing
     /// is there twice.
@@ -298,7 +194,14 @@ mod tests {
             unit,
         });
         let paths = || -> Vec<String> {
-            let all = entities(&plan(&channels), 18.0, true);
+            let contents = Contents {
+                series: &plan(&channels),
+                estimators: &["jekf".into()],
+                vehicle_length_m: 18.0,
+                load: true,
+                plan: ([0.0; 2], 10.0),
+            };
+            let all = entities(&contents);
             all.iter().map(|(path, _)| path.to_string()).collect()
         };
         assert_eq!(paths(), paths());

@@ -1,25 +1,39 @@
 //! What changes: a chunk of the run, entity by entity.
 
-use crate::scene::{WheelShape, body_entity, point};
-use crate::series::{PlottedSeries, ScalarSource, plan};
+use crate::gaps::GapFinder;
+use crate::lanes::ValidityLanes;
+use crate::origin::Origin;
+use crate::readout::Readout;
+use crate::scene::{WheelShape, body_entity};
+use crate::series::{PlottedSeries, plan};
+use crate::source::ScalarSource;
 use crate::stream::{MessageStream, entity, times};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout};
 use monorig_sim::train::ConnectionKind;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use re_sdk_types::archetypes::{LineStrips3D, Scalars, TextLog, Transform3D};
+use re_sdk_types::archetypes::{LineStrips3D, Points2D, Points3D, Scalars, TextLog, Transform3D};
 use re_sdk_types::components::Color;
-use re_sdk_types::datatypes::Quaternion as RerunQuaternion;
 use rerun::log::TimeColumn;
 use rerun::{EntityPath, SerializationError, SerializedComponentColumn};
 
 const LINK: [u8; 3] = [200, 200, 210];
 /// m.
 const LINK_RADIUS: f32 = 0.015;
+const TRAIN_MARK: [u8; 3] = [255, 220, 60];
+const EVENT_MARK: [u8; 3] = [255, 110, 90];
+/// Pixels.
+const MARK_RADIUS: f32 = 6.0;
+/// Place of the label of an event above the body the camera follows, m.
+const EVENT_ABOVE_M: f64 = 1.2;
 
 /// Where the columns of a chunk go.
 pub struct ChunkColumns {
     series: Vec<PlottedSeries>,
+    gaps: Vec<GapFinder>,
+    lanes: ValidityLanes,
+    readout: Readout,
+    origin: Origin,
     bodies: Vec<EntityPath>,
     wheels: Vec<WheelShape>,
     links: Vec<Link>,
@@ -45,6 +59,7 @@ impl ChunkColumns {
         stream: &mut MessageStream,
         layout: &Layout<'_>,
         wheels: Vec<WheelShape>,
+        origin: Origin,
     ) -> Result<Self, Error> {
         let series = plan(layout.channels);
         for s in &series {
@@ -58,8 +73,16 @@ impl ChunkColumns {
                 .with_radii([LINK_RADIUS]);
             stream.fixed(link.entity.clone(), &style)?;
         }
+        marks(stream)?;
         let bodies = layout.train.bodies.iter();
         Ok(Self {
+            gaps: series
+                .iter()
+                .map(|s| GapFinder::new(s.is_sampled()))
+                .collect(),
+            lanes: ValidityLanes::begin(stream, layout.channels)?,
+            readout: Readout::new(layout.channels),
+            origin,
             series,
             bodies: bodies.map(|b| body_entity(&b.name)).collect(),
             wheels,
@@ -73,27 +96,53 @@ impl ChunkColumns {
         &self.series
     }
 
+    /// Names of the estimators whose validity is recorded.
+    pub fn estimators(&self) -> &[String] {
+        self.lanes.estimators()
+    }
+
     /// Some seconds of the run.
-    pub fn log(&self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
+    pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
         let all_times = times(chunk.time_ns.clone());
-        for s in &self.series {
-            scalars(stream, s, chunk, &all_times)?;
+        for (s, gaps) in self.series.iter().zip(&mut self.gaps) {
+            scalars(stream, s, gaps, chunk, &all_times)?;
         }
+        self.lanes.log(stream, chunk)?;
+        self.readout.log(stream, chunk)?;
         let pose_times = times(chunk.pose_time_ns.clone());
         self.poses(stream, chunk, &pose_times)?;
         self.wheels(stream, chunk, &pose_times)?;
         self.links(stream, chunk, &pose_times)?;
         self.follow(stream, chunk, &pose_times)?;
-        if !chunk.events.is_empty() {
-            let (ns, texts): (Vec<i64>, Vec<&str>) =
-                chunk.events.iter().map(|(t, s)| (*t, s.as_str())).unzip();
-            let log = TextLog::update_fields()
-                .with_many_level(vec!["INFO"; texts.len()])
-                .with_many_text(texts);
-            let columns = log.columns_of_unit_batches();
-            send(stream, entity(["events"]), times(ns), columns)?;
+        self.events(stream, chunk)
+    }
+
+    /// The log of events, and each as a label where the train was.
+    fn events(&self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
+        if chunk.events.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        let (ns, texts): (Vec<i64>, Vec<&str>) =
+            chunk.events.iter().map(|(t, s)| (*t, s.as_str())).unzip();
+        let log = TextLog::update_fields()
+            .with_many_level(vec!["INFO"; texts.len()])
+            .with_many_text(texts.clone());
+        let columns = log.columns_of_unit_batches();
+        send(stream, entity(["events"]), times(ns.clone()), columns)?;
+        let Some(poses) = chunk.poses.get(self.followed).filter(|p| !p.is_empty()) else {
+            return Ok(());
+        };
+        let place = |t: &i64| {
+            let next = chunk.pose_time_ns.partition_point(|p| p < t);
+            let (p, _) = poses[next.min(poses.len() - 1)];
+            self.origin
+                .point(&(Vector3::from(p) + EVENT_ABOVE_M * Vector3::z()))
+        };
+        let marks = Points3D::update_fields()
+            .with_positions(ns.iter().map(place))
+            .with_labels(texts);
+        let columns = marks.columns_of_unit_batches();
+        send(stream, entity(["world", "event"]), times(ns), columns)
     }
 
     fn poses(
@@ -107,7 +156,11 @@ impl ChunkColumns {
                 continue;
             }
             let columns = Transform3D::update_fields()
-                .with_many_translation(poses.iter().map(|(p, _)| p.map(|x| x as f32)))
+                .with_many_translation(
+                    poses
+                        .iter()
+                        .map(|(p, _)| self.origin.point(&Vector3::from(*p))),
+                )
                 .with_many_quaternion(poses.iter().map(|(_, q)| xyzw(*q)))
                 .columns_of_unit_batches();
             send(stream, body.clone(), pose_times.clone(), columns)?;
@@ -130,10 +183,24 @@ impl ChunkColumns {
             xyzw([0.0, 0.0, half.sin(), half.cos()])
         };
         let columns = Transform3D::update_fields()
-            .with_many_translation(poses.iter().map(|(p, _)| p.map(|x| x as f32)))
+            .with_many_translation(
+                poses
+                    .iter()
+                    .map(|(p, _)| self.origin.point(&Vector3::from(*p))),
+            )
             .with_many_quaternion(poses.iter().map(upright))
             .columns_of_unit_batches();
-        send(stream, follow_entity(), pose_times.clone(), columns)
+        send(stream, follow_entity(), pose_times.clone(), columns)?;
+        let on_plan = poses.iter().map(|(p, _)| plan_point(&self.origin, p));
+        let columns = Points2D::update_fields()
+            .with_positions(on_plan)
+            .columns_of_unit_batches();
+        send(
+            stream,
+            entity(["plan", "train"]),
+            pose_times.clone(),
+            columns,
+        )
     }
 
     fn wheels(
@@ -172,7 +239,8 @@ impl ChunkColumns {
                 continue;
             }
             let end = |pose: &([f64; 3], [f64; 4]), k: usize| {
-                point(&(isometry(pose) * nalgebra::Point3::from(link.anchors[k])).coords)
+                let end = isometry(pose) * nalgebra::Point3::from(link.anchors[k]);
+                self.origin.point(&end.coords)
             };
             let strips = a.iter().zip(b).map(|(a, b)| vec![end(a, 0), end(b, 1)]);
             let columns = LineStrips3D::new(strips).columns_of_unit_batches();
@@ -182,52 +250,45 @@ impl ChunkColumns {
     }
 }
 
-/// Rows without a finite value are left out: plots have nothing to draw there.
+/// Rows without a finite value are left out, but for the first of a gap: that one is not a number, and the line breaks there.
 fn scalars(
     stream: &mut MessageStream,
     series: &PlottedSeries,
+    gaps: &mut GapFinder,
     chunk: &Chunk,
     all_times: &TimeColumn,
 ) -> Result<(), Error> {
-    let column = |i: usize| chunk.values.get(i).map_or(&[][..], Vec::as_slice);
-    // 1 where row `i` is valid, else not a number
-    let mask = |valid: Option<usize>, i: usize| match valid.and_then(|v| column(v).get(i)) {
-        Some(&v) if v != 1.0 => f64::NAN,
-        _ => 1.0,
-    };
-    let (values, width): (Vec<f64>, usize) = match series.line {
-        ScalarSource::Value {
-            channel,
-            scale,
-            valid,
-        } => {
-            let x = column(channel).iter().enumerate();
-            (x.map(|(i, x)| x * scale * mask(valid, i)).collect(), 1)
-        }
-        ScalarSource::Band {
-            channel,
-            sd,
-            scale,
-            valid,
-        } => {
-            let pairs = column(channel).iter().zip(column(sd)).enumerate();
-            let ends = |(i, (x, sd)): (usize, (&f64, &f64))| {
-                let scale = scale * mask(valid, i);
-                [(x - 2.0 * sd) * scale, (x + 2.0 * sd) * scale]
-            };
-            (pairs.flat_map(ends).collect(), 2)
-        }
-    };
-    let (values, row_times) = if values.iter().all(|x| x.is_finite()) {
-        (values, all_times.clone())
-    } else {
-        let rows = values.chunks_exact(width).zip(&chunk.time_ns);
-        let good: Vec<_> = rows
-            .filter(|(v, _)| v.iter().all(|x| x.is_finite()))
+    let (rows, width) = (chunk.time_ns.len(), series.line.width());
+    if let ScalarSource::Limit(limit) = series.line {
+        let mut ends: Vec<i64> = [chunk.time_ns.first(), chunk.time_ns.last()]
+            .into_iter()
+            .flatten()
+            .copied()
             .collect();
-        let ns = good.iter().map(|(_, t)| **t).collect();
-        let values = good.iter().flat_map(|(v, _)| v.iter().copied()).collect();
-        (values, times(ns))
+        ends.dedup();
+        let columns = Scalars::new(vec![limit; ends.len()]).columns_of_unit_batches();
+        return send(stream, series.entity.clone(), times(ends), columns);
+    }
+    let mut values = series.line.scalars(&chunk.values, rows);
+    let mut written = Vec::new();
+    for (row, &ns) in values.chunks_exact_mut(width).zip(&chunk.time_ns) {
+        let whole = row.iter().all(|x| x.is_finite());
+        if !whole {
+            row.fill(f64::NAN);
+        }
+        written.push(gaps.keeps(ns, whole));
+    }
+    let row_times = if written.iter().all(|&w| w) {
+        all_times.clone()
+    } else {
+        let kept = values
+            .chunks_exact(width)
+            .zip(&written)
+            .filter(|(_, w)| **w);
+        let ns = chunk.time_ns.iter().zip(&written).filter(|(_, w)| **w);
+        let ns: Vec<i64> = ns.map(|(t, _)| *t).collect();
+        values = kept.flat_map(|(v, _)| v.iter().copied()).collect();
+        times(ns)
     };
     if values.is_empty() {
         return Ok(());
@@ -235,6 +296,26 @@ fn scalars(
     let rows = values.len() / width;
     let columns = Scalars::new(values).columns(std::iter::repeat_n(width, rows));
     send(stream, series.entity.clone(), row_times, columns)
+}
+
+/// A place in the world on the plan: the viewer's second axis points down.
+pub fn plan_point(origin: &Origin, place: &[f64; 3]) -> [f32; 2] {
+    let [x, y, _] = origin.point(&Vector3::from(*place));
+    [x, -y]
+}
+
+/// How the marks that move look: the train on the plan, and the latest event.
+fn marks(stream: &mut MessageStream) -> Result<(), Error> {
+    let radius = re_sdk_types::components::Radius::new_ui_points(MARK_RADIUS);
+    let colour = |[r, g, b]: [u8; 3]| Color::from_rgb(r, g, b);
+    let train = Points2D::update_fields()
+        .with_colors([colour(TRAIN_MARK)])
+        .with_radii([radius]);
+    stream.fixed(entity(["plan", "train"]), &train)?;
+    let event = Points3D::update_fields()
+        .with_colors([colour(EVENT_MARK)])
+        .with_radii([radius]);
+    stream.fixed(entity(["world", "event"]), &event)
 }
 
 /// Drawbars and chains; a hanger holds its anchors together, so there is nothing to draw.
@@ -257,7 +338,8 @@ fn links(layout: &Layout<'_>) -> Vec<Link> {
         .collect()
 }
 
-fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
+/// Columns, or the error of a library, to the stream.
+pub fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
     stream: &mut MessageStream,
     entity: EntityPath,
     times: TimeColumn,
@@ -270,8 +352,8 @@ fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
     stream.columns(entity, times, columns)
 }
 
-fn xyzw(q: [f64; 4]) -> RerunQuaternion {
-    RerunQuaternion::from_xyzw(q.map(|x| x as f32))
+fn xyzw(q: [f64; 4]) -> re_sdk_types::datatypes::Quaternion {
+    re_sdk_types::datatypes::Quaternion::from_xyzw(q.map(|x| x as f32))
 }
 
 /// Position and quaternion xyzw as a transformation.

@@ -9,23 +9,38 @@
 //! | `world/train/<body>/<link>` | train; the body's entity carries its pose |
 //! | `world/links/…` | drawbars and chains |
 //! | `truth/… sensors/… estimates/… internals/… control/…` | one entity per channel, as named by the simulator |
-//! | `display/<channel>` | made for the eye from channels: degrees, ±2 standard deviations |
-//! | `events`, `about` | what happened, why the scenario exists |
+//! | `world/ground`, `world/track/chainage`, `world/track/zones` | roadway with a line every 10 m, marks, stretches where an event acts |
+//! | `world/event` | the latest event, where the train was |
+//! | `plan/…` | the track from above, and the train on it |
+//! | `display/<channel>` | made for the eye from channels: degrees, ±2 standard deviations, `…/error` against the truth |
+//! | `limits/…` | limits of χ² and of gates |
+//! | `validity/<estimator>` | what it marks valid, as states over time |
+//! | `readout`, `events`, `about` | values once a second, what happened, why the scenario exists |
+//!
+//! Coordinates are relative to the start of the rail. Lines break where a value is missing or not valid (a row that is not a number).
 //!
 //! One timeline, `sim_time` (ns since the start). Recording id = scenario and seed. Chunk ids count up, and no clock is
 //! read, so the same run gives the same recording (see [`sink::RerunSink`]).
 
 mod blueprint;
+mod colours;
 mod columns;
 mod frames;
+mod gaps;
+mod lanes;
 mod live;
+mod origin;
 mod packed;
 mod plots;
 pub mod readback;
+mod readout;
 mod scene;
 mod series;
 pub mod sink;
+mod source;
 mod stream;
+mod track;
+mod views;
 
 pub use live::Live;
 pub use sink::RerunSink;

@@ -5,10 +5,15 @@ use crate::series::PlottedSeries;
 /// The plots, in order. A plot that no line goes to is left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Plot {
+    MassError,
+    SlopeError,
+    EffectiveSlopeError,
+    Speed,
     Mass,
     Slope,
-    Speed,
+    EffectiveSlope,
     Traction,
+    Balance,
     Sway,
     Steering,
     Rail,
@@ -22,44 +27,97 @@ pub enum Plot {
     WheelLoad,
 }
 
-/// Plots of the overview, with their titles.
-pub const OVERVIEW: [(Plot, &str); 6] = [
-    (Plot::Mass, "Total mass, kg (truth, estimates ±2σ)"),
-    (Plot::Slope, "Slope, ° (truth, estimates ±2σ)"),
+/// A plot in a tab: which, its title, and the range of its axis if it is not that of its data.
+pub type Titled = (Plot, &'static str, Option<[f64; 2]>);
+
+/// Plots of the overview: how good the estimates are. Their axes show what matters; one bad estimator does not flatten the others.
+pub const OVERVIEW: [Titled; 3] = [
+    (
+        Plot::MassError,
+        "Mass error, % (±2σ round zero, where valid)",
+        Some([-20.0, 20.0]),
+    ),
+    (
+        Plot::SlopeError,
+        "Slope error, ° (±2σ round zero, where valid)",
+        Some([-1.5, 1.5]),
+    ),
     (
         Plot::Speed,
         "Speed, m/s (reference, truth, measured, estimates)",
+        None,
     ),
-    (Plot::Traction, "Traction, resistance, brake, N"),
-    (Plot::Sway, "Sway of the load, °"),
+];
+/// Plots of what is estimated, as absolute values.
+pub const VALUES: [Titled; 5] = [
+    (
+        Plot::Mass,
+        "Total mass, kg (truth, estimates ±2σ where valid)",
+        None,
+    ),
+    (
+        Plot::Slope,
+        "Slope at the IMU, ° (truth, estimates ±2σ where valid)",
+        None,
+    ),
+    (
+        Plot::EffectiveSlope,
+        "Effective slope of the whole train, ° (truth, estimates ±2σ where valid)",
+        None,
+    ),
+    (
+        Plot::EffectiveSlopeError,
+        "Error of the effective slope, ° (±2σ round zero)",
+        Some([-1.5, 1.5]),
+    ),
     (
         Plot::Steering,
         "Steering, sideslip, heading off the road, °",
+        None,
     ),
 ];
-/// Plots of instruments and drives, with their titles.
-pub const SENSORS: [(Plot, &str); 9] = [
-    (Plot::SpecificForce, "Specific force, m/s²"),
-    (Plot::AngularRate, "Angular rate, rad/s"),
-    (Plot::Torque, "Motor torque, N·m"),
-    (Plot::WheelSpeed, "Wheel speed, m/s"),
-    (Plot::Slip, "Slip, m/s"),
-    (Plot::DriveForce, "Traction of each drive, N"),
-    (Plot::Clamp, "Clamp pressure, MPa"),
-    (Plot::WheelLoad, "Wheel loads, N"),
-    (Plot::Rail, "Off the rail or the lane, clearance, m"),
+/// Plots of forces, and of what they move.
+pub const FORCES: [Titled; 7] = [
+    (Plot::Traction, "Traction, resistance, brake, N", None),
+    (
+        Plot::Balance,
+        "Balance of the forces along the rail, N",
+        None,
+    ),
+    (Plot::DriveForce, "Traction of each drive, N", None),
+    (Plot::Slip, "Slip, m/s", None),
+    (Plot::WheelLoad, "Wheel loads, N", None),
+    (Plot::Sway, "Sway of the load, °", None),
+    (Plot::Rail, "Off the rail or the lane, clearance, m", None),
+];
+/// Plots of instruments.
+pub const SENSORS: [Titled; 5] = [
+    (Plot::SpecificForce, "Specific force, m/s²", None),
+    (Plot::AngularRate, "Angular rate, rad/s", None),
+    (Plot::Torque, "Motor torque, N·m", None),
+    (Plot::WheelSpeed, "Wheel speed, m/s", None),
+    (Plot::Clamp, "Clamp pressure, MPa", None),
 ];
 
 /// Where a line is drawn outside the *Filters* tab.
 pub fn plot(s: &PlottedSeries) -> Option<Plot> {
     let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
     let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
-    if matches!(group, "internals") || leaf.ends_with("_sd") {
+    if matches!(group, "internals" | "aid" | "limits") || leaf.ends_with("_sd") {
         return None;
     }
+    let effective = matches!(leaf, "effective_grade" | "grade_effective");
+    if s.is_error() {
+        return Some(match s.unit.as_str() {
+            "%" => Plot::MassError,
+            _ if effective => Plot::EffectiveSlopeError,
+            _ => Plot::SlopeError,
+        });
+    }
     match (s.unit.as_str(), group) {
-        ("kg", "truth") if is(&["total"]) => Some(Plot::Mass),
+        ("kg", "truth") if whole && is(&["total"]) => Some(Plot::Mass),
         ("kg", "estimates") if !s.is_raw() => Some(Plot::Mass),
+        ("°", _) if effective => Some(Plot::EffectiveSlope),
         ("°", _) if is(&["grade", "pitch", "slope"]) => Some(Plot::Slope),
         ("°", _) if is(&["sway"]) => Some(Plot::Sway),
         ("°", "truth") if s.is_of_car() => Some(Plot::Steering),
@@ -70,9 +128,10 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
         ("rad/s", _) if s.is_of_car() => Some(Plot::AngularRate),
         ("m/s", _) if is(&["slip"]) => Some(Plot::Slip),
         ("m/s", "sensors") => Some(Plot::WheelSpeed),
-        ("m/s", "truth" | "control") if whole => Some(Plot::Speed),
+        ("m/s", "truth" | "control") if whole && leaf != "speed_at_imu" => Some(Plot::Speed),
         ("m/s", "estimates") if is(&["speed"]) => Some(Plot::Speed),
         ("N", _) if whole => Some(Plot::Traction),
+        ("N", "truth") if s.owner() == "balance" => Some(Plot::Balance),
         ("N", _) => Some(Plot::DriveForce),
         ("N·m", _) => Some(Plot::Torque),
         ("MPa", _) => Some(Plot::Clamp),
@@ -94,7 +153,9 @@ mod tests {
             path: path.into(),
             unit,
         }];
-        plan(&channels).iter().map(plot).collect()
+        let lines = plan(&channels);
+        let of_channel = lines.iter().filter(|s| s.group() != "limits");
+        of_channel.map(plot).collect()
     }
 
     #[test]
@@ -110,6 +171,36 @@ mod tests {
         );
         assert_eq!(of("truth/drive_1/traction", "N"), [Some(Plot::DriveForce)]);
         assert_eq!(of("internals/jekf/gain", "kg"), [None]);
+    }
+
+    #[test]
+    fn errors_have_plots_of_their_own_and_the_effective_slope_too() {
+        let channels = [
+            ("truth/grade_at_imu", "rad"),
+            ("truth/grade_effective", "rad"),
+            ("estimates/e/grade", "rad"),
+            ("estimates/e/effective_grade", "rad"),
+        ]
+        .map(|(path, unit)| Channel {
+            path: path.into(),
+            unit,
+        });
+        let lines = plan(&channels);
+        let of = |entity: &str| {
+            let found = lines.iter().find(|s| s.entity == entity.into());
+            found.and_then(plot)
+        };
+        let (display, error) = ("display/estimates/e", Some(Plot::SlopeError));
+        assert_eq!(of(&format!("{display}/grade/error")), error);
+        let effective = of(&format!("{display}/effective_grade/error"));
+        assert_eq!(effective, Some(Plot::EffectiveSlopeError));
+        assert_eq!(of(&format!("{display}/grade")), Some(Plot::Slope));
+        for path in [
+            "display/truth/grade_effective",
+            "display/estimates/e/effective_grade",
+        ] {
+            assert_eq!(of(path), Some(Plot::EffectiveSlope), "{path}");
+        }
     }
 
     /// What only a car has stands apart from what a train has too.

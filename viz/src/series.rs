@@ -1,48 +1,42 @@
-//! Which lines are drawn from the channels: each as it is, and some again for the eye (degrees, ±2σ).
+//! Which lines are drawn from the channels: each as it is, and some again for the eye (degrees, ±2σ, errors against the truth).
 
+use crate::colours;
+use crate::source::{ErrorScale, ScalarSource};
 use crate::stream::entity;
 use monorig_sim::record::Channel;
 use re_sdk_types::archetypes::SeriesLines;
 use rerun::EntityPath;
 
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
-const TRUTH: [u8; 3] = [235, 235, 235];
-const REFERENCE: [u8; 3] = [255, 190, 60];
-/// Colours of estimators and of other lines, distinguished by people with red-green weakness too (Okabe and Ito, 2008).
-const PALETTE: [[u8; 3]; 7] = [
-    [86, 180, 233],
-    [230, 159, 0],
-    [0, 190, 140],
-    [240, 228, 66],
-    [213, 94, 0],
-    [204, 121, 167],
-    [120, 140, 255],
-];
 
-/// How values of a chunk become scalars of an entity.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ScalarSource {
-    /// `scale` × the channel.
-    Value {
-        /// Index of the channel.
-        channel: usize,
-        /// Factor, such as 180/π.
-        scale: f64,
-        /// Index of the channel that is 1 where the value is valid; without it, it always is.
-        valid: Option<usize>,
-    },
-    /// Two scalars a row: `scale` × (value − 2 sd) and `scale` × (value + 2 sd).
-    Band {
-        /// Index of the value's channel.
-        channel: usize,
-        /// Index of its standard deviation's channel.
-        sd: usize,
-        /// Factor.
-        scale: f64,
-        /// As above.
-        valid: Option<usize>,
-    },
-}
+/// Estimates that there is a truth for: their channel, that of the truth, the unit of the error and its scale.
+const ERRORS: [(&str, &str, &str, ErrorScale); 3] = [
+    (
+        "total_mass",
+        "truth/total_mass",
+        "%",
+        ErrorScale::PercentOfTruth,
+    ),
+    (
+        "grade",
+        "truth/grade_at_imu",
+        "°",
+        ErrorScale::Factor(DEG_PER_RAD),
+    ),
+    (
+        "effective_grade",
+        "truth/grade_effective",
+        "°",
+        ErrorScale::Factor(DEG_PER_RAD),
+    ),
+];
+/// Limits that are drawn into the plots of consistency: name and value. χ²₁ is below 3.84 in 95 % and below 10.83 in 99.9 % of all
+/// cases; a test ratio above 1 is outside of the gate.
+const LIMITS: [(&str, f64); 3] = [
+    ("nis_95", 3.841_458_820_694_124),
+    ("nis_999", 10.827_566_170_662_733),
+    ("gate", 1.0),
+];
 
 /// A line, or a pair, in plots.
 #[derive(Clone, Debug)]
@@ -58,12 +52,12 @@ pub struct PlottedSeries {
     colour: [u8; 3],
 }
 
-/// All lines of these channels.
+/// All lines of these channels, then the limits.
 pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
     let estimators = estimators(channels);
     let mut all = Vec::new();
-    for (channel, c) in channels.iter().enumerate() {
-        let colour = colour(&c.path, channel, &estimators);
+    for (index, c) in channels.iter().enumerate() {
+        let colour = colours::line(&c.path, index, &estimators);
         let mut add = |prefix: &str, suffix: &str, unit: &str, line| {
             let parts = [prefix]
                 .into_iter()
@@ -77,47 +71,85 @@ pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
                 colour,
             });
         };
-        add(
-            "",
-            "",
-            c.unit,
-            ScalarSource::Value {
-                channel,
-                scale: 1.0,
-                valid: None,
-            },
-        );
-        if c.path.ends_with("_sd") {
-            continue;
-        }
-        let (unit, scale) = match c.unit {
-            "rad" => ("°", DEG_PER_RAD),
-            unit => (unit, 1.0),
+        let as_it_is = ScalarSource::Value {
+            channel: index,
+            scale: 1.0,
+            valid: None,
         };
-        let beside = |what: &str| {
-            let path = format!("{}_{what}", c.path);
-            channels.iter().position(|d| d.path == path)
-        };
-        let valid = beside("valid");
-        if unit != c.unit || valid.is_some() {
-            let line = ScalarSource::Value {
-                channel,
-                scale,
-                valid,
-            };
-            add("display", "", unit, line);
-        }
-        if let Some(sd) = beside("sd") {
-            let line = ScalarSource::Band {
-                channel,
-                sd,
-                scale,
-                valid,
-            };
-            add("display", "two_sigma", unit, line);
+        add("", "", c.unit, as_it_is);
+        if !c.path.ends_with("_sd") {
+            for_the_eye(channels, index, &mut add);
         }
     }
+    all.extend(LIMITS.map(|(name, limit)| PlottedSeries {
+        entity: entity(["limits", name]),
+        path: format!("limits/{name}"),
+        unit: "1".into(),
+        line: ScalarSource::Limit(limit),
+        colour: colours::LIMIT,
+    }));
     all
+}
+
+/// The lines of a channel beside the unchanged one: `add` gets a prefix and a suffix of the path, the unit, and where the values are from.
+fn for_the_eye(
+    channels: &[Channel],
+    index: usize,
+    add: &mut impl FnMut(&str, &str, &str, ScalarSource),
+) {
+    let c = &channels[index];
+    let find = |path: &str| channels.iter().position(|d| d.path == path);
+    let beside = |what: &str| find(&format!("{}_{what}", c.path));
+    let (unit, scale) = match c.unit {
+        "rad" => ("°", DEG_PER_RAD),
+        unit => (unit, 1.0),
+    };
+    let (valid, sd) = (beside("valid"), beside("sd"));
+    let channel = index;
+    if unit != c.unit || valid.is_some() {
+        let line = ScalarSource::Value {
+            channel,
+            scale,
+            valid,
+        };
+        add("display", "", unit, line);
+    }
+    if let Some(sd) = sd {
+        let line = ScalarSource::Band {
+            channel,
+            sd,
+            scale,
+            valid,
+        };
+        add("display", "two_sigma", unit, line);
+    }
+    let of_estimator = |leaf: &str| {
+        let inner = c.path.strip_prefix("estimates/")?;
+        inner.strip_suffix(leaf)?.strip_suffix('/')
+    };
+    let error = ERRORS.iter().find(|e| of_estimator(e.0).is_some());
+    let Some((_, truth, unit, scale)) = error else {
+        return;
+    };
+    let (Some(truth), scale) = (find(truth), *scale) else {
+        return;
+    };
+    let line = ScalarSource::Error {
+        channel,
+        truth,
+        scale,
+        valid,
+    };
+    add("display", "error", unit, line);
+    if let Some(sd) = sd {
+        let line = ScalarSource::ErrorBand {
+            sd,
+            truth,
+            scale,
+            valid,
+        };
+        add("display", "error_two_sigma", unit, line);
+    }
 }
 
 impl PlottedSeries {
@@ -154,15 +186,33 @@ impl PlottedSeries {
         )
     }
 
+    /// Whether it is an error against the truth, or the band of one.
+    pub fn is_error(&self) -> bool {
+        matches!(
+            self.line,
+            ScalarSource::Error { .. } | ScalarSource::ErrorBand { .. }
+        )
+    }
+
+    /// Whether rows without a value are normal: an instrument has its own rate.
+    pub fn is_sampled(&self) -> bool {
+        matches!(self.group(), "sensors" | "aid" | "internals")
+            || matches!(self.leaf(), "innovation" | "nis")
+    }
+
+    /// The estimator it is of, if it is of one.
+    pub fn estimator(&self) -> Option<&str> {
+        match self.group() {
+            "estimates" | "internals" | "aid" => self.path.split('/').nth(1),
+            _ => None,
+        }
+    }
+
     /// Name, colour and width in plots.
     pub fn style(&self) -> SeriesLines {
-        let who = match self.owner() {
-            "" => self.group(),
-            owner => owner,
-        };
-        let name = format!("{who} {} [{}]", self.leaf(), self.unit);
+        let name = self.name();
         let [r, g, b] = self.colour;
-        if let ScalarSource::Band { .. } = self.line {
+        if self.line.width() == 2 {
             // Same name and colour as the estimate's: one entry in the legend for the three lines.
             return SeriesLines::new()
                 .with_names([name.clone(), name])
@@ -172,12 +222,24 @@ impl PlottedSeries {
         let width = match self.group() {
             "truth" if self.owner().is_empty() => 2.5,
             "estimates" => 1.8,
+            "limits" => 0.8,
             _ => 1.2,
         };
         SeriesLines::new()
             .with_names([name])
             .with_colors([[r, g, b, 255]])
             .with_widths([width])
+    }
+
+    /// Name in legends. An error needs no more than the estimator's: the plot says of what.
+    fn name(&self) -> String {
+        let (owner, leaf, unit) = (self.owner(), self.leaf(), &self.unit);
+        match (self.group(), owner) {
+            ("estimates", name) if self.is_error() => format!("{name} [{unit}]"),
+            ("limits", _) => leaf.replace('_', " "),
+            (group, "") => format!("{group} {leaf} [{unit}]"),
+            (_, owner) => format!("{owner} {leaf} [{unit}]"),
+        }
     }
 }
 
@@ -195,27 +257,6 @@ pub fn estimators(channels: &[Channel]) -> Vec<String> {
     names
 }
 
-fn colour(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
-    let mut parts = path.split('/');
-    match (parts.next(), parts.next(), parts.next()) {
-        // The primary truth is white; others of the same unit must differ from it.
-        (Some("truth"), Some("pitch_at_imu"), None) => [170, 170, 200],
-        (Some("truth"), Some("grade_effective"), None) => [150, 130, 110],
-        (Some("truth"), Some(leaf), None)
-            if !["resistance", "brake", "load_mass"].contains(&leaf)
-                && !leaf.starts_with("sway") =>
-        {
-            TRUTH
-        }
-        (Some("control"), Some(leaf), None) if leaf.starts_with("reference") => REFERENCE,
-        (Some("estimates"), Some(name), _) => {
-            let k = estimators.iter().position(|e| e == name).unwrap_or(0);
-            PALETTE[k % PALETTE.len()]
-        }
-        _ => PALETTE[index % PALETTE.len()],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -225,6 +266,15 @@ mod tests {
             path: path.into(),
             unit,
         }
+    }
+
+    #[test]
+    fn limits_are_quantiles_of_chi_squared_and_the_gate() {
+        // χ²₁ is the square of a standard normal: 1.96 and 3.29 sigma
+        let roots = LIMITS.map(|(_, limit)| limit.sqrt());
+        assert!((roots[0] - 1.959_964).abs() < 1e-6);
+        assert!((roots[1] - 3.290_527).abs() < 1e-6);
+        assert_eq!(roots[2], 1.0);
     }
 
     #[test]
@@ -267,6 +317,15 @@ mod tests {
                 valid: None
             }
         );
-        assert_eq!(all.len(), 4 + 2 + 1);
+        let error = of("display/estimates/jekf/grade/error");
+        let line = ScalarSource::Error {
+            channel: 1,
+            truth: 0,
+            scale: ErrorScale::Factor(scale),
+            valid: None,
+        };
+        assert_eq!((&error.line, error.unit.as_str()), (&line, "°"));
+        assert!(of("display/estimates/jekf/grade/error_two_sigma").is_error());
+        assert_eq!(all.len(), 4 + 2 + 1 + 2 + LIMITS.len());
     }
 }

@@ -3,8 +3,11 @@
 use crate::blueprint;
 use crate::columns::ChunkColumns;
 use crate::live::Live;
+use crate::origin::Origin;
 use crate::scene;
 use crate::stream::MessageStream;
+use crate::track;
+use crate::views::Entities;
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout, Sink};
 use std::net::SocketAddr;
@@ -31,6 +34,25 @@ pub struct RerunSink {
 struct Open {
     stream: MessageStream,
     columns: ChunkColumns,
+    /// Layout of the viewer, until it is sent.
+    layout: Option<Entities>,
+}
+
+impl Open {
+    /// Send the layout, if it is still to be sent.
+    fn lay_out(&mut self) -> Result<(), Error> {
+        match self.layout.take() {
+            Some(layout) => self.stream.blueprint(layout),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        // Not finished: an error. There is no one to return another one to.
+        let _ = self.lay_out();
+    }
 }
 
 impl RerunSink {
@@ -68,11 +90,27 @@ impl Sink for RerunSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
         let id = format!("{}-{}", layout.scenario, layout.seed);
         let mut stream = MessageStream::create(&self.path, &id, self.live.take())?;
-        let wheels = scene::log(&mut stream, layout)?;
-        let columns = ChunkColumns::begin(&mut stream, layout, wheels)?;
-        let (length_m, load) = (layout.train.limits.length_m, layout.train.load.is_some());
-        stream.blueprint(blueprint::entities(columns.series(), length_m, load))?;
-        self.open = Some(Open { stream, columns });
+        let origin = Origin::of(layout);
+        let wheels = scene::log(&mut stream, layout, &origin)?;
+        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin)?;
+        let about = blueprint::Contents {
+            series: columns.series(),
+            estimators: columns.estimators(),
+            vehicle_length_m: layout.train.limits.length_m,
+            load: layout.train.load.is_some(),
+            plan: track::plan_square(layout, &origin),
+        };
+        let layout = Some(blueprint::entities(&about));
+        let mut open = Open {
+            stream,
+            columns,
+            layout,
+        };
+        // In a file the layout comes last: lanes of states show the time range that is there when they are first drawn.
+        if open.stream.live().is_some() {
+            open.lay_out()?;
+        }
+        self.open = Some(open);
         Ok(())
     }
 
@@ -87,6 +125,7 @@ impl Sink for RerunSink {
         let Some(open) = &mut self.open else {
             return Err(not_begun(&self.path));
         };
+        open.lay_out()?;
         open.stream.finish()
     }
 }

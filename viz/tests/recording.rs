@@ -7,7 +7,7 @@ mod synthetic;
 
 use arrow::array::{Array, Float64Array};
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::{Chunk, Sink};
+use monorig_sim::record::{Channel, Chunk, Sink};
 use monorig_viz::RerunSink;
 use monorig_viz::readback::{Recording, read};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -94,11 +94,13 @@ fn everything_sent_is_in_the_recording() {
     assert_eq!(rerun.id, "synthetic-1");
     assert!(rerun.complete);
 
-    // Poses, in single precision.
+    // Poses relative to the start of the rail, in single precision.
+    let start = run.rail[0].p;
+    let drawn = |p: &[f64; 3]| [0, 1, 2].map(|k| (p[k] - start[k]) as f32);
     for (i, body) in run.train.bodies.iter().enumerate() {
         let entity = &rerun.entities[&format!("/world/train/{}", body.name.replace('/', "."))];
         let poses: Vec<_> = sent.iter().flat_map(|c| c.poses[i].clone()).collect();
-        let positions: Vec<[f32; 3]> = poses.iter().map(|(p, _)| p.map(|x| x as f32)).collect();
+        let positions: Vec<[f32; 3]> = poses.iter().map(|(p, _)| drawn(p)).collect();
         let quaternions: Vec<[f32; 4]> = poses.iter().map(|(_, q)| q.map(|x| x as f32)).collect();
         let times: Vec<i64> = sent.iter().flat_map(|c| c.pose_time_ns.clone()).collect();
         assert_eq!(entity.times, times, "{}", body.name);
@@ -191,6 +193,106 @@ fn what_is_made_for_the_eye_follows_from_the_channels() {
         assert!(close(ends[0], (x - 2.0 * sd).to_degrees()));
         assert!(close(ends[1], (x + 2.0 * sd).to_degrees()));
     }
+}
+
+/// Mine-grid coordinates of millions of metres draw the same train: single precision would move it by half a metre.
+#[test]
+fn far_from_the_origin_the_picture_is_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let (near, mut far) = (Run::new(CHANNELS), Run::new(CHANNELS));
+    let offset = nalgebra::Vector3::new(4.5e6, 3.2e6, -600.0);
+    far.rail.iter_mut().for_each(|f| f.p += offset);
+    far.obstacles
+        .iter_mut()
+        .for_each(|o| o.0.translation.vector += offset);
+    let near = recording(&dir.path().join("near.rrd"), &near);
+    let far = recording(&dir.path().join("far.rrd"), &far);
+    let mut compared = 0;
+    for (path, entity) in &near.entities {
+        for (a, b) in entity.positions.iter().zip(&far.entities[path].positions) {
+            let error = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
+            assert!(error < 1e-4, "{path}: {a:?} {b:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 1000);
+}
+
+/// A value that is missing or not valid breaks the line: its first row is there and is not a number. Errors are against the truth.
+#[test]
+fn lines_break_at_gaps_and_where_not_valid() {
+    let dir = tempfile::tempdir().unwrap();
+    let channel = |path: &str, unit| Channel {
+        path: path.into(),
+        unit,
+    };
+    let mut run = Run::new(0);
+    run.channels = vec![
+        channel("truth/total_mass", "kg"),
+        channel("estimates/e/total_mass", "kg"),
+        channel("estimates/e/total_mass_sd", "kg"),
+        channel("estimates/e/total_mass_valid", "1"),
+        channel("sensors/imu/specific_force_x", "m/s²"),
+    ];
+    // 60 s at 50 Hz: valid but from 10 to 40 s, samples at 10 Hz but from 20 to 50 s
+    let time_ns: Vec<i64> = (0..3000).map(|i| i * 20_000_000).collect();
+    let valid = |t: f64| !(10.0..40.0).contains(&t);
+    let sampled = |t: f64| !(20.0..50.0).contains(&t) && (t * 10.0).fract().abs() < 1e-6;
+    let column = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        time_ns.iter().map(|&t| value(t as f64 * 1e-9)).collect()
+    };
+    let chunk = Chunk {
+        values: vec![
+            column(&|_| 20e3),
+            column(&|_| 22e3),
+            column(&|_| 400.0),
+            column(&|t| f64::from(u8::from(valid(t)))),
+            column(&|t| if sampled(t) { t } else { f64::NAN }),
+        ],
+        time_ns,
+        ..Chunk::default()
+    };
+    let path = dir.path().join("run.rrd");
+    let mut sink = RerunSink::file(&path);
+    sink.begin(&run.layout()).unwrap();
+    sink.chunk(&chunk).unwrap();
+    sink.finish().unwrap();
+    let read = read(&path).unwrap();
+    let breaks = |path: &str| -> Vec<f64> {
+        let entity = &read.entities[path];
+        let width = entity.scalars.len() / entity.times.len();
+        let rows = entity.times.iter().zip(entity.scalars.chunks_exact(width));
+        let broken = rows.filter(|(_, v)| v.iter().any(|x| x.is_nan()));
+        broken.map(|(t, _)| *t as f64 * 1e-9).collect()
+    };
+    let mass = "/display/estimates/e/total_mass";
+    for path in [
+        mass.to_owned(),
+        format!("{mass}/two_sigma"),
+        format!("{mass}/error"),
+        format!("{mass}/error_two_sigma"),
+    ] {
+        assert_eq!(breaks(&path), [10.0], "{path}");
+    }
+    let hole = breaks("/sensors/imu/specific_force_x");
+    assert!(
+        hole.len() == 1 && (20.0..21.0).contains(&hole[0]),
+        "{hole:?}"
+    );
+    assert!(breaks("/truth/total_mass").is_empty());
+    let error = &read.entities[&format!("{mass}/error")].scalars;
+    assert!(
+        error
+            .iter()
+            .filter(|e| !e.is_nan())
+            .all(|e| (e - 10.0).abs() < 1e-9)
+    );
+    // three states of the lane, and a read-out a second
+    assert_eq!(
+        read.entities["/validity/e"].times,
+        [0, 10_000_000_000, 40_000_000_000]
+    );
+    assert_eq!(read.entities["/readout"].times.len(), 60);
 }
 
 /// The same run gives the same file, byte for byte, with the index at its end. (The encoder's hash maps have another order each time.)

@@ -3,10 +3,13 @@
 pub mod bound;
 pub mod check;
 pub mod compare;
+pub mod completions;
 pub mod draw;
+pub mod list;
 pub mod merge;
 pub mod report;
 pub mod run;
+pub mod runs;
 pub mod schema;
 pub mod sensors;
 pub mod shared;
@@ -17,6 +20,7 @@ pub mod tune;
 use crate::CommandOutcome;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
+use crate::ui::terminal::TerminalArgs;
 use clap::{Parser, Subcommand};
 use monorig_sim::closed_loop::registry::Registry;
 use std::sync::OnceLock;
@@ -28,6 +32,8 @@ Examples:
   monorig test scenarios --filter minimal                every scenario over its seeds: does what it expects hold?
   monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
   monorig report runs/liu2023_section1/1                 plots, errors and verdicts of a run as one HTML file
+  monorig list estimators                                what there is: also metrics, channels, faults, scenarios …
+  monorig runs                                           the runs there are, and how their variants differ
   monorig check scenarios/*.yaml                         find mistakes without running
   monorig schema scenario                                every key a scenario can have
 
@@ -37,6 +43,8 @@ Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input, fil
 #[derive(Debug, Parser)]
 #[command(name = "monorig", version, after_help = EXAMPLES, arg_required_else_help = true, max_term_width = 100)]
 pub struct Arguments {
+    #[command(flatten)]
+    pub terminal: TerminalArgs,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -86,10 +94,18 @@ pub enum Command {
     Draw(draw::DrawArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
+    /// List the runs in the folder for results, with what tells variants apart
+    Runs(runs::RunsArgs),
+    /// List estimators, parameters, metrics, channels, faults, sensors or scenarios
+    List(list::ListArgs),
     /// Check files without running anything
     Check(check::CheckArgs),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit
     Schema(schema::SchemaArgs),
+    /// Print a script that completes commands and options in a shell
+    Completions(completions::CompletionsArgs),
+    /// Write man pages
+    Man(completions::ManArgs),
 }
 
 impl Command {
@@ -106,7 +122,11 @@ impl Command {
             Self::Report(args) => report::report(args),
             Self::Draw(args) => draw::draw(args, registry),
             Self::Sensors(args) => sensors::sensors(args),
+            Self::Runs(args) => runs::runs(args),
+            Self::List(args) => list::list(args, registry),
             Self::Check(args) => check::check(args, registry),
+            Self::Completions(args) => completions::completions(args, registry),
+            Self::Man(args) => completions::man(args, registry),
             Self::Schema(args) => schema::schema(args, registry),
         }
     }

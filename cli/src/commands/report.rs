@@ -46,6 +46,13 @@ pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     Ok(CommandOutcome::Held)
 }
 
+/// Write the report of a run into its folder; returns where it is.
+pub fn of_run(folder: &Path) -> Result<PathBuf, CliError> {
+    let out = folder.join("report.html");
+    output::write(&out, &run::page(folder, &link(folder, folder))?.to_html())?;
+    Ok(out)
+}
+
 /// How a file in one folder names another folder: empty if they are the same, else with a slash at its end.
 fn link(from: &Path, to: &Path) -> String {
     let (from, to) = (absolute(from), absolute(to));

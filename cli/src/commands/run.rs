@@ -1,8 +1,9 @@
 //! `monorig run`: simulate a scenario and report.
 
 use crate::CommandOutcome;
-use crate::commands::shared::assignment;
+use crate::commands::shared::{Out, assignment, seeds};
 use crate::files::prepare;
+use crate::pace;
 use crate::simulate::{RecordOptions, simulate};
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -10,36 +11,51 @@ use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::summary;
+use crate::variant::{self, Variant};
 use clap::ValueEnum;
+use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::record::whole;
-use std::path::Path;
-use std::path::PathBuf;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::{Path, PathBuf};
 
 const RUN_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
   monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' --set 'estimators.joint_ekf_robust={}'
+  monorig run scenarios/minimal.yaml scenarios/adhesion_loss.yaml --seed 1..2      several scenarios, several seeds
+  monorig run scenarios/minimal.yaml --live --pace 20     watch it at 20 times real time in a Rerun viewer that is open
   monorig run scenarios/minimal.yaml --plant point-mass --no-rerun   fast: a point on the rail, no 3-D recording
 
 Results: OUT/<scenario>/<seed>/ with manifest.json (what was run), channels.parquet (every signal),
-metrics.json, and, with the viewer built in, run.rrd to open in Rerun.";
+metrics.json, and, with the viewer built in, run.rrd to open in Rerun. With --set or --plant the folder is
+OUT/<scenario>@<variant>/<seed>/, where the variant is --name or a short hash of the changes.";
+
+/// Key of a scenario's seeds.
+const SEEDS: &str = "seeds";
 
 /// `monorig run`
 #[derive(Debug, clap::Args)]
 #[command(after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
-    /// Scenario file
-    pub file: PathBuf,
-    /// Run this seed instead of the scenario's first
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// Folder the results go to
-    #[arg(long, value_name = "DIR", default_value = "runs")]
-    pub out: PathBuf,
-    /// Also stream to a Rerun viewer that is open on this machine
-    #[arg(long, conflicts_with = "no_rerun")]
-    pub live: bool,
+    /// Scenario files
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Run these seeds instead of the scenario's first: `7`, `1..3` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seed: Option<String>,
+    /// Call the variant that --set and --plant make this, instead of a short hash
+    #[arg(long, value_name = "NAME", value_parser = variant::parse)]
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub out: Out,
+    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
+        default_missing_value = VIEWER, value_parser = address)]
+    pub live: Option<SocketAddr>,
+    /// Simulate no faster than so many times real time; without it as fast as it goes
+    #[arg(long, value_name = "TIMES", value_parser = pace::parse)]
+    pub pace: Option<f64>,
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
@@ -58,8 +74,8 @@ impl RunArgs {
     /// All changes to the scenario as `(path, value)`.
     pub fn overrides(&self) -> Vec<(String, String)> {
         let mut all = self.sets.clone();
-        if let Some(seed) = self.seed {
-            all.push(("seeds".into(), seed.to_string()));
+        if let Some(seeds) = &self.seed {
+            all.push((SEEDS.into(), seeds.clone()));
         }
         if let Some(plant) = self.plant {
             let word = match plant {
@@ -72,6 +88,15 @@ impl RunArgs {
     }
 }
 
+/// Where a Rerun viewer listens unless told otherwise.
+const VIEWER: &str = "127.0.0.1:9876";
+
+/// An address as HOST:PORT.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
+    found.ok_or_else(|| format!("write HOST:PORT, such as {VIEWER}"))
+}
+
 /// What moves the train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PlantChoice {
@@ -81,24 +106,50 @@ pub enum PlantChoice {
     PointMass,
 }
 
-/// Simulate a scenario with one seed: the one asked for, else the first of the scenario; all of them are for tests and
-/// comparisons. Nothing is written before the whole input has been found good.
+/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and comparisons. Nothing is
+/// written before the whole input has been found good.
 pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let simulation = prepare::simulation(&task.file, &task.overrides(), registry)?;
-    prepare_out(&task.out)?;
+    let overrides = task.overrides();
+    let variant = Variant::new(&overrides, task.name.as_deref());
+    let mut simulations = Vec::new();
+    for file in &task.files {
+        let simulation = prepare::simulation(file, &overrides, registry)?;
+        let asked = match task.seed {
+            Some(_) => simulation.scenario.seeds().to_vec(),
+            None => vec![simulation.seed],
+        };
+        simulations.extend(asked.into_iter().map(|seed| (file, seed)));
+    }
+    let out = task.out.get();
+    prepare_out(&out)?;
     interrupt::listen();
-    let mut progress = ProgressDisplay::new(&format!(
-        "{} seed {}",
-        simulation.scenario.name, simulation.seed
-    ));
     let options = RecordOptions {
-        out: &task.out,
+        out: &out,
         live: task.live,
+        pace: task.pace,
         no_rerun: task.no_rerun,
         full_rate: task.full_rate,
+        changes: &variant.changes,
         registry,
     };
-    let run = simulate(simulation, &options, &mut |share| {
+    let mut outcome = CommandOutcome::Held;
+    for (file, seed) in &simulations {
+        let mut own = overrides.clone();
+        own.push((SEEDS.into(), seed.to_string()));
+        let mut simulation = prepare::simulation(file, &own, registry)?;
+        simulation.scenario.name = variant.run_name(&simulation.scenario.name);
+        if one(simulation, &options)? == CommandOutcome::Failed {
+            outcome = CommandOutcome::Failed;
+        }
+    }
+    Ok(outcome)
+}
+
+/// One run: simulated, recorded, and shown.
+fn one(simulation: Simulation, options: &RecordOptions<'_>) -> Result<CommandOutcome, CliError> {
+    let title = format!("{} seed {}", simulation.scenario.name, simulation.seed);
+    let mut progress = ProgressDisplay::new(&title);
+    let run = simulate(simulation, options, &mut |share| {
         progress.at(share);
         interrupt::go_on()
     })?;
@@ -112,10 +163,9 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         note("the train did not come to where the scenario ends (`stop.at_m`)");
         return Ok(CommandOutcome::Failed);
     }
-    Ok(if run.summary.good() {
-        CommandOutcome::Held
-    } else {
-        CommandOutcome::Failed
+    Ok(match run.summary.good() {
+        true => CommandOutcome::Held,
+        false => CommandOutcome::Failed,
     })
 }
 

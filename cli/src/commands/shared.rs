@@ -1,6 +1,7 @@
 //! Arguments that several commands take.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 /// Threads to work with.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -15,6 +16,26 @@ impl Jobs {
     pub fn get(self) -> NonZeroUsize {
         self.jobs
             .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
+    }
+}
+
+/// Name of the variable that names the folder for results.
+const OUT_VARIABLE: &str = "MONORIG_OUT";
+
+/// Folder for results.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Out {
+    /// Folder the results go to [default: the variable MONORIG_OUT, else runs]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Out {
+    /// Which.
+    pub fn get(&self) -> PathBuf {
+        let variable = || std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
+        let given = self.out.clone().or_else(|| variable().map(PathBuf::from));
+        given.unwrap_or_else(|| "runs".into())
     }
 }
 

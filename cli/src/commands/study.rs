@@ -1,7 +1,7 @@
 //! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
 
 use crate::CommandOutcome;
-use crate::commands::shared::Jobs;
+use crate::commands::shared::{Jobs, Out};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -38,9 +38,8 @@ pub struct StudyArgs {
     /// Make only part K of N of the runs
     #[arg(long, value_name = "K/N", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Folder the results go to
-    #[arg(long, value_name = "DIR", default_value = "runs")]
-    pub out: PathBuf,
+    #[command(flatten)]
+    pub out: Out,
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
@@ -59,7 +58,7 @@ pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         Shard::WHOLE => "results.jsonl".to_owned(),
         Shard { part, of } => format!("results.{part}-of-{of}.jsonl"),
     };
-    let folder = task.out.join(&plan.name);
+    let folder = task.out.get().join(&plan.name);
     std::fs::create_dir_all(&folder).map_err(|source| CliError::Out {
         path: folder.clone(),
         source,

@@ -1,17 +1,23 @@
 //! `monorig test`: scenarios over their seeds, judged.
 
+mod baseline;
 mod files;
 mod junit;
+mod keep;
+mod lines;
 
 use crate::CommandOutcome;
-use crate::commands::shared::{Jobs, seeds};
+use crate::commands::run::prepare_out;
+use crate::commands::shared::{Jobs, assignment, seeds};
 use crate::identity::identity;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use baseline::Baseline;
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
-use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
@@ -25,6 +31,8 @@ Examples:
   monorig test                                           every scenario in scenarios/, each over its seeds
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
+  monorig test scenarios --baseline verdicts.json --worse-than 5%     fail also on what has become worse
+  monorig test scenarios --keep-failed failed            recording and report of the worst seed of what fails
 
 A scenario fails when a run does not finish, when an estimator never marks anything valid or marks misleading values valid, when an
 expectation does not hold for as many seeds as it asks for (`quantile`; all without it), or when a known failure holds.
@@ -45,6 +53,18 @@ pub struct TestArgs {
     /// Run these seeds instead of the scenarios' own: `7`, `1..50` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seeds: Option<String>,
+    /// Change a value of every scenario; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+    /// Record the worst seed of every scenario that fails into this folder, with a report
+    #[arg(long, value_name = "DIR")]
+    pub keep_failed: Option<PathBuf>,
+    /// Compare with what --json wrote for an earlier test; a metric that has become worse fails
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
+    /// How much worse the mean over the seeds may be than in the baseline
+    #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
+    pub worse_than: f64,
     /// Write the verdicts as JUnit XML, as CI servers read it
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
@@ -53,11 +73,8 @@ pub struct TestArgs {
     pub json: Option<PathBuf>,
 }
 
-/// Findings shown for each scenario; the others are counted.
-const FINDINGS_SHOWN: usize = 5;
-
 /// A scenario to test.
-struct Case {
+pub struct Case {
     path: PathBuf,
     name: String,
     seeds: Vec<u64>,
@@ -77,12 +94,18 @@ pub struct TestedScenario {
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
 pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let overrides: Vec<_> = task
-        .seeds
-        .iter()
-        .map(|seeds| ("seeds".to_owned(), seeds.clone()))
-        .collect();
-    let changes = Sets::new(&overrides).written_in("--seeds");
+    let mut overrides = task.sets.clone();
+    let seeds = task.seeds.iter();
+    overrides.extend(seeds.map(|seeds| ("seeds".to_owned(), seeds.clone())));
+    let changes = match task.sets.is_empty() {
+        true => Sets::new(&overrides).written_in("--seeds"),
+        false => Sets::new(&overrides),
+    };
+    let baseline = task.baseline.as_deref().map(Baseline::read).transpose()?;
+    if let Some(folder) = &task.keep_failed {
+        prepare_out(folder)?;
+    }
+    let begun = Instant::now();
     let paths = files::scenarios(&task.paths, task.filter.as_deref())?;
     // what is interrupted must not leave the reports of an earlier test behind
     for path in task.junit.iter().chain(&task.json) {
@@ -100,6 +123,15 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     interrupt::listen();
     let mut tested = run(task, &cases, &changes, registry)?;
+    if let Some(folder) = &task.keep_failed {
+        for (one, case) in tested.iter().zip(&cases) {
+            keep::worst_run(one, case, &task.sets, folder, registry)?;
+        }
+    }
+    let (worse, compared) = match &baseline {
+        Some(baseline) => baseline.compare(&tested, task.worse_than),
+        None => (Vec::new(), 0),
+    };
     let failed = tested.iter().filter(|t| !t.judged.held).count();
     let held = tested.len() - failed;
     let bad = unusable.len();
@@ -121,11 +153,23 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         0 => String::new(),
         n => format!(", {n} could not be used"),
     };
+    for metric in &worse {
+        output::print(&format!("{}\n", metric.text()))?;
+    }
     output::print(&format!(
         "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
         tested.len()
     ))?;
-    match (bad, failed) {
+    if baseline.is_some() {
+        output::print(&format!(
+            "{compared} metrics against the baseline: {} worse by more than {} %\n",
+            worse.len(),
+            100.0 * task.worse_than
+        ))?;
+    }
+    let took = begun.elapsed().as_secs_f64();
+    note(&format!("{runs} runs in {took:.1} s"));
+    match (bad, failed + worse.len()) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(CommandOutcome::Failed),
         _ => Err(CliError::BadFiles {
@@ -191,10 +235,16 @@ fn run(
     };
     let mut tested = Vec::new();
     let mut waiting: (Vec<RunResult>, Duration) = Default::default();
+    let all: usize = cases.iter().map(|case| case.seeds.len()).sum();
+    let mut progress = ProgressDisplay::new("test");
+    let mut runs_done = 0;
     in_order(task.jobs.get(), specs, work, |done| {
         let (result, took) = done.map_err(|_| CliError::Interrupted)?;
         waiting.0.push(result);
         waiting.1 += took;
+        runs_done += 1;
+        progress.rename(&format!("run {runs_done} of {all}"));
+        progress.at(runs_done as f64 / all.max(1) as f64);
         if let Some(case) = cases.get(tested.len())
             && waiting.0.len() == case.seeds.len()
         {
@@ -206,7 +256,9 @@ fn run(
                 unusable,
                 took,
             };
-            output::print(&line(&one, case, width.unwrap_or(0)))?;
+            refusals(&one, case);
+            let text = lines::text(&one, case, width.unwrap_or(0), &task.sets);
+            progress.aside(|| output::print(&text))?;
             tested.push(one);
         }
         Ok::<(), CliError>(())
@@ -214,36 +266,8 @@ fn run(
     Ok(tested)
 }
 
-/// The verdict in a line, and a line for everything that does not hold.
-fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
-    let word = if tested.judged.held {
-        "held  "
-    } else {
-        "FAILED"
-    };
-    let seeds = match case.seeds.as_slice() {
-        [one] => format!("seed {one}"),
-        many => format!("{} seeds", many.len()),
-    };
-    let took = tested.took.as_secs_f64();
-    let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
-    let findings = tested.judged.findings();
-    for finding in findings.iter().take(FINDINGS_SHOWN) {
-        text += &format!("        finding: {}\n", finding.text);
-    }
-    match findings.len().saturating_sub(FINDINGS_SHOWN) {
-        0 => {}
-        more => text += &format!("        … and {more} findings more, in --json and its report\n"),
-    }
-    // what a finding says already is not said again, unless it is listed as known
-    let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
-    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
-        text += &format!("        {}\n", check.reason());
-    }
-    for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
-        let why = check.known_failure.as_deref().unwrap_or_default();
-        text += &format!("        known failure: {} ({why})\n", check.reason());
-    }
+/// Notes of steps that estimators refused.
+fn refusals(tested: &TestedScenario, case: &Case) {
     for run in &tested.judged.runs {
         for (name, times, reason) in run.summary.iter().flat_map(|s| &s.refusals) {
             note(&format!(
@@ -252,7 +276,6 @@ fn line(tested: &TestedScenario, case: &Case, width: usize) -> String {
             ));
         }
     }
-    text
 }
 
 fn json(tested: &[TestedScenario]) -> Result<String, CliError> {

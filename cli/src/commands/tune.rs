@@ -5,6 +5,7 @@ mod table;
 
 use crate::CommandOutcome;
 use crate::commands::run::prepare_out;
+use crate::commands::shared::Out;
 use crate::files::prepare;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
@@ -46,9 +47,8 @@ pub struct TuneArgs {
     /// Threads; the result is the same for any number [default: one per core]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
-    /// Folder the results go to
-    #[arg(long, value_name = "DIR", default_value = "runs")]
-    pub out: PathBuf,
+    #[command(flatten)]
+    pub out: Out,
     /// Do not write before_after.rrd
     #[arg(long)]
     pub no_rerun: bool,
@@ -60,9 +60,10 @@ pub struct TuneArgs {
 /// Run a study. Nothing is written before the whole input has been found good.
 pub fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let study = prepare::tuning(&task.file, registry)?;
-    prepare_out(&task.out)?;
+    let out = task.out.get();
+    prepare_out(&out)?;
     interrupt::listen();
-    let folder = task.out.join("tune");
+    let folder = out.join("tune");
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let tuning = TuningRun {
         folder: folder.join(&study.name),

@@ -2,12 +2,11 @@
 //!
 //! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column: …`.
 
-use crate::ui::note;
+use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
 use monorig_lab::hidden::{marked, spelled_out};
 use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 /// Why a task could not be done.
@@ -44,6 +43,14 @@ pub enum CliError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A name on the command line that means nothing.
+    #[error("{message}\n  help: {help}")]
+    Name {
+        /// What is wrong.
+        message: String,
+        /// What would be right.
+        help: String,
+    },
     /// Stopped from outside: counts as not run.
     #[error("interrupted: not everything was run; what was written up to there is whole")]
     Interrupted,
@@ -57,10 +64,10 @@ pub enum CliError {
 
 /// Show an error on standard error.
 pub fn show(e: &CliError) {
-    let drawn = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let drawn = terminal::drawn();
     match drawn {
         true => note::drawn(&text(e, drawn)),
-        false => note::note(&text(e, drawn)),
+        false => note::error(&text(e, drawn)),
     }
 }
 

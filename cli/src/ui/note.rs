@@ -1,11 +1,19 @@
 //! Lines on standard error.
 
+use crate::ui::terminal;
 use monorig_lab::hidden::spelled_out;
 use std::io::Write;
 
-/// Write a line to standard error: a failure to write is ignored. Names in it may come from files, so hidden characters are spelled
-/// out.
+/// Write a line to standard error, unless the user wants none: a failure to write is ignored. Names in it may come from files, so
+/// hidden characters are spelled out.
 pub fn note(text: &str) {
+    if !terminal::quiet() {
+        error(text);
+    }
+}
+
+/// The same of an error, which is always written.
+pub fn error(text: &str) {
     drawn(&spelled_out(text));
 }
 

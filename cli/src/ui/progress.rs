@@ -1,6 +1,7 @@
 //! How far a run has come: a bar on a terminal, plain lines otherwise. All of it goes to standard error.
 
 use crate::ui::note::note;
+use crate::ui::terminal;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use monorig_lab::hidden::spelled_out;
 use std::io::IsTerminal;
@@ -16,13 +17,15 @@ const STEPS: u64 = 1000;
 pub struct ProgressDisplay {
     name: String,
     bar: Option<ProgressBar>,
+    begun: Instant,
     last_note: Instant,
 }
 
 impl ProgressDisplay {
     /// A run called `name`.
     pub fn new(name: &str) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+        let shown = std::io::stderr().is_terminal() && !terminal::quiet();
+        let bar = shown.then(|| {
             let bar =
                 ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
             if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {eta}")
@@ -34,6 +37,7 @@ impl ProgressDisplay {
         Self {
             name: name.to_owned(),
             bar,
+            begun: Instant::now(),
             last_note: Instant::now(),
         }
     }
@@ -51,8 +55,23 @@ impl ProgressDisplay {
         if let Some(bar) = &self.bar {
             bar.set_position((share * STEPS as f64) as u64);
         } else if self.last_note.elapsed() >= NOTE_INTERVAL {
-            note(&format!("{}: {:.0} %", self.name, share * 100.0));
+            let left = match share {
+                s if s > 0.0 => {
+                    let left_s = self.begun.elapsed().as_secs_f64() * (1.0 - s) / s;
+                    format!(", about {left_s:.0} s left")
+                }
+                _ => String::new(),
+            };
+            note(&format!("{}: {:.0} %{left}", self.name, share * 100.0));
             self.last_note = Instant::now();
+        }
+    }
+
+    /// Do something that writes to the terminal: the bar gives way to it.
+    pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(write),
+            None => write(),
         }
     }
 }

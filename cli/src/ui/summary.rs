@@ -1,26 +1,26 @@
 //! What a run has come to, as text.
 
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::tables::{lines, number, right, table, within_terminal};
 use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
 
-/// A column of the estimators' table: title, metric, factor from the metric's unit, what stands for "could not be measured".
-const COLUMNS: &[(&str, &str, f64, &str)] = &[
-    ("mass error max %", "mass_error_rel_max", 100.0, "-"),
-    ("of valid %", "mass_error_rel_max_valid", 100.0, "-"),
-    ("valid %", "mass_availability", 100.0, "-"),
-    ("converged s", "mass_convergence_s", 1.0, "never"),
-    ("slope RMSE °", "slope_rmse_deg", 1.0, "-"),
-    ("of valid °", "slope_rmse_deg_valid", 1.0, "-"),
-    ("valid %", "slope_availability", 100.0, "-"),
+/// A row of an estimator: what it is about, the metric of all samples, its factor from the metric's unit, its availability.
+const ROWS: &[(&str, &str, f64, &str)] = &[
+    (
+        "mass error max %",
+        "mass_error_rel_max",
+        100.0,
+        "mass_availability",
+    ),
+    ("slope RMSE °", "slope_rmse_deg", 1.0, "slope_availability"),
     (
         "effective slope RMSE °",
         "effective_slope_rmse_deg",
         1.0,
-        "-",
+        "effective_slope_availability",
     ),
-    ("valid %", "effective_slope_availability", 100.0, "-"),
 ];
+const CONVERGENCE: &str = "mass_convergence_s";
 
 /// What misleads, then estimators, expectations and the time it took.
 pub fn text(summary: &Summary, wall_s: f64) -> String {
@@ -48,18 +48,38 @@ pub fn text(summary: &Summary, wall_s: f64) -> String {
     parts.join("\n\n") + "\n"
 }
 
+/// A line for the name, then one for each quantity: so it fits a terminal however long names are.
 fn estimators(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
-    let titles = COLUMNS.iter().map(|c| c.0);
+    let titles = [
+        "all samples",
+        "marked valid",
+        "share valid %",
+        "converged s",
+    ];
     let mut table = table(std::iter::once(title.as_str()).chain(titles));
     for (name, values) in &summary.estimators {
-        let numbers = COLUMNS.iter().map(|(_, metric, factor, without)| {
-            let value = values.get(*metric).copied().flatten();
-            value.map_or((*without).to_owned(), |x| number(x * factor))
-        });
-        table.add_row(std::iter::once(name.clone()).chain(numbers));
+        let of = |metric: &str, factor: f64| {
+            let value = values.get(metric).copied().flatten();
+            value.map(|x| number(x * factor))
+        };
+        table.add_row([name.as_str()]);
+        for (what, metric, factor, availability) in ROWS {
+            let converged = match metric.starts_with("mass") {
+                true => of(CONVERGENCE, 1.0).unwrap_or_else(|| "never".to_owned()),
+                false => String::new(),
+            };
+            let without = || "-".to_owned();
+            table.add_row([
+                format!("  {what}"),
+                of(metric, *factor).unwrap_or_else(without),
+                of(&format!("{metric}_valid"), *factor).unwrap_or_else(without),
+                of(availability, 100.0).unwrap_or_else(without),
+                converged,
+            ]);
+        }
     }
-    right(&mut table, 1..=COLUMNS.len());
+    right(&mut table, 1..=titles.len());
     lines(&table)
 }
 
@@ -74,6 +94,7 @@ fn expectations(summary: &Summary) -> String {
         };
         table.add_row([v.what(), v.bound(), value, verdict.to_owned()]);
     }
+    within_terminal(&mut table);
     right(&mut table, 1..=2);
     lines(&table)
 }
@@ -122,28 +143,32 @@ mod tests {
     }
 
     #[test]
-    fn one_line_an_estimator_one_an_expectation_and_one_for_the_time() {
+    fn lines_for_each_estimator_one_an_expectation_and_one_for_the_time() {
         let text = text(&summary(true, Some(0.5)), 0.12);
         let lines: Vec<&str> = text.lines().filter(|l| !l.is_empty()).collect();
-        assert_eq!(lines.len(), 7, "{text}");
-        let row: Vec<&str> = lines[2].split_whitespace().collect();
+        assert_eq!(lines.len(), 10, "{text}");
+        assert_eq!(lines[2].trim(), "joint_ekf_robust");
+        let words = |i: usize| lines[i].split_whitespace().collect::<Vec<_>>();
         assert_eq!(
-            row,
-            [
-                "joint_ekf_robust",
-                "7.630",
-                "-",
-                "-",
-                "never",
-                "0.500",
-                "-",
-                "-",
-                "-",
-                "-"
-            ]
+            words(3),
+            ["mass", "error", "max", "%", "7.630", "-", "-", "never"]
         );
-        assert!(lines[5].ends_with("held"), "{text}");
-        assert_eq!(lines[6], "60.0 s simulated in 0.12 s, 500 times real time");
+        assert_eq!(words(4), ["slope", "RMSE", "°", "0.500", "-", "-"]);
+        assert!(lines[8].ends_with("held"), "{text}");
+        assert_eq!(lines[9], "60.0 s simulated in 0.12 s, 500 times real time");
+    }
+
+    /// Long names of estimators and windows are broken, not the terminal's lines.
+    #[test]
+    fn tables_fit_80_columns() {
+        let mut long = summary(true, Some(0.5));
+        let name = "dffrls_aekf_inclination_robust_with_a_name".to_owned();
+        let values = long.estimators.remove("joint_ekf_robust").unwrap();
+        long.estimators.insert(name.clone(), values);
+        long.expectations[0].estimator = Some(name);
+        long.expectations[0].window = " from where the front leaves second_sag to the end".into();
+        let text = text(&long, 1.0);
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Tables and numbers as text.
 
 use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, Table, TableComponent};
+use comfy_table::{CellAlignment, ContentArrangement, Table, TableComponent};
 
 /// An empty table with a rule below its titles and no other.
 pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
@@ -11,6 +11,15 @@ pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     table.set_style(TableComponent::MiddleHeaderIntersections, '─');
     table.set_header(titles);
     table
+}
+
+/// Columns of a terminal that can be counted on.
+const TERMINAL: u16 = 80;
+
+/// Cells that are too long for a terminal are broken into lines.
+pub fn within_terminal(table: &mut Table) {
+    table.set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_width(TERMINAL);
 }
 
 /// Columns of numbers stand to the right.

@@ -3,13 +3,14 @@
 use monorig_sim::config::file::input_error;
 use monorig_sim::error::Error;
 use monorig_sim::record::Sink;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// Length of the chunks of a recording that is watched, s: as with the viewer.
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
 /// No recording.
-pub fn sink(_path: PathBuf, _live: bool) -> Option<Box<dyn Sink>> {
+pub fn sink(_path: PathBuf, _live: Option<SocketAddr>) -> Option<Box<dyn Sink>> {
     None
 }
 

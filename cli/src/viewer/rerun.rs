@@ -6,21 +6,18 @@ use monorig_sim::error::Error;
 use monorig_sim::record::Sink;
 use monorig_viz::RerunSink;
 pub use monorig_viz::sink::LIVE_CHUNK_S;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// Where a Rerun viewer listens unless told otherwise.
-const VIEWER: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 9876);
-
-/// A recording in a file and, if `live`, in the viewer that is open on this machine.
-pub fn sink(path: PathBuf, live: bool) -> Option<Box<dyn Sink>> {
-    if !live {
+/// A recording in a file and, if `live`, in the viewer at this address.
+pub fn sink(path: PathBuf, live: Option<SocketAddr>) -> Option<Box<dyn Sink>> {
+    let Some(viewer) = live else {
         return Some(Box::new(RerunSink::file(path)));
-    }
-    let sink = RerunSink::live(path, VIEWER);
+    };
+    let sink = RerunSink::live(path, viewer);
     if sink.live_state().is_none() {
         note(&format!(
-            "no Rerun viewer answers at {VIEWER}: start one with `rerun`; the recording goes to the file only"
+            "no Rerun viewer answers at {viewer}: start one with `rerun`; the recording goes to the file only"
         ));
     }
     Some(Box::new(sink))

@@ -36,6 +36,9 @@ pub struct Check {
     pub failing: Vec<u64>,
     /// What happened with the worst of these.
     pub worst: Option<String>,
+    /// The worst of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst_seed: Option<u64>,
     /// Whether it is as it should be: enough seeds hold it, or it is known that they do not.
     pub held: bool,
     /// Why it is known to fail, if it is. A known failure that holds after all is not as it should be.
@@ -87,7 +90,8 @@ pub struct Tally {
 struct Count {
     holding: usize,
     failing: Vec<u64>,
-    worst: Option<(f64, String)>,
+    /// How bad the worst is, what happened, and its seed.
+    worst: Option<(f64, String, u64)>,
 }
 
 impl Count {
@@ -98,8 +102,8 @@ impl Count {
             return;
         };
         self.failing.push(seed);
-        if self.worst.as_ref().is_none_or(|(most, _)| size > *most) {
-            self.worst = Some((size, format!("{text} (seed {seed})")));
+        if self.worst.as_ref().is_none_or(|(most, ..)| size > *most) {
+            self.worst = Some((size, format!("{text} (seed {seed})"), seed));
         }
     }
 
@@ -113,7 +117,8 @@ impl Count {
             // a rounding error of the share must not ask for one seed more; the least share asks for one seed
             held: self.holding as f64 >= (quantile * all as f64 - 1e-9).max(1.0),
             failing: self.failing.clone(),
-            worst: self.worst.as_ref().map(|(_, text)| text.clone()),
+            worst: self.worst.as_ref().map(|(_, text, _)| text.clone()),
+            worst_seed: self.worst.as_ref().map(|(.., seed)| *seed),
             known_failure: None,
             is_finding: false,
         }

@@ -16,6 +16,7 @@
 //! grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail: dψ/ds = 1/R.
 
 pub mod elements;
+mod points;
 pub mod survey;
 
 use crate::config::checked::{Finite, NonNegative, Positive, Version1};

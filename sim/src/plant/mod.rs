@@ -82,7 +82,7 @@ pub struct RoadState {
     pub offset_m: f64,
     /// Heading against the lane, rad, + left.
     pub heading_rad: f64,
-    /// Angle from the car's axis to its velocity, rad, + left.
+    /// Angle from the car's axis to its velocity, rad, + left; not a number below 0.1 m/s, where it has no direction.
     pub sideslip_rad: f64,
     /// Rate about the road's normal, rad/s, + left.
     pub yaw_rate_radps: f64,

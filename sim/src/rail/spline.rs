@@ -53,6 +53,11 @@ impl Spline {
         solve(low)
     }
 
+    /// Values at the knots: the points, smoothed.
+    pub(crate) fn knots(&self) -> &[f64] {
+        &self.g
+    }
+
     fn solve(x: &[f64], y: &[f64], lambda: f64) -> Self {
         let n = x.len();
         let h = |i: usize| x[i + 1] - x[i];

@@ -14,122 +14,447 @@ use std::fmt::Arguments;
 struct Column<T> {
     name: &'static str,
     unit: &'static str,
+    doc: &'static str,
     value: fn(&T) -> f64,
 }
 
-const fn column<T>(name: &'static str, unit: &'static str, value: fn(&T) -> f64) -> Column<T> {
-    Column { name, unit, value }
+const fn column<T>(
+    name: &'static str,
+    unit: &'static str,
+    doc: &'static str,
+    value: fn(&T) -> f64,
+) -> Column<T> {
+    Column {
+        name,
+        unit,
+        doc,
+        value,
+    }
+}
+
+/// A kind of channel: where it is, its unit, and what it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelDescription {
+    /// Path with `N` for the number of a drive unit, `NAME` for an estimator, `SOURCE` for a source of measurements.
+    pub path: String,
+    /// Unit; empty where it is that of the source.
+    pub unit: &'static str,
+    /// What it is, one sentence.
+    pub doc: &'static str,
+}
+
+/// All kinds of channels but those of instruments and of internals, which are those of a run.
+pub fn descriptions() -> Vec<ChannelDescription> {
+    fn add<T>(all: &mut Vec<ChannelDescription>, path: &str, columns: &[Column<T>]) {
+        all.extend(columns.iter().map(|c| ChannelDescription {
+            path: format!("{path}/{}", c.name),
+            unit: c.unit,
+            doc: c.doc,
+        }));
+    }
+    let mut all = Vec::new();
+    add(&mut all, "truth", TRUTH);
+    add(&mut all, "truth/balance", TRUTH_BALANCE);
+    add(&mut all, "truth/drive_N", TRUTH_DRIVE);
+    add(&mut all, "truth/road", TRUTH_ROAD);
+    add(&mut all, "control", CONTROL);
+    add(&mut all, "estimates/NAME", ESTIMATE);
+    add(&mut all, "aid/NAME/SOURCE", AID);
+    all
 }
 
 /// `truth/…`
 const TRUTH: &[Column<Truth>] = &[
-    column("chainage", "m", |t| t.chainage_m),
-    column("speed", "m/s", |t| t.speed_mps),
-    column("acceleration", "m/s²", |t| t.accel_mps2),
-    column("speed_at_imu", "m/s", |t| t.speed_at_imu_mps),
-    column("grade_at_imu", "rad", |t| t.grade_at_imu_rad),
-    column("pitch_at_imu", "rad", |t| t.pitch_at_imu_rad),
-    column("grade_effective", "rad", |t| t.grade_effective_rad),
-    column("curvature_vertical", "1/m", |t| t.curvature_vertical_1pm),
-    column("curvature_horizontal", "1/m", |t| {
-        t.curvature_horizontal_1pm
+    column("chainage", "m", "Chainage of the IMU.", |t| t.chainage_m),
+    column(
+        "speed",
+        "m/s",
+        "Rate of the chainage: what wheels on the rail measure.",
+        |t| t.speed_mps,
+    ),
+    column(
+        "acceleration",
+        "m/s²",
+        "Mean change of the speed over the last physics step.",
+        |t| t.accel_mps2,
+    ),
+    column(
+        "speed_at_imu",
+        "m/s",
+        "Speed of the IMU itself along the rail's tangent.",
+        |t| t.speed_at_imu_mps,
+    ),
+    column(
+        "grade_at_imu",
+        "rad",
+        "Grade of the rail where the IMU is: the slope that errors are taken against.",
+        |t| t.grade_at_imu_rad,
+    ),
+    column(
+        "pitch_at_imu",
+        "rad",
+        "Pitch of the body that carries the IMU.",
+        |t| t.pitch_at_imu_rad,
+    ),
+    column(
+        "grade_effective",
+        "rad",
+        "Slope in the force balance of the whole train: asin(Σ mᵢ sin θᵢ / Σ mᵢ).",
+        |t| t.grade_effective_rad,
+    ),
+    column(
+        "curvature_vertical",
+        "1/m",
+        "Vertical curvature of the rail at the IMU, + in a sag.",
+        |t| t.curvature_vertical_1pm,
+    ),
+    column(
+        "curvature_horizontal",
+        "1/m",
+        "Horizontal curvature of the rail at the IMU, + in a left curve.",
+        |t| t.curvature_horizontal_1pm,
+    ),
+    column("total_mass", "kg", "Mass of everything that moves.", |t| {
+        t.total_mass_kg
     }),
-    column("total_mass", "kg", |t| t.total_mass_kg),
-    column("load_mass", "kg", |t| t.load_mass_kg),
-    column("traction", "N", |t| t.traction_n),
-    column("resistance", "N", |t| t.resistance_n),
-    column("brake", "N", |t| t.brake_n),
-    column("running_resistance", "1", |t| t.running_resistance),
-    column("sway_longitudinal", "rad", |t| t.sway_rad[0]),
-    column("sway_lateral", "rad", |t| t.sway_rad[1]),
-    column("off_rail", "m", |t| t.off_rail_m),
-    column("clearance", "m", |t| finite(t.clearance_m)),
-    column("clamp_pressure", "MPa", least_clamp_pressure),
-    column("largest_slip", "m/s", largest_slip),
+    column("load_mass", "kg", "Mass of the payload.", |t| {
+        t.load_mass_kg
+    }),
+    column(
+        "traction",
+        "N",
+        "Friction of all driven wheels on the train along the rail.",
+        |t| t.traction_n,
+    ),
+    column(
+        "resistance",
+        "N",
+        "Running resistances, rolling of the clamped wheels included.",
+        |t| t.resistance_n,
+    ),
+    column("brake", "N", "Clamp brakes, along the rail.", |t| t.brake_n),
+    column(
+        "running_resistance",
+        "1",
+        "Resistance over Σ mᵢ g cos θᵢ: the μ of the estimators' models, here an outcome.",
+        |t| t.running_resistance,
+    ),
+    column(
+        "sway_longitudinal",
+        "rad",
+        "Swing of the load against the vertical, + forward.",
+        |t| t.sway_rad[0],
+    ),
+    column(
+        "sway_lateral",
+        "rad",
+        "Swing of the load against the vertical, + left.",
+        |t| t.sway_rad[1],
+    ),
+    column(
+        "off_rail",
+        "m",
+        "Largest distance of a wheel station from the rail's line.",
+        |t| t.off_rail_m,
+    ),
+    column(
+        "clearance",
+        "m",
+        "Least distance to obstacles and roadway; none beyond 5 m.",
+        |t| finite(t.clearance_m),
+    ),
+    column(
+        "clamp_pressure",
+        "MPa",
+        "Least clamp pressure of all drive units.",
+        least_clamp_pressure,
+    ),
+    column(
+        "largest_slip",
+        "m/s",
+        "Slip of the wheel that slips most.",
+        largest_slip,
+    ),
 ];
 
 /// `truth/balance/…`, of a train: the forces add up to `inertia`.
 const TRUTH_BALANCE: &[Column<ForceBalance>] = &[
-    column("drive", "N", |b| b.drive_n),
-    column("clamped_rolling", "N", |b| b.clamped_rolling_n),
-    column("running_rolling", "N", |b| b.running_rolling_n),
-    column("guide_rolling", "N", |b| b.guide_rolling_n),
-    column("bearing", "N", |b| b.bearing_n),
-    column("air", "N", |b| b.air_n),
-    column("brake", "N", |b| b.brake_n),
-    column("grade", "N", |b| b.grade_n),
-    column("curve", "N", |b| b.curve_n),
-    column("contact", "N", |b| b.contact_n),
-    column("inertia", "N", |b| b.inertia_n),
-    column("effective_mass", "kg", |b| b.effective_mass_kg),
-    column("speed", "m/s", |b| b.speed_mps),
+    column(
+        "drive",
+        "N",
+        "Torque of the gears over the wheels' radius.",
+        |b| b.drive_n,
+    ),
+    column(
+        "clamped_rolling",
+        "N",
+        "Rolling of the clamped friction wheels.",
+        |b| b.clamped_rolling_n,
+    ),
+    column(
+        "running_rolling",
+        "N",
+        "Rolling of the running wheels.",
+        |b| b.running_rolling_n,
+    ),
+    column(
+        "guide_rolling",
+        "N",
+        "Rolling of the guide wheels: curve resistance.",
+        |b| b.guide_rolling_n,
+    ),
+    column("bearing", "N", "Bearings.", |b| b.bearing_n),
+    column("air", "N", "Air drag.", |b| b.air_n),
+    column("brake", "N", "Clamp brakes.", |b| b.brake_n),
+    column("grade", "N", "Weight along the rail.", |b| b.grade_n),
+    column(
+        "curve",
+        "N",
+        "What a curve does to the momentum along the rail without resistance.",
+        |b| b.curve_n,
+    ),
+    column("contact", "N", "Contact with obstacles and flanges.", |b| {
+        b.contact_n
+    }),
+    column(
+        "inertia",
+        "N",
+        "Effective mass times acceleration: the sum of the others.",
+        |b| b.inertia_n,
+    ),
+    column("effective_mass", "kg", "Mass with what turns added.", |b| {
+        b.effective_mass_kg
+    }),
+    column(
+        "speed",
+        "m/s",
+        "Speed of the whole momentum along the rail.",
+        |b| b.speed_mps,
+    ),
 ];
 
 /// `truth/drive_1/…`, one group for each drive unit.
 const TRUTH_DRIVE: &[Column<DriveState>] = &[
-    column("motor_torque", "N·m", |d| d.motor_torque_nm),
-    column("traction", "N", |d| d.traction_n),
-    column("slip", "m/s", |d| d.slip_mps),
-    column("adhesion", "1", |d| d.adhesion),
+    column("motor_torque", "N·m", "Torque at the motor shaft.", |d| {
+        d.motor_torque_nm
+    }),
+    column(
+        "traction",
+        "N",
+        "Friction of both wheels of the unit.",
+        |d| d.traction_n,
+    ),
+    column("slip", "m/s", "Slip of the wheel that slips more.", |d| {
+        d.slip_mps
+    }),
+    column(
+        "adhesion",
+        "1",
+        "Adhesion coefficient under the wheels.",
+        |d| d.adhesion,
+    ),
 ];
 
 /// `truth/road/…`, only of a car.
 const TRUTH_ROAD: &[Column<RoadState>] = &[
-    column("steering_angle", "rad", |r| r.steering_rad),
-    column("offset", "m", |r| r.offset_m),
-    column("heading", "rad", |r| r.heading_rad),
-    column("sideslip", "rad", |r| r.sideslip_rad),
-    column("yaw_rate", "rad/s", |r| r.yaw_rate_radps),
-    column("lateral_acceleration", "m/s²", |r| r.lateral_mps2),
-    column("load_front_left", "N", |r| r.wheel_load_n[0]),
-    column("load_front_right", "N", |r| r.wheel_load_n[1]),
-    column("load_rear_left", "N", |r| r.wheel_load_n[2]),
-    column("load_rear_right", "N", |r| r.wheel_load_n[3]),
+    column(
+        "steering_angle",
+        "rad",
+        "Angle of the front wheels, + left.",
+        |r| r.steering_rad,
+    ),
+    column(
+        "offset",
+        "m",
+        "Way to the left of the lane's middle.",
+        |r| r.offset_m,
+    ),
+    column("heading", "rad", "Heading against the lane, + left.", |r| {
+        r.heading_rad
+    }),
+    column(
+        "sideslip",
+        "rad",
+        "Angle from the car's axis to its velocity, + left; none below 0.1 m/s.",
+        |r| r.sideslip_rad,
+    ),
+    column(
+        "yaw_rate",
+        "rad/s",
+        "Rate about the road's normal, + left.",
+        |r| r.yaw_rate_radps,
+    ),
+    column(
+        "lateral_acceleration",
+        "m/s²",
+        "Force of the tyres to the left over the mass.",
+        |r| r.lateral_mps2,
+    ),
+    column("load_front_left", "N", "Load of the wheel.", |r| {
+        r.wheel_load_n[0]
+    }),
+    column("load_front_right", "N", "Load of the wheel.", |r| {
+        r.wheel_load_n[1]
+    }),
+    column("load_rear_left", "N", "Load of the wheel.", |r| {
+        r.wheel_load_n[2]
+    }),
+    column("load_rear_right", "N", "Load of the wheel.", |r| {
+        r.wheel_load_n[3]
+    }),
 ];
 
 /// `control/…`
 const CONTROL: &[Column<ControlState>] = &[
-    column("reference_speed", "m/s", |c| c.reference.speed_mps),
-    column("reference_acceleration", "m/s²", |c| {
-        c.reference.accel_mps2
-    }),
-    column("measured_speed", "m/s", |c| c.perception.speed_mps),
-    column("feedforward_grade", "rad", |c| c.perception.grade_rad),
-    column("feedforward_mass", "kg", |c| c.perception.total_mass_kg),
-    column("motor_torque", "N·m", |c| {
-        c.command.motor_torque_nm.iter().sum::<f64>() / c.drives.max(1) as f64
-    }),
-    column("brake", "1", |c| c.command.brake),
+    column(
+        "reference_speed",
+        "m/s",
+        "Speed that the drive cycle asks for.",
+        |c| c.reference.speed_mps,
+    ),
+    column(
+        "reference_acceleration",
+        "m/s²",
+        "Acceleration that the drive cycle asks for.",
+        |c| c.reference.accel_mps2,
+    ),
+    column(
+        "measured_speed",
+        "m/s",
+        "Speed of the train by the vote of its wheels.",
+        |c| c.perception.speed_mps,
+    ),
+    column(
+        "feedforward_grade",
+        "rad",
+        "Grade that the feed-forward uses.",
+        |c| c.perception.grade_rad,
+    ),
+    column(
+        "feedforward_mass",
+        "kg",
+        "Mass that the feed-forward uses.",
+        |c| c.perception.total_mass_kg,
+    ),
+    column(
+        "motor_torque",
+        "N·m",
+        "Commanded torque, mean of the drive units.",
+        |c| c.command.motor_torque_nm.iter().sum::<f64>() / c.drives.max(1) as f64,
+    ),
+    column(
+        "brake",
+        "1",
+        "Commanded share of the clamp-brake force.",
+        |c| c.command.brake,
+    ),
 ];
 
 /// `estimates/NAME/…`, one group for each estimator.
 const ESTIMATE: &[Column<Estimate>] = &[
-    column("total_mass", "kg", |e| e.total_mass_kg.value),
-    column("total_mass_sd", "kg", |e| e.total_mass_kg.sd),
-    column("total_mass_valid", "1", |e| flag(e.total_mass_kg.valid)),
-    column("grade", "rad", |e| e.grade_rad.value),
-    column("grade_sd", "rad", |e| e.grade_rad.sd),
-    column("grade_valid", "1", |e| flag(e.grade_rad.valid)),
-    column("effective_grade", "rad", |e| e.effective_grade_rad.value),
-    column("effective_grade_sd", "rad", |e| e.effective_grade_rad.sd),
-    column("effective_grade_valid", "1", |e| {
-        flag(e.effective_grade_rad.valid)
+    column("total_mass", "kg", "Estimated total mass.", |e| {
+        e.total_mass_kg.value
     }),
-    column("speed", "m/s", |e| e.speed_mps.value),
-    column("speed_sd", "m/s", |e| e.speed_mps.sd),
-    column("innovation", "m/s", |e| e.innovation),
-    column("nis", "1", |e| e.nis),
-    column("moving", "1", |e| flag(e.flags.moving)),
-    column("excited", "1", |e| flag(e.flags.excited)),
-    column("saturated", "1", |e| flag(e.flags.saturated)),
+    column("total_mass_sd", "kg", "Its standard deviation.", |e| {
+        e.total_mass_kg.sd
+    }),
+    column(
+        "total_mass_valid",
+        "1",
+        "1 where it is marked valid.",
+        |e| flag(e.total_mass_kg.valid),
+    ),
+    column("grade", "rad", "Estimated grade at the IMU.", |e| {
+        e.grade_rad.value
+    }),
+    column("grade_sd", "rad", "Its standard deviation.", |e| {
+        e.grade_rad.sd
+    }),
+    column("grade_valid", "1", "1 where it is marked valid.", |e| {
+        flag(e.grade_rad.valid)
+    }),
+    column(
+        "effective_grade",
+        "rad",
+        "Estimated effective grade of the whole train.",
+        |e| e.effective_grade_rad.value,
+    ),
+    column(
+        "effective_grade_sd",
+        "rad",
+        "Its standard deviation.",
+        |e| e.effective_grade_rad.sd,
+    ),
+    column(
+        "effective_grade_valid",
+        "1",
+        "1 where it is marked valid.",
+        |e| flag(e.effective_grade_rad.valid),
+    ),
+    column("speed", "m/s", "Estimated speed along the rail.", |e| {
+        e.speed_mps.value
+    }),
+    column("speed_sd", "m/s", "Its standard deviation.", |e| {
+        e.speed_mps.sd
+    }),
+    column(
+        "innovation",
+        "m/s",
+        "Innovation of the slope filter's last measurement.",
+        |e| e.innovation,
+    ),
+    column(
+        "nis",
+        "1",
+        "Normalised innovation squared, 1 on average when consistent.",
+        |e| e.nis,
+    ),
+    column(
+        "moving",
+        "1",
+        "1 where the train moves fast enough for the force balance.",
+        |e| flag(e.flags.moving),
+    ),
+    column(
+        "excited",
+        "1",
+        "1 where the mass regression is excited and updates.",
+        |e| flag(e.flags.excited),
+    ),
+    column(
+        "saturated",
+        "1",
+        "1 where a limit acts (mass range, covariance, noise).",
+        |e| flag(e.flags.saturated),
+    ),
 ];
 
 /// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
 const AID: &[Column<AidStatus>] = &[
-    column("innovation", "", |a| a.innovation),
-    column("innovation_sd", "", |a| libm::sqrt(a.innovation_variance)),
-    column("test_ratio", "1", |a| a.test_ratio),
-    column("outcome", "1", |a| f64::from(a.outcome.code())),
+    column(
+        "innovation",
+        "",
+        "Measurement minus prediction, in the unit of the source.",
+        |a| a.innovation,
+    ),
+    column(
+        "innovation_sd",
+        "",
+        "Its standard deviation by the filter.",
+        |a| libm::sqrt(a.innovation_variance),
+    ),
+    column(
+        "test_ratio",
+        "1",
+        "Innovation squared over variance, over the gate's threshold: above 1 the gate acts.",
+        |a| a.test_ratio,
+    ),
+    column(
+        "outcome",
+        "1",
+        "0 stale, 1 fused, 2 deweighted, 3 to 8 rejected.",
+        |a| f64::from(a.outcome.code()),
+    ),
 ];
 
 /// What was asked of the controller, what it saw, and what it commanded.
@@ -276,6 +601,14 @@ mod tests {
         paths.dedup();
         assert_eq!(paths.len(), all.len());
         assert!(all.iter().all(|c| !c.unit.is_empty()));
+        let described = descriptions();
+        assert!(described.iter().all(|d| d.doc.ends_with('.')));
+        let of_truth = described.iter().filter(|d| d.path.starts_with("truth/"));
+        // three drive units have one description
+        assert_eq!(
+            of_truth.count(),
+            all.iter().filter(|c| c.path.starts_with("truth/")).count() - 2 * TRUTH_DRIVE.len()
+        );
         let mut row_values = vec![1.0; 3];
         values(&row, &mut row_values);
         assert_eq!(row_values.len(), all.len());

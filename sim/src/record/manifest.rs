@@ -22,10 +22,13 @@ const VERSION: u32 = 2;
 pub struct Manifest {
     /// Format version, 2.
     pub version: u32,
-    /// Scenario name (file stem).
+    /// Scenario name (file stem); of a variant `NAME@VARIANT`.
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
+    /// What was changed against the scenario file, as `path=value`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<String>,
     /// The program that made the run.
     pub monorig: Identity,
     /// SHA-256 of every file the run was made from, by name relative to the scenario's folder, as `sha256sum` prints it.
@@ -73,6 +76,7 @@ impl Manifest {
             version: VERSION,
             scenario: scenario.into(),
             seed,
+            changes: Vec::new(),
             monorig: monorig.clone(),
             hash: hash(monorig, &inputs, &resolved),
             inputs,

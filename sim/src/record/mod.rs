@@ -43,6 +43,19 @@ pub struct Layout<'a> {
     pub profile: &'a [[f64; 2]],
     /// Boxes beside the rail: pose centre + quaternion + full sizes are in the world.
     pub obstacles: &'a [(nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>)],
+    /// Stretches of the rail where an event acts.
+    pub zones: &'a [Zone],
+}
+
+/// A stretch of the rail where an event acts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    /// Its chainages, m.
+    pub from_m: f64,
+    /// See above.
+    pub to_m: f64,
+    /// What is there, such as `wet: adhesion 0.12`.
+    pub what: String,
 }
 
 /// One scalar column.
@@ -94,6 +107,7 @@ impl<S: Sink + ?Sized> Sink for &mut S {
     }
 }
 
+pub use channels::{ChannelDescription, descriptions};
 pub use recorder::Recorder;
 
 #[cfg(test)]
@@ -116,6 +130,7 @@ mod testing {
             rail: &[],
             profile: &[],
             obstacles: &[],
+            zones: &[],
         }
     }
 

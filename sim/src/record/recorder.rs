@@ -2,10 +2,10 @@
 
 use super::channels::{self, ControlState, RowSource};
 use super::parquet::ParquetSink;
-use super::{Channel, Chunk, Layout, Sink};
+use super::{Channel, Chunk, Layout, Sink, Zone};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
-use crate::config::scenario::Record;
+use crate::config::scenario::{Event, Record};
 use crate::error::Error;
 use crate::sensors::SensorChannel;
 use monorig_estimators::api::signals::Measurements;
@@ -156,6 +156,28 @@ pub fn channels(simulation: &Simulation) -> Vec<Channel> {
     })
 }
 
+/// Where adhesion is another one.
+fn zones(events: &[Event]) -> Vec<Zone> {
+    let zone = |event: &Event| match event {
+        Event::Adhesion {
+            from_m,
+            to_m,
+            adhesion,
+            name,
+            ..
+        } => Some(Zone {
+            from_m: from_m.get(),
+            to_m: to_m.get(),
+            what: match name {
+                Some(name) => format!("{name}: adhesion {}", adhesion.get()),
+                None => format!("adhesion {}", adhesion.get()),
+            },
+        }),
+        _ => None,
+    };
+    events.iter().filter_map(zone).collect()
+}
+
 /// Simulated time between two chunks of a run of at most `limit_s` (s) with so many values a row, s.
 fn chunk_s(limit_s: f64, record: &Record, values: usize) -> f64 {
     let rate_hz = record.rate_hz.get().max(record.pose_rate_hz.get());
@@ -190,6 +212,7 @@ impl Observer for Recorder<'_> {
             rail: &simulation.rail_samples(),
             profile: simulation.rail.outline(),
             obstacles: &obstacles,
+            zones: &zones(&scenario.file.events),
         };
         for sink in &mut self.sinks {
             sink.begin(&layout)?;

@@ -48,6 +48,7 @@ impl Run {
             rail: &self.rail,
             profile: &self.profile,
             obstacles: &self.obstacles,
+            zones: &[],
         }
     }
 

@@ -15,9 +15,11 @@ pub fn write(
     trials: usize,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), CliError> {
+    // in a viewer it must not run together with a run of the same scenario
+    simulation.scenario.name += "@before_after";
     let path = folder.join("before_after.rrd");
     let partial = whole::partial(&path);
-    let Some(sink) = viewer::sink(partial.clone(), false) else {
+    let Some(sink) = viewer::sink(partial.clone(), None) else {
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };

@@ -180,6 +180,7 @@ fn example(key: &str) -> String {
         "speed" => "[{at_s: 0, mps: 0}, {at_s: 4, mps: 1}]",
         "metric" => "mass_error_rel_max",
         "mps" => "1.0",
+        "height_noise_m" => "0.003",
         _ => "",
     };
     if !whole.is_empty() {

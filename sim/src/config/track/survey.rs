@@ -1,4 +1,4 @@
-//! Surveyed tracks: points (chainage, height, perhaps heading) from a CSV file, smoothed by a spline.
+//! Surveyed tracks: points from a CSV file (`points`), smoothed by a spline.
 //!
 //! The chainage is measured along the rail, as by a wheel rolled along it, so that the height's derivative is sin θ. The
 //! first point becomes chainage 0. Heights are smoothed to the stated standard deviation of the survey (`spline.rs`); the
@@ -6,7 +6,8 @@
 
 use crate::config::checked::NonNegative;
 use crate::config::file::{input_error, named, read_text};
-use crate::error::{Error, InputError};
+use crate::config::track::points::{SurveyPoint, points};
+use crate::error::Error;
 use crate::rail::alignment::{Angle, Law, Piece};
 use crate::rail::spline::Spline;
 use schemars::JsonSchema;
@@ -17,10 +18,10 @@ use std::path::Path;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Survey {
-    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), relative to the track file; lines
-    /// that begin with # are comments.
+    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `x_m`, `y_m`, `z_m`; relative to the track
+    /// file; lines that begin with # are comments.
     pub file: String,
-    /// Standard deviation of a height, m; 0 = the rail passes through every point.
+    /// Standard deviation of a height, m, such as 0.003; 0 = the rail passes through every point.
     pub height_noise_m: NonNegative,
     /// Standard deviation of a heading, degrees.
     #[serde(default = "exact")]
@@ -37,13 +38,12 @@ pub(super) type Surveyed = (Option<Angle>, Angle);
 /// Read and smooth a survey; `track` is the file that names it.
 pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
     let file = named(track, "survey.file", &survey.file)?;
-    let points = points(&read_text(&file)?, &file)?;
+    let points: Vec<SurveyPoint> = points(&read_text(&file)?, &file)?;
     let s: Vec<f64> = points.iter().map(|p| p.s - points[0].s).collect();
     let heights: Vec<f64> = points.iter().map(|p| p.height).collect();
-    let grade = grade(
-        &Spline::smooth(&s, &heights, survey.height_noise_m.get()),
-        &file,
-    )?;
+    let smoothed = Spline::smooth(&s, &heights, survey.height_noise_m.get());
+    keeps_relief(&smoothed, &s, &heights, survey, track)?;
+    let grade = grade(&smoothed, &file)?;
     let headings: Option<Vec<f64>> = points.iter().map(|p| p.heading).collect();
     let heading = headings.map(|h| {
         heading(&Spline::smooth(
@@ -53,6 +53,64 @@ pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
         ))
     });
     Ok((heading, grade))
+}
+
+/// Relief below so many standard deviations of a height is not told from noise.
+const MAX_DEVIATIONS: f64 = 3.0;
+/// No survey of a rail is worse than this standard deviation, m: what is stated beyond it explains no relief.
+const MAX_PLAUSIBLE_NOISE_M: f64 = 0.1;
+/// Least share of the relief (the spread of the heights about the chord of the track) that smoothing may leave.
+const MIN_RELIEF: f64 = 0.9;
+
+/// A line smoothed too much is another track: it must keep the relief of the points, and miss none of them by more than noise does.
+/// Of n normal errors the largest is about √(2 ln n) standard deviations; one more is allowed, and never less than 3 in all.
+fn keeps_relief(
+    smoothed: &Spline,
+    s: &[f64],
+    heights: &[f64],
+    survey: &Survey,
+    track: &Path,
+) -> Result<(), Error> {
+    let noise = survey.height_noise_m.get();
+    if noise == 0.0 {
+        return Ok(());
+    }
+    let line = smoothed.knots();
+    let wrong = |message: String| {
+        let help = "the standard deviation of a height in metres, such as height_noise_m: 0.003 (a levelled survey; 0.03 from satellites)";
+        Err(input_error(track, "survey.height_noise_m", message, help))
+    };
+    let (before, after) = (relief(s, heights), relief(s, line));
+    // what is noise by what is stated is no relief
+    if before > MAX_DEVIATIONS * noise.min(MAX_PLAUSIBLE_NOISE_M) && after < MIN_RELIEF * before {
+        return wrong(format!(
+            "smoothing with {noise} m leaves {:.0} % of the track's relief ({before:.3} m)",
+            100.0 * after / before
+        ));
+    }
+    let off = line.iter().zip(heights).zip(s);
+    let off = off.map(|((line, height), s)| ((line - height).abs(), *s));
+    let (most, place) = off.fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+    let expected = libm::sqrt(2.0 * libm::log(heights.len() as f64));
+    if most > MAX_DEVIATIONS.max(1.0 + expected) * noise {
+        return wrong(format!(
+            "the smoothed line is {most:.3} m off the point at chainage {place} m of the rail, {:.1} times the standard deviation stated",
+            most / noise
+        ));
+    }
+    Ok(())
+}
+
+/// Standard deviation of heights about the straight line from the first to the last point, m.
+fn relief(s: &[f64], heights: &[f64]) -> f64 {
+    let (Some(first), Some(last), Some(end)) = (heights.first(), heights.last(), s.last()) else {
+        return 0.0;
+    };
+    let off = s
+        .iter()
+        .zip(heights)
+        .map(|(s, h)| h - first - (last - first) * s / end);
+    libm::sqrt(off.map(|x| x * x).sum::<f64>() / heights.len() as f64)
 }
 
 /// sin θ is the derivative of the height.
@@ -75,7 +133,7 @@ fn grade(heights: &Spline, file: &Path) -> Result<Angle, Error> {
                     p.to
                 ),
                 format!(
-                    "at most {}°: check for outliers, or state a larger height_noise_m",
+                    "at most {}°: check for outliers, or state a larger height_noise_m (0.003 is usual)",
                     super::elements::MAX_GRADE_DEG
                 ),
             ));
@@ -127,167 +185,9 @@ fn unwrapped(degrees: Vec<f64>) -> Vec<f64> {
         .collect()
 }
 
-const COLUMNS: [&str; 3] = ["s_m", "height_m", "heading_deg"];
-
-/// Such as `3 points`.
-fn count(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-struct SurveyPoint {
-    s: f64,
-    height: f64,
-    heading: Option<f64>,
-}
-
-fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
-    let at = |line: u64, message: String, help: &str| -> Error {
-        InputError {
-            file: file.into(),
-            line: usize::try_from(line).ok(),
-            column: Some(1),
-            key: String::new(),
-            message,
-            help: help.into(),
-        }
-        .into()
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let mut columns: Vec<String> = Vec::new();
-    let mut points: Vec<SurveyPoint> = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| {
-            let line = e.position().map_or(0, csv::Position::line);
-            at(line, e.to_string(), "comma-separated numbers")
-        })?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.get(0).is_some_and(|word| word.starts_with('#')) {
-            continue;
-        }
-        if columns.is_empty() {
-            columns = record.iter().map(str::to_owned).collect();
-            if columns != COLUMNS[..2] && columns != COLUMNS {
-                return Err(at(
-                    line,
-                    format!("the first line is `{}`", columns.join(",")),
-                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg",
-                ));
-            }
-            continue;
-        }
-        if record.len() != columns.len() {
-            return Err(at(
-                line,
-                format!(
-                    "{} where there are {} columns",
-                    count(record.len(), "value"),
-                    columns.len()
-                ),
-                "as many numbers as there are columns, with decimal points",
-            ));
-        }
-        let number = |i: usize| -> Result<f64, Error> {
-            let word = record.get(i).unwrap_or("");
-            let right = word
-                .parse::<f64>()
-                .ok()
-                .filter(|x| x.is_finite() && x.abs() < 1e9);
-            right.ok_or_else(|| {
-                let found = match word {
-                    "" => "nothing".to_owned(),
-                    word => format!("`{word}`"),
-                };
-                at(
-                    line,
-                    format!("{found} in column {}", columns[i]),
-                    "a finite number",
-                )
-            })
-        };
-        let point = SurveyPoint {
-            s: number(0)?,
-            height: number(1)?,
-            heading: if columns.len() == 3 {
-                Some(number(2)?)
-            } else {
-                None
-            },
-        };
-        if let Some(last) = points.last() {
-            let ds = point.s - last.s;
-            if ds < 1e-3 {
-                let message = format!("chainage {} m after {} m", point.s, last.s);
-                return Err(at(
-                    line,
-                    message,
-                    "chainages that grow by at least 1 mm from line to line",
-                ));
-            }
-            if (point.height - last.height).abs() >= ds {
-                let message = format!(
-                    "the height changes by {:.3} m over {ds:.3} m of rail",
-                    point.height - last.height
-                );
-                return Err(at(
-                    line,
-                    message,
-                    "a height change smaller than the length of rail it takes",
-                ));
-            }
-        }
-        points.push(point);
-    }
-    if points.len() < 4 {
-        return Err(input_error(
-            file,
-            "",
-            format!("the survey has {}", count(points.len(), "point")),
-            "a line with the names of the columns, then at least 4 points",
-        ));
-    }
-    if points[points.len() - 1].s - points[0].s > crate::rail::alignment::MAX_LENGTH_M {
-        return Err(input_error(
-            file,
-            "",
-            format!(
-                "the survey is longer than {} m",
-                crate::rail::alignment::MAX_LENGTH_M
-            ),
-            "chainages in metres",
-        ));
-    }
-    Ok(points)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn parsed(text: &str) -> Result<Vec<SurveyPoint>, Error> {
-        points(text, Path::new("survey.csv"))
-    }
-
-    #[test]
-    fn bad_surveys_name_the_line() {
-        for (text, line, word) in [
-            ("s,h\n0,0\n", ":1:", "s_m,height_m"),
-            ("s_m,height_m\n0,0\n1,x\n", ":3:", "`x`"),
-            ("s_m,height_m\n0,0\n# a comment\n1,NaN\n", ":4:", "`NaN`"),
-            ("s_m,height_m\n0,0\n1,0.1\n1,0.2\n", ":4:", "grow"),
-            ("s_m,height_m\n0,0\n1,0.1\n0.5,0.2\n", ":4:", "grow"),
-            ("s_m,height_m\n0,0\n1,1.1\n", ":3:", "height change"),
-            ("s_m,height_m\n0,0\n1\n", ":3:", "as many"),
-        ] {
-            let e = parsed(text).err().unwrap().to_string();
-            assert!(e.contains(line) && e.contains(word), "{text}: {e}");
-        }
-        assert!(parsed("s_m,height_m\n0,0\n1,0\n2,0\n").is_err());
-        assert!(parsed("").is_err());
-    }
 
     /// A survey of a known rail, with errors of a known size: the grade comes back.
     #[test]
@@ -316,6 +216,42 @@ mod tests {
             error(&smooth).to_degrees()
         );
         assert!(error(&smooth) < 0.5 * error(&rough));
+    }
+
+    fn judged(noise_m: f64, heights: &[f64]) -> Result<(), Error> {
+        let s: Vec<f64> = (0..heights.len()).map(|i| 5.0 * i as f64).collect();
+        let survey = Survey {
+            file: "s.csv".into(),
+            height_noise_m: NonNegative::new(noise_m),
+            heading_noise_deg: exact(),
+        };
+        let smoothed = Spline::smooth(&s, heights, noise_m);
+        keeps_relief(&smoothed, &s, heights, &survey, Path::new("track.yaml"))
+    }
+
+    /// A track with crests of 1 m: with 3 mm of noise it stays, with 10 m it would be a straight line.
+    #[test]
+    fn smoothing_that_flattens_a_track_is_told() {
+        let heights: Vec<f64> = (0..100).map(|i| libm::sin(0.2 * f64::from(i))).collect();
+        assert!(judged(0.0, &heights).is_ok());
+        assert!(judged(0.003, &heights).is_ok());
+        let told = judged(10.0, &heights).unwrap_err().to_string();
+        assert!(told.contains("relief") && told.contains("0.003"), "{told}");
+        // a straight incline has no relief to lose
+        let straight: Vec<f64> = (0..100).map(|i| 0.1 * f64::from(i)).collect();
+        assert!(judged(10.0, &straight).is_ok());
+    }
+
+    /// One height that is 1 m wrong is no noise of 3 mm.
+    #[test]
+    fn a_point_far_off_the_line_is_told() {
+        let mut heights = vec![0.0; 60];
+        for (i, h) in heights.iter_mut().enumerate() {
+            *h = 0.002 * f64::from(u8::from(i % 2 == 0));
+        }
+        heights[30] = 1.0;
+        let told = judged(0.003, &heights).unwrap_err().to_string();
+        assert!(told.contains("chainage 150 m"), "{told}");
     }
 
     #[test]

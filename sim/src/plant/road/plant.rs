@@ -10,6 +10,9 @@ use monorig_estimators::api::signals::Command;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
+/// Below this speed a car has no sideslip angle: the direction of its velocity is noise, m/s.
+const MIN_SIDESLIP_SPEED_MPS: f64 = 0.1;
+
 /// A car on a road.
 ///
 /// In its truth, `traction_n` is what the motors give at the rims, `resistance_n` rolling and air, `brake_n` what the brakes take
@@ -128,8 +131,8 @@ impl RoadPlant {
             steering_rad: x.steering,
             offset_m: x.offset,
             heading_rad: x.heading,
-            sideslip_rad: if x.v[0] == 0.0 && x.v[1] == 0.0 {
-                0.0
+            sideslip_rad: if libm::hypot(x.v[0], x.v[1]) < MIN_SIDESLIP_SPEED_MPS {
+                f64::NAN
             } else {
                 libm::atan2(x.v[1], x.v[0])
             },

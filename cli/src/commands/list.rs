@@ -1,0 +1,330 @@
+//! `monorig list`: the names there are, each with its unit, its range and one sentence.
+
+use crate::CommandOutcome;
+use crate::files::formats::{self, FileKind};
+use crate::ui::errors::CliError;
+use crate::ui::output;
+use clap::ValueEnum;
+use monorig_estimators::api::params::{Key, Kind};
+use monorig_lab::metrics::METRICS;
+use monorig_sim::closed_loop::registry::{Refusal, Registry};
+use monorig_sim::config::file::{Document, input_error};
+use monorig_sim::config::scenario::{FaultKind, Scenario};
+use monorig_sim::error::Error;
+use monorig_sim::record::descriptions;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+const LIST_EXAMPLES: &str = "\
+Examples:
+  monorig list estimators
+  monorig list parameters dffrls_aekf_robust     unit, range and default of each
+  monorig list metrics
+  monorig list scenarios scenarios/harsh";
+
+/// Widest line.
+const WIDTH: usize = 80;
+
+/// `monorig list`
+#[derive(Debug, clap::Args)]
+#[command(after_help = LIST_EXAMPLES)]
+pub struct ListArgs {
+    /// What to list
+    pub what: Listed,
+    /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]
+    pub of: Option<String>,
+}
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Listed {
+    /// Types of estimators
+    Estimators,
+    /// Types of controllers
+    Controllers,
+    /// Parameters of an estimator or controller
+    Parameters,
+    /// Metrics, as in `expect`
+    Metrics,
+    /// Columns of channels.parquet
+    Channels,
+    /// Faults of sensors
+    Faults,
+    /// Instruments of a sensor data sheet
+    Sensors,
+    /// Scenarios in a folder
+    Scenarios,
+}
+
+/// A name, what stands beside it (unit, range), and a sentence.
+struct Entry {
+    name: String,
+    values: String,
+    sentence: String,
+}
+
+/// Print the list.
+pub fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let entries = match task.what {
+        Listed::Estimators => {
+            let types = registry.estimators().iter();
+            types.map(|t| named(t.name(), t.description())).collect()
+        }
+        Listed::Controllers => {
+            let types = registry.controllers().iter();
+            types.map(|t| named(t.name(), t.description())).collect()
+        }
+        Listed::Parameters => parameters(task.of.as_deref(), registry)?,
+        Listed::Metrics => METRICS
+            .iter()
+            .map(|m| entry(m.name, unit(m.unit), m.doc))
+            .collect(),
+        Listed::Channels => descriptions()
+            .iter()
+            .map(|c| entry(&c.path, unit(c.unit), c.doc))
+            .collect(),
+        Listed::Faults => faults(),
+        Listed::Sensors => sensors(registry),
+        Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios").as_ref())?,
+    };
+    let text: String = entries.iter().map(text).collect();
+    output::print(&text)?;
+    Ok(CommandOutcome::Held)
+}
+
+fn parameters(of: Option<&str>, registry: &Registry) -> Result<Vec<Entry>, CliError> {
+    let refused = |refusal: Refusal| CliError::Name {
+        message: refusal.message,
+        help: refusal.help,
+    };
+    let Some(name) = of else {
+        return Err(CliError::Name {
+            message: "of which estimator or controller?".into(),
+            help: "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names".into(),
+        });
+    };
+    let controllers = registry.controllers().iter();
+    let keys: Vec<&Key> = match controllers.clone().find(|c| c.name() == name) {
+        Some(controller) => controller.keys().collect(),
+        None => registry
+            .find_estimator(name)
+            .map_err(refused)?
+            .keys()
+            .collect(),
+    };
+    Ok(keys.into_iter().map(parameter).collect())
+}
+
+fn parameter(key: &Key) -> Entry {
+    let default = match (key.default(), key.kind) {
+        (Some(value), _) => format!("default {value}"),
+        (None, _) => "default: derived from the vehicle".to_owned(),
+    };
+    let range = match key.kind {
+        Kind::Number {
+            unit: u,
+            range: [low, high],
+            ..
+        } => format!(
+            "{low}…{high}{}",
+            if u == "-" {
+                String::new()
+            } else {
+                format!(" {u}")
+            }
+        ),
+        Kind::Flag { .. } => "true or false".to_owned(),
+        Kind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
+    };
+    entry(key.name, format!("{range}; {default}"), key.doc)
+}
+
+fn faults() -> Vec<Entry> {
+    let schema = serde_json::to_value(schemars::schema_for!(FaultKind)).unwrap_or_default();
+    let all = schema["oneOf"].as_array().cloned().unwrap_or_default();
+    all.iter()
+        .map(|fault| {
+            let text = |key: &str| fault[key].as_str().unwrap_or_default().to_owned();
+            let name = text("const");
+            let kind = serde_json::from_value::<FaultKind>(Value::String(name.clone()));
+            let size = match kind.is_ok_and(FaultKind::needs_size) {
+                true => "needs `size`",
+                false => "",
+            };
+            entry(&name, size.into(), &text("description"))
+        })
+        .collect()
+}
+
+fn sensors(registry: &Registry) -> Vec<Entry> {
+    let Some(format) = formats::row(FileKind::Sensors) else {
+        return Vec::new();
+    };
+    let schema = Value::from(format.schema(registry));
+    let properties = schema["properties"].as_object().cloned();
+    let instruments = properties.unwrap_or_default().into_iter();
+    instruments
+        .filter(|(_, property)| property.get("anyOf").is_some())
+        .map(|(name, property)| {
+            let doc = property["description"].as_str().unwrap_or_default();
+            named(&name, doc)
+        })
+        .collect()
+}
+
+/// The scenarios in a folder and the folders in it, each with why it exists.
+fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
+    if !folder.is_dir() {
+        return Err(input_error(
+            folder,
+            "",
+            "this is not a folder",
+            "name a folder of scenarios: `monorig list scenarios DIR`",
+        )
+        .into());
+    }
+    let mut entries = Vec::new();
+    for file in yaml_files(folder)? {
+        let is_scenario = Document::read(&file)
+            .ok()
+            .and_then(|d| formats::recognise(&d.keys()))
+            .is_some_and(|format| format.kind == FileKind::Scenario);
+        if is_scenario {
+            let why = match Scenario::load(&file, &[]) {
+                Ok(scenario) => scenario.file.why,
+                Err(_) => "cannot be used; `monorig check` says why".into(),
+            };
+            entries.push(named(&file.display().to_string(), &why));
+        }
+    }
+    Ok(entries)
+}
+
+fn yaml_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let failed = |source| Error::Io {
+        path: folder.into(),
+        source,
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        let path = entry.path();
+        let kind = entry.file_type().map_err(failed)?;
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+        // a link to a folder could lead round in a circle
+        if kind.is_dir() && !hidden {
+            files.extend(yaml_files(&path)?);
+        } else if path.extension().is_some_and(|e| e == "yaml" || e == "yml") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn named(name: &str, sentence: &str) -> Entry {
+    entry(name, String::new(), sentence)
+}
+
+fn entry(name: &str, values: String, sentence: &str) -> Entry {
+    Entry {
+        name: name.to_owned(),
+        values,
+        sentence: sentence.to_owned(),
+    }
+}
+
+fn unit(unit: &str) -> String {
+    match unit {
+        "" | "-" => String::new(),
+        unit => format!("[{unit}]"),
+    }
+}
+
+/// The name with unit and range, and below it the sentence, broken so that it fits the width.
+fn text(entry: &Entry) -> String {
+    let head = match entry.values.as_str() {
+        "" => entry.name.clone(),
+        values => format!("{}  {values}", entry.name),
+    };
+    let mut text = String::new();
+    for (indent, words) in [(4, head.as_str()), (4, entry.sentence.as_str())] {
+        let first = if text.is_empty() { 0 } else { indent };
+        text += &wrapped(words, first, indent);
+    }
+    text
+}
+
+/// Lines of at most [`WIDTH`] characters; the first indented by `first`, the others by `indent`.
+fn wrapped(words: &str, first: usize, indent: usize) -> String {
+    let (mut text, mut line) = (String::new(), " ".repeat(first));
+    let mut empty = true;
+    for word in words.split_whitespace() {
+        let length = line.chars().count() + 1 + word.chars().count();
+        if !empty && length > WIDTH {
+            text += &format!("{line}\n");
+            line = " ".repeat(indent);
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line += word;
+        empty = false;
+    }
+    match empty {
+        true => text,
+        false => text + &line + "\n",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_fit_the_terminal() {
+        let sentence = "word ".repeat(60);
+        let shown = text(&entry("a_name", "[kg]".into(), &sentence));
+        assert!(shown.lines().all(|l| l.chars().count() <= WIDTH), "{shown}");
+        assert!(shown.starts_with("a_name [kg]\n    word"), "{shown}");
+        assert_eq!(
+            shown.split_whitespace().filter(|w| *w == "word").count(),
+            60
+        );
+    }
+
+    #[test]
+    fn every_fault_has_a_sentence_and_says_whether_it_needs_a_size() {
+        let faults = faults();
+        assert!(faults.len() > 5 && faults.iter().all(|f| !f.sentence.is_empty()));
+        let of = |name: &str| faults.iter().find(|f| f.name == name).unwrap();
+        assert_eq!(of("drift").values, "needs `size`");
+        assert_eq!(of("off").values, "");
+    }
+
+    #[test]
+    fn every_instrument_estimator_and_metric_is_listed() {
+        let registry = Registry::default();
+        let names: Vec<String> = sensors(&registry).into_iter().map(|e| e.name).collect();
+        for name in ["accelerometer", "gyro", "wheel_speed", "motor_torque"] {
+            assert!(names.iter().any(|n| n == name), "{name}");
+        }
+        for estimator in registry.estimators() {
+            assert!(!estimator.description().is_empty(), "{}", estimator.name());
+            let all = parameters(Some(estimator.name()), &registry).unwrap();
+            assert!(
+                all.iter()
+                    .all(|p| !p.sentence.is_empty() && !p.values.is_empty())
+            );
+        }
+        assert!(METRICS.iter().all(|m| !m.doc.is_empty()));
+    }
+
+    #[test]
+    fn a_misspelt_estimator_is_told() {
+        let told = parameters(Some("dffrls_aekf_robst"), &Registry::default());
+        assert!(told.err().unwrap().to_string().contains("did you mean"));
+        assert!(parameters(None, &Registry::default()).is_err());
+    }
+}

@@ -1,0 +1,138 @@
+//! `monorig runs`: what is in the folder for results.
+
+use crate::CommandOutcome;
+use crate::commands::shared::Out;
+use crate::ui::errors::CliError;
+use crate::ui::output;
+use crate::ui::tables::{lines, right, table, within_terminal};
+use monorig_lab::verdicts::summary::Summary;
+use monorig_sim::config::file::read_result;
+use monorig_sim::error::Error;
+use monorig_sim::record::manifest::{self, Manifest};
+use std::path::{Path, PathBuf};
+
+const RUNS_EXAMPLES: &str = "\
+Examples:
+  monorig runs                    the runs in runs/ (or in MONORIG_OUT)
+  monorig runs --filter minimal   only those with this text in their name
+
+A name with an @ is a variant: below it stands what was changed against the scenario file.";
+
+/// `monorig runs`
+#[derive(Debug, clap::Args)]
+#[command(after_help = RUNS_EXAMPLES)]
+pub struct RunsArgs {
+    #[command(flatten)]
+    pub out: Out,
+    /// Only runs with this text in their name
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+}
+
+/// A run that was found.
+struct Found {
+    name: String,
+    seed: String,
+    simulated: String,
+    verdict: &'static str,
+    changes: Vec<String>,
+}
+
+/// List the runs, by name and seed.
+pub fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
+    let out = task.out.get();
+    let mut found = Vec::new();
+    for folder in folders(&out)? {
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        if task.filter.as_ref().is_some_and(|t| !name.contains(t)) {
+            continue;
+        }
+        let mut seeds = folders(&folder)?;
+        seeds.retain(|seed| seed.join(manifest::NAME).is_file());
+        seeds.sort_by_key(|seed| number(seed));
+        found.extend(seeds.iter().map(|seed| read(&name, seed)));
+    }
+    if found.is_empty() {
+        output::print(&format!("no runs in {}\n", out.display()))?;
+        return Ok(CommandOutcome::Held);
+    }
+    output::print(&(text(&found) + "\n"))?;
+    Ok(CommandOutcome::Held)
+}
+
+fn text(found: &[Found]) -> String {
+    let mut table = table(["run", "seed", "simulated", "verdict"]);
+    let mut changes: Vec<(&str, &[String])> = Vec::new();
+    for run in found {
+        table.add_row([
+            run.name.as_str(),
+            run.seed.as_str(),
+            run.simulated.as_str(),
+            run.verdict,
+        ]);
+        if !run.changes.is_empty() && changes.iter().all(|(name, _)| *name != run.name) {
+            changes.push((&run.name, &run.changes));
+        }
+    }
+    within_terminal(&mut table);
+    right(&mut table, 1..=2);
+    let mut text = lines(&table);
+    for (name, changes) in changes {
+        text += &format!("\n\n{name}\n");
+        let lines: Vec<String> = changes.iter().map(|c| format!("  {c}")).collect();
+        text += &lines.join("\n");
+    }
+    text
+}
+
+/// What is known of a run; what cannot be read says so in its row.
+fn read(name: &str, folder: &Path) -> Found {
+    let seed = folder.file_name().unwrap_or_default().to_string_lossy();
+    let manifest = Manifest::read(&folder.join(manifest::NAME));
+    let summary = read_result(&folder.join("metrics.json"))
+        .ok()
+        .and_then(|text| serde_json::from_str::<Summary>(&text).ok());
+    let (simulated, verdict) = match &summary {
+        _ if manifest.is_err() => ("-".to_owned(), "damaged"),
+        None => ("-".to_owned(), "damaged"),
+        Some(s) if !s.finished => (format!("{:.1} s", s.simulated_s), "not finished"),
+        Some(s) if s.good() => (format!("{:.1} s", s.simulated_s), "held"),
+        Some(s) => (format!("{:.1} s", s.simulated_s), "FAILED"),
+    };
+    Found {
+        name: name.to_owned(),
+        seed: seed.into_owned(),
+        simulated,
+        verdict,
+        changes: manifest.map(|m| m.changes).unwrap_or_default(),
+    }
+}
+
+/// The seed that a folder is called by; one that was interrupted comes behind the whole ones.
+fn number(folder: &Path) -> (u64, String) {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let digits = name.split('.').next().and_then(|d| d.parse().ok());
+    (digits.unwrap_or(u64::MAX), name.into_owned())
+}
+
+/// The folders in a folder, by name, but for hidden ones. A folder that is not there has none.
+fn folders(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let failed = |source| Error::Io {
+        path: folder.into(),
+        source,
+    };
+    let entries = match std::fs::read_dir(folder) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(failed)?,
+    };
+    let mut found = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(failed)?;
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
+        if !hidden && entry.path().is_dir() {
+            found.push(entry.path());
+        }
+    }
+    found.sort();
+    Ok(found)
+}

@@ -1,0 +1,50 @@
+//! `--keep-failed`: the worst run of every scenario that fails, recorded, with its report.
+
+use super::{Case, TestedScenario, lines};
+use crate::commands::report;
+use crate::files::prepare;
+use crate::simulate::{RecordOptions, simulate};
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::variant::Variant;
+use monorig_sim::closed_loop::registry::Registry;
+use std::path::Path;
+
+/// Run it again with the seed that was worst, into `DIR/<scenario>/<seed>/`, and write its report. Nothing if it held.
+pub fn worst_run(
+    tested: &TestedScenario,
+    case: &Case,
+    sets: &[(String, String)],
+    folder: &Path,
+    registry: &Registry,
+) -> Result<(), CliError> {
+    let Some(seed) = lines::worst_seed(tested) else {
+        return Ok(());
+    };
+    let variant = Variant::new(sets, None);
+    let mut all = sets.to_vec();
+    all.push(("seeds".into(), seed.to_string()));
+    let mut simulation = prepare::simulation(&case.path, &all, registry)?;
+    simulation.scenario.name = variant.run_name(&simulation.scenario.name);
+    let options = RecordOptions {
+        out: folder,
+        live: None,
+        pace: None,
+        no_rerun: false,
+        full_rate: false,
+        changes: &variant.changes,
+        registry,
+    };
+    let run = simulate(simulation, &options, &mut |_| interrupt::go_on())?;
+    if run.interrupted {
+        return Err(CliError::Interrupted);
+    }
+    let page = report::of_run(&run.folder)?;
+    note(&format!(
+        "{} seed {seed}: kept, {}",
+        case.name,
+        page.display()
+    ));
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! Verdicts as lines for people.
+
+use super::{Case, TestedScenario};
+use monorig_lab::verdicts::verdict::Check;
+use std::path::Path;
+
+/// Findings shown for each scenario; the others are counted.
+const FINDINGS_SHOWN: usize = 5;
+/// Values shown of a check; the others are counted.
+const VALUES_SHOWN: usize = 8;
+/// Before everything that belongs to a scenario.
+const INDENT: &str = "        ";
+
+/// The verdict in a line, a line for everything that does not hold with its values by seed, and how to repeat the worst run.
+pub fn text(
+    tested: &TestedScenario,
+    case: &Case,
+    width: usize,
+    sets: &[(String, String)],
+) -> String {
+    let word = match tested.judged.held {
+        true => "held  ",
+        false => "FAILED",
+    };
+    let seeds = match case.seeds.as_slice() {
+        [one] => format!("seed {one}"),
+        many => format!("{} seeds", many.len()),
+    };
+    let took = tested.took.as_secs_f64();
+    let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
+    let mut add = |line: &str| text += &format!("{INDENT}{line}\n");
+    let findings = tested.judged.findings();
+    for finding in findings.iter().take(FINDINGS_SHOWN) {
+        add(&format!("finding: {}", finding.text));
+    }
+    match findings.len().saturating_sub(FINDINGS_SHOWN) {
+        0 => {}
+        more => add(&format!(
+            "… and {more} findings more, in --json and its report"
+        )),
+    }
+    // what a finding says already is not said again, unless it is listed as known
+    let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
+    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
+        add(&check.reason());
+        if let Some(values) = by_seed(tested, check) {
+            add(&values);
+        }
+    }
+    for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
+        let why = check.known_failure.as_deref().unwrap_or_default();
+        add(&format!("known failure: {} ({why})", check.reason()));
+    }
+    if let Some(seed) = worst_seed(tested) {
+        add(&format!("again: {}", command(&case.path, seed, sets)));
+    }
+    text
+}
+
+/// The values of an expectation, seed by seed; none if there is only one, or it is no expectation.
+fn by_seed(tested: &TestedScenario, check: &Check) -> Option<String> {
+    let runs = &tested.judged.runs;
+    let values: Vec<String> = runs
+        .iter()
+        .filter_map(|run| {
+            let summary = run.summary.as_ref()?;
+            let found = summary
+                .expectations
+                .iter()
+                .find(|v| v.what() == check.what)?;
+            let value = found.value.map_or("-".to_owned(), |x| format!("{x:.4}"));
+            Some(format!("{}: {value}", run.seed))
+        })
+        .collect();
+    if values.len() < 2 {
+        return None;
+    }
+    let more = match values.len().saturating_sub(VALUES_SHOWN) {
+        0 => String::new(),
+        more => format!(" … and {more} more in --json"),
+    };
+    let shown: Vec<_> = values.into_iter().take(VALUES_SHOWN).collect();
+    Some(format!("  by seed  {}{more}", shown.join("  ")))
+}
+
+/// The seed to look at first: the worst of the first check that does not hold.
+pub fn worst_seed(tested: &TestedScenario) -> Option<u64> {
+    let failed = tested.judged.checks.iter().filter(|c| !c.held);
+    failed.filter_map(|c| c.worst_seed).next()
+}
+
+/// The command that repeats a run.
+fn command(path: &Path, seed: u64, sets: &[(String, String)]) -> String {
+    let mut command = format!(
+        "monorig run {} --seed {seed}",
+        quoted(&path.to_string_lossy())
+    );
+    for (key, value) in sets {
+        command += &format!(" --set {}", quoted(&format!("{key}={value}")));
+    }
+    command
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "._-/=@:+,".contains(c);
+    match word.chars().all(plain) && !word.is_empty() {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_survives_a_shell() {
+        let sets = [("estimators.x".to_owned(), "{is: a, b: 'c'}".to_owned())];
+        let told = command(Path::new("my scenarios/a.yaml"), 3, &sets);
+        assert_eq!(
+            told,
+            r"monorig run 'my scenarios/a.yaml' --seed 3 --set 'estimators.x={is: a, b: '\''c'\''}'"
+        );
+        assert_eq!(
+            command(Path::new("a.yaml"), 1, &[]),
+            "monorig run a.yaml --seed 1"
+        );
+    }
+}

@@ -1,0 +1,57 @@
+//! What the user wants of the terminal: how much is said, and whether in colour. Set once, before anything is shown.
+
+use clap::ValueEnum;
+use std::io::IsTerminal;
+use std::sync::OnceLock;
+
+/// Whether to draw and colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal, unless NO_COLOR is set
+    #[default]
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+/// Options that every command takes.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct TerminalArgs {
+    /// Say nothing on standard error but errors: no progress, no notes
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Draw errors in colour
+    #[arg(
+        long,
+        value_name = "WHEN",
+        global = true,
+        default_value = "auto",
+        hide_possible_values = true,
+        long_help = "Draw errors in colour: auto (on a terminal, unless NO_COLOR is set), always or never"
+    )]
+    pub color: Color,
+}
+
+static WANTED: OnceLock<TerminalArgs> = OnceLock::new();
+
+/// Set what is wanted, once.
+pub fn set(wanted: TerminalArgs) {
+    // a second time would be a mistake of the program: the first holds
+    let _ = WANTED.set(wanted);
+}
+
+/// Whether notes and progress are left out.
+pub fn quiet() -> bool {
+    WANTED.get().is_some_and(|w| w.quiet)
+}
+
+/// Whether errors are drawn.
+pub fn drawn() -> bool {
+    match WANTED.get().map(|w| w.color).unwrap_or_default() {
+        Color::Always => true,
+        Color::Never => false,
+        Color::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none(),
+    }
+}
