@@ -40,6 +40,8 @@ fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
             &scenario("winding.yaml"),
             "--set",
             "physics.dt_ms=0.25",
+            "--name",
+            "fine",
         ])
         .current_dir(rig.path(""))
         .env("NO_COLOR", "1")
@@ -78,14 +80,14 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
             "{told}"
         );
 
-        let folder = rig.path("runs/winding/1");
+        let folder = rig.path("runs/winding@fine/1");
         let mut names: Vec<String> = std::fs::read_dir(&folder)
             .unwrap()
             .map(|e| e.unwrap().file_name().into_string().unwrap())
             .collect();
         names.sort();
         assert_eq!(names, RESULTS, "{signal}");
-        let files = RESULTS.map(|name| format!("runs/winding/1/{name}"));
+        let files = RESULTS.map(|name| format!("runs/winding@fine/1/{name}"));
         let mut arguments = vec!["check"];
         arguments.extend(files.iter().map(String::as_str));
         let (code, out, err) = rig.monorig(&arguments);
@@ -95,7 +97,7 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
         assert!(line("channels.parquet").ends_with("complete)"), "{out}");
         assert!(line("metrics.json").contains("NOT finished"), "{out}");
         assert!(
-            rig.read("runs/winding/1/metrics.json")
+            rig.read("runs/winding@fine/1/metrics.json")
                 .contains("\"finished\": false")
         );
         // what was recorded reaches to where it was stopped: some, not all of the 300 s at 50 Hz

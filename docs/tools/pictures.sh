@@ -9,6 +9,5 @@ picture() { # scenario, picture, seconds to wait
   "$monorig" run "scenarios/$1.yaml" --out "$out" || test $? = 1
   python3 docs/tools/screenshot.py "$out/$1/1/run.rrd" "$images/$2" --wait "$3"
 }
-picture winding overview.png 40
 picture adhesion_loss run.png 50
 picture guo2024_5_turning car.png 25

@@ -44,7 +44,7 @@ pub const OVERVIEW: [Titled; 3] = [
     ),
     (
         Plot::Speed,
-        "Speed, m/s (reference, truth, measured, estimates)",
+        "Speed, m/s (truth white, reference orange, measured, estimates)",
         None,
     ),
 ];

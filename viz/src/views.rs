@@ -29,7 +29,7 @@ const BACKGROUND: [u8; 3] = [24, 27, 33];
 /// m: shorter trains are not looked at from nearer.
 const LEAST_LENGTH: f64 = 6.0;
 /// A plot with more lines has no legend, which would hide them: pointing at a line names it.
-const MAX_LEGEND: usize = 6;
+const MAX_LEGEND: usize = 4;
 
 /// Where the train is looked at from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
