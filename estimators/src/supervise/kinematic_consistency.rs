@@ -30,6 +30,8 @@ use crate::filters::gaussian::Gaussian;
 /// Time constants of the band-pass, s.
 const LOW_PASS_S: Real = 0.3;
 const HIGH_PASS_S: Real = 4.0;
+/// After a gap in its signals the low-pass settles first, s; the high-pass begins where it has come to.
+const SETTLE_S: Real = 1.0;
 
 /// Rate of the regression, 1/s.
 const RATE_HZ: Real = 5.0;
@@ -57,14 +59,15 @@ struct BandPass {
 }
 
 impl BandPass {
-    fn step(&mut self, input: Real, [low, high]: [Real; 2]) -> Real {
+    fn step(&mut self, input: Real, [low, high]: [Real; 2], settled: bool) -> Real {
         let before = self.low.unwrap_or(input);
-        if self.low.is_none() {
-            self.slow = input;
-        }
         let now = before + low * (input - before);
         self.low = Some(now);
-        self.slow += high * (now - self.slow);
+        self.slow = if settled {
+            self.slow + high * (now - self.slow)
+        } else {
+            now
+        };
         now - self.slow
     }
 }
@@ -84,6 +87,8 @@ pub struct KinematicConsistency {
     /// Whether each gain has been found wrong, and not right since.
     wrong: [bool; 2],
     since_s: Real,
+    /// Time since the signals came or came back, s.
+    heard_s: Real,
 }
 
 impl Default for KinematicConsistency {
@@ -97,6 +102,7 @@ impl Default for KinematicConsistency {
             gains: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
             wrong: [false; 2],
             since_s: 0.0,
+            heard_s: 0.0,
         }
     }
 }
@@ -112,19 +118,25 @@ impl KinematicConsistency {
     ) {
         let shares = [lag(dt, LOW_PASS_S), lag(dt, HIGH_PASS_S)];
         let [low, high] = shares;
-        let f = self.force.step(force_mps2, shares);
+        let settled = self.heard_s >= SETTLE_S;
+        self.heard_s = (self.heard_s + dt).min(SETTLE_S);
+        let f = self.force.step(force_mps2, shares, settled);
         let before = self.speed.unwrap_or(speed_mps);
         let moved = low * (speed_mps - before);
         self.speed = Some(before + moved);
         let rate = moved / dt;
-        self.acceleration_slow += high * (rate - self.acceleration_slow);
+        self.acceleration_slow = if settled {
+            self.acceleration_slow + high * (rate - self.acceleration_slow)
+        } else {
+            rate
+        };
         let a = rate - self.acceleration_slow;
         // Leaking like the high-pass, or a bias would grow without end.
         self.pitch +=
             dt * pitch_rate_radps.unwrap_or(0.0) - lag(dt, 4.0 * HIGH_PASS_S) * self.pitch;
-        let slope = GRAVITY * self.slope.step(self.pitch, shares);
+        let slope = GRAVITY * self.slope.step(self.pitch, shares, settled);
         self.since_s += dt;
-        if self.since_s * RATE_HZ < 1.0 {
+        if !settled || self.since_s * RATE_HZ < 1.0 {
             return;
         }
         self.since_s = 0.0;
@@ -134,6 +146,12 @@ impl KinematicConsistency {
             SLOPE_NOISE_PER_S * speed_mps
         };
         self.regress(f, vector![a, slope], unseen);
+    }
+
+    /// Wheel speed or accelerometer is missing: what the filters hold belongs to an earlier time, and a step across the gap is no acceleration.
+    pub fn interrupt(&mut self) {
+        (self.force, self.slope) = (BandPass::default(), BandPass::default());
+        (self.speed, self.acceleration_slow, self.heard_s) = (None, 0.0, 0.0);
     }
 
     fn regress(&mut self, f: Real, h: Vector2<Real>, unseen: Real) {
@@ -182,7 +200,7 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { force, speed, acceleration_slow, pitch, slope, gains, wrong, since_s; });
+state!(KinematicConsistency { force, speed, acceleration_slow, pitch, slope, gains, wrong, since_s, heard_s; });
 
 #[cfg(test)]
 mod tests {
@@ -220,6 +238,24 @@ mod tests {
     fn right_units_are_consistent_with_and_without_a_gyro() {
         assert_eq!(drive(|_| (), true), (true, true));
         assert_eq!(drive(|_| (), false), (true, true));
+    }
+
+    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the accelerometer lacks.
+    #[test]
+    fn a_gap_in_the_wheel_speed_is_no_acceleration() {
+        let mut consistency = KinematicConsistency::default();
+        for k in 0..2_000 {
+            let v = (0.3 * (0.01 * k as Real - 2.0)).clamp(0.0, 1.0);
+            let f = if v > 0.0 && v < 1.0 { 0.3 } else { 0.0 };
+            if (300..400).contains(&k) {
+                consistency.interrupt();
+            } else {
+                consistency.observe(f, v, Some(0.0), 0.01);
+            }
+            assert!(consistency.acceleration_consistent(), "{k}");
+        }
+        let [gain, _] = consistency.gains();
+        assert!((gain - 1.0).abs() < 0.1, "{gain}");
     }
 
     #[test]

@@ -43,6 +43,7 @@ impl Plausibility {
     /// One step of `dt` seconds.
     pub fn observe(&mut self, reading: &Reading, dt: Real) {
         let Some(speed) = reading.speed_mps.filter(|_| self.on) else {
+            self.kinematics.interrupt();
             return;
         };
         let rates = reading.pitch_rate_radps.zip(reading.yaw_rate_radps);
@@ -55,6 +56,8 @@ impl Plausibility {
             self.gravity.observe([forward, left, up], standing, dt);
             self.kinematics
                 .observe(forward, speed, reading.pitch_rate_radps, dt);
+        } else {
+            self.kinematics.interrupt();
         }
     }
 
