@@ -112,6 +112,7 @@ fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
     let off = [
         ("innovation_gate", Setting::Flag(false)),
         ("nis_monitor", Setting::Flag(false)),
+        ("lag_share", 0.0.into()),
         ("outlier_hold", Setting::Flag(false)),
         ("gyro_calibration", Setting::Flag(false)),
         ("noise", Setting::Choice("told")),
@@ -352,7 +353,7 @@ fn baseline() {
     let mut pipeline = build(
         "ekf_v_theta_biases",
         &rail(),
-        [("nis_monitor", false.into())],
+        [("nis_monitor", false.into()), ("lag_share", 0.0.into())],
     )
     .unwrap();
     let dt = 0.02;

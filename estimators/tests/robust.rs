@@ -1,5 +1,5 @@
-//! Every named estimator under input no one planned for: a million steps each of garbage and of a crane with failing sensors, and a day
-//! without excitation.
+//! Every named estimator under input no one planned for: a hundred and fifty thousand steps of garbage and of a crane with failing sensors,
+//! and a day without excitation.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -12,8 +12,8 @@ use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::{Error, Real, registry};
 
 const DT: Real = 0.005;
-const GARBAGE_STEPS: usize = 400_000;
-const FAULTY_STEPS: usize = 600_000;
+const GARBAGE_STEPS: usize = 50_000;
+const FAULTY_STEPS: usize = 100_000;
 
 fn all(drives: usize) -> impl Iterator<Item = (&'static str, AnyEstimator)> {
     registry::NAMES
@@ -412,8 +412,8 @@ fn a_crane_with_failing_sensors_that_reverses_stops_and_changes_load() {
 }
 
 /// Step of the long runs, s, and steps in 24 hours.
-const SLOW_DT: Real = 0.1;
-const DAY: usize = 24 * 3600 * 10;
+const SLOW_DT: Real = 0.5;
+const DAY: usize = 24 * 3600 * 2;
 
 /// Estimators that learn 1/M, so that the prior bounds the standard deviation of 1/M, sd/M², and not that of M.
 const BY_INVERSE_MASS: [&str; 6] = [
@@ -501,9 +501,8 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
             "{name}: {internals:?}"
         );
 
-        // The oracle for what excitation can do is the same estimator without the day before it.
-        let mut new_crane = Crane::new(vehicle(2), 18_000.0, 6);
-        new_crane.speed_mps = speed_mps;
+        // The oracle for what excitation can do is the same estimator without the day before it, on the same crane with the same noise.
+        let mut new_crane = crane.clone();
         let error_fresh = excite(&mut fresh.clone(), &mut new_crane);
         let error = excite(&mut estimator, &mut crane);
         println!("    mass error {error:.4} after the day, {error_fresh:.4} fresh");
@@ -523,8 +522,8 @@ fn a_day_at_constant_speed_winds_nothing_up() {
 }
 
 #[test]
-fn ten_minutes_at_constant_speed_in_steps_of_a_millisecond_wind_nothing_up() {
-    long_run(1.0, 1e-3, 600_000);
+fn two_minutes_at_constant_speed_in_steps_of_a_millisecond_wind_nothing_up() {
+    long_run(1.0, 1e-3, 120_000);
 }
 
 #[test]

@@ -17,6 +17,7 @@ fn open() -> Supervisors {
             innovation_gate: false,
             nis_monitor: false,
             plausibility: false,
+            lag_share: 0.0,
             ..Integrity::default()
         },
         ..Supervisors::default()

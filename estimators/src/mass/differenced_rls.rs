@@ -180,9 +180,16 @@ impl DifferencedMass {
         }
     }
 
-    /// By how much grades are ahead of the effective one.
+    /// By how much grades are ahead of the effective one. How tare and load share in that goes by the mass: what it is uncertain by is in it.
     pub fn ahead(&self) -> GradeOffset {
-        self.train.ahead(self.found_kg())
+        let ([low, high], Value { value, sd, .. }) = (self.range_kg, self.mass_kg());
+        let at = |kg: Real| self.train.ahead(within(kg, low, high));
+        let now = at(value);
+        let by_mass = 0.5 * (at(value + sd).unit - at(value - sd).unit);
+        GradeOffset {
+            sd: sqrt(now.sd * now.sd + by_mass * by_mass),
+            ..now
+        }
     }
 
     /// The bend now; none where bends are not corrected for.

@@ -162,7 +162,7 @@ impl RailFusion {
         );
     }
 
-    fn estimate(&self, t: Time, started: bool, moving: bool) -> Estimate {
+    fn estimate(&mut self, t: Time, started: bool, moving: bool) -> Estimate {
         let found = self.attitude.found();
         let (innovation, nis) = self.attitude.innovation();
         let [mass, mass_sd] = self.mass.published();

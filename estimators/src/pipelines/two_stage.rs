@@ -273,7 +273,9 @@ impl<M: MassEstimator> TwoStage<M> {
         });
         let unmodelled = self.mass.unmodelled_mps2() / GRAVITY;
         let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd + unmodelled * unmodelled);
+        // Couplings, bristles and the load take up the torque before a train that drives off moves as one.
         let basis = running
+            && self.signals.settled()
             && self.slope.started()
             && !self.slope.clamped()
             && self.validity.mass(self.mass.mass_kg()).valid

@@ -141,7 +141,7 @@ fn wheels_whose_noise_is_three_times_what_it_should_be_slip() {
     }
 }
 
-/// Dead reckoning: after a second without torque the grade has to be found again, to 0.01 rad.
+/// Dead reckoning: after a second without torque the grade has to be found again, to 0.01 rad, and the train to have settled.
 #[test]
 fn after_dead_reckoning_a_grade_is_valid_once_it_is_found_again() {
     let mut estimator = two_stage(&vehicle());
@@ -157,7 +157,8 @@ fn after_dead_reckoning_a_grade_is_valid_once_it_is_found_again() {
         let filter_sd = estimator.slope.belief().P.m22.sqrt();
         let valid = estimate.effective_grade_rad.valid;
         if again == 0 {
-            assert_eq!(valid, filter_sd <= 0.01, "{k}: {filter_sd}");
+            let found = filter_sd <= 0.01 && estimator.signals.settled();
+            assert_eq!(valid, found, "{k}: {filter_sd}");
         }
         again += usize::from(valid);
     }

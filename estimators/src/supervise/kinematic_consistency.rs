@@ -1,6 +1,6 @@
 //! Kinematic consistency of accelerometer, wheel speed and pitch gyro.
 //!
-//! An accelerometer reads f = v̇ + g sin θ + bias. Behind one band-pass (low-pass of 0.3 s, high-pass of 4 s, which takes the bias out) that is
+//! An accelerometer reads f = v̇ + g sin θ + bias. Behind one band-pass (low-pass of 0.3 s, high-passes of 4 and 16 s, which take the biases out) that is
 //!
 //! f = a v̇ + b g Θ,  v̇ by the wheels, Θ the integral of the pitch rate
 //!
@@ -17,7 +17,14 @@
 //! | gyro in °/s | 1 | 0.017 |
 //! | gyro of the wrong sign, or pitch taken from another axis | 1 | −1, undefined |
 //!
-//! At steady speed on an even grade there is nothing to see, and nothing that a wrong unit would do to slope or mass either; the gains
+//! A gain b of 0 is a forward axis that is another one, or a gyro that is. The left axis tells: what it reads beside the centripetal acceleration
+//! is regressed on v̇ + g Θ, and must have nothing of it.
+//!
+//! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the unit of the wheels shows in
+//! nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the gain of the
+//! wheels then starts anew from 0, and must be found right again.
+//!
+//! At steady speed on an even grade there is nothing else to see, and nothing that a wrong unit would do to slope or mass either; the gains
 //! found last stand until there is.
 
 use nalgebra::{Matrix2, Vector2, vector};
@@ -30,6 +37,10 @@ use crate::filters::gaussian::Gaussian;
 /// Time constants of the band-pass, s.
 const LOW_PASS_S: Real = 0.3;
 const HIGH_PASS_S: Real = 4.0;
+/// A second high-pass, which takes the bias of the gyro out, s.
+const LEAK_S: Real = 16.0;
+/// After a gap in its signals the low-pass settles first, s; the high-pass begins where it has come to.
+const SETTLE_S: Real = 1.0;
 
 /// Rate of the regression, 1/s.
 const RATE_HZ: Real = 5.0;
@@ -48,83 +59,154 @@ const TOLERANCE: Real = 0.4;
 const SIGNIFICANT: Real = 3.0;
 /// Forgetting, per sample, of the gain that the sample tells about.
 const FORGETTING: Real = 0.97;
+/// The same of the gain of the left axis.
+const CROSS_FORGETTING: Real = 0.93;
+/// High-pass of both before that, s: axes that are exchanged on a grade leave a step on each, which must have died out soon.
+const CROSS_HIGH_PASS_S: Real = 1.5;
+/// Noise of a sample of the left axis, which the road does not push, m/s².
+const CROSS_NOISE_MPS2: Real = 0.05;
+/// Standard deviations that the gain of the left axis must exceed.
+const CROSS_SIGNIFICANT: Real = 2.0;
 
-/// Low-pass of one signal followed by a high-pass.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct BandPass {
-    low: Option<Real>,
-    slow: Real,
+/// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before, s; and the smallest step
+/// that is wrong: in m/s, and as a share of the speed before.
+const STEP_MEMORY_S: Real = 0.6;
+const BEFORE_S: Real = 2.0;
+/// Pitch rate that no track asks for, rad/s: a gyro that reads more speaks against itself and not against the wheels.
+const MAX_PITCH_RADPS: Real = 0.3;
+const STEP_MPS: Real = 0.4;
+const STEP_SHARE: Real = 0.25;
+
+/// Shares of a step in the low-pass and the two high-passes.
+#[derive(Clone, Copy)]
+struct Shares {
+    low: Real,
+    high: Real,
+    leak: Real,
 }
 
-impl BandPass {
-    fn step(&mut self, input: Real, [low, high]: [Real; 2]) -> Real {
-        let before = self.low.unwrap_or(input);
-        if self.low.is_none() {
-            self.slow = input;
+/// The two high-passes, behind which a bias and the integral of one are nothing. All signals go through the same, or they would differ by what
+/// the filters do on a long ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct HighPass {
+    slow: Real,
+    leaked: Real,
+}
+
+impl HighPass {
+    fn step(&mut self, input: Real, shares: &Shares, settled: bool) -> Real {
+        if !settled {
+            (self.slow, self.leaked) = (input, 0.0);
         }
-        let now = before + low * (input - before);
-        self.low = Some(now);
-        self.slow += high * (now - self.slow);
-        now - self.slow
+        self.slow += shares.high * (input - self.slow);
+        let fast = input - self.slow;
+        self.leaked += shares.leak * (fast - self.leaked);
+        fast - self.leaked
     }
 }
 
-state!(BandPass { low, slow; });
+state!(HighPass { slow, leaked; });
 
 /// Regression of the specific force on the acceleration of the wheels and the integral of the pitch rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KinematicConsistency {
-    force: BandPass,
-    /// The speed itself goes through the low-pass; its rate is the acceleration behind the same.
-    speed: Option<Real>,
-    acceleration_slow: Real,
+    /// Specific force forward, speed, and specific force to the left behind the low-pass; the rate of the speed is the acceleration behind the same.
+    low: Option<[Real; 3]>,
+    force: HighPass,
+    acceleration: HighPass,
+    across: HighPass,
+    /// What is slow of the left axis, and of the acceleration forward, behind all that.
+    cross_slow: [Real; 2],
+    /// Pitch rate behind the low-pass, rad/s, and its integral, which leaks like the first high-pass: the same as the integral behind it.
+    pitch_rate: Real,
     pitch: Real,
-    slope: BandPass,
+    pitch_leaked: Real,
     gains: Gaussian<2>,
     /// Whether each gain has been found wrong, and not right since.
     wrong: [bool; 2],
+    /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
+    cross: [Real; 2],
+    swapped: bool,
     since_s: Real,
+    /// Change of the wheel speed that the accelerometer does not have, m/s.
+    step_mps: Real,
+    /// Wheel speed some time before, m/s.
+    before_mps: Real,
+    /// Time since the signals came or came back, s.
+    heard_s: Real,
 }
 
 impl Default for KinematicConsistency {
     fn default() -> Self {
         Self {
-            force: BandPass::default(),
-            speed: None,
-            acceleration_slow: 0.0,
+            low: None,
+            force: HighPass::default(),
+            acceleration: HighPass::default(),
+            across: HighPass::default(),
+            cross_slow: [0.0; 2],
+            pitch_rate: 0.0,
             pitch: 0.0,
-            slope: BandPass::default(),
+            pitch_leaked: 0.0,
             gains: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
             wrong: [false; 2],
+            cross: [0.0, GAIN_SD * GAIN_SD],
+            swapped: false,
             since_s: 0.0,
+            step_mps: 0.0,
+            before_mps: 0.0,
+            heard_s: 0.0,
         }
     }
 }
 
 impl KinematicConsistency {
-    /// One step of `dt` seconds: specific force forward, m/s², wheel speed, m/s, pitch rate, rad/s (`None` without a gyro).
+    /// One step of `dt` seconds: specific force forward, and to the left less the centripetal acceleration, m/s², wheel speed, m/s, pitch
+    /// rate, rad/s (`None` without a gyro).
     pub fn observe(
         &mut self,
-        force_mps2: Real,
+        [force_mps2, across_mps2]: [Real; 2],
         speed_mps: Real,
         pitch_rate_radps: Option<Real>,
         dt: Real,
     ) {
-        let shares = [lag(dt, LOW_PASS_S), lag(dt, HIGH_PASS_S)];
-        let [low, high] = shares;
-        let f = self.force.step(force_mps2, shares);
-        let before = self.speed.unwrap_or(speed_mps);
-        let moved = low * (speed_mps - before);
-        self.speed = Some(before + moved);
-        let rate = moved / dt;
-        self.acceleration_slow += high * (rate - self.acceleration_slow);
-        let a = rate - self.acceleration_slow;
-        // Leaking like the high-pass, or a bias would grow without end.
-        self.pitch +=
-            dt * pitch_rate_radps.unwrap_or(0.0) - lag(dt, 4.0 * HIGH_PASS_S) * self.pitch;
-        let slope = GRAVITY * self.slope.step(self.pitch, shares);
+        let shares = Shares {
+            low: lag(dt, LOW_PASS_S),
+            high: lag(dt, HIGH_PASS_S),
+            leak: lag(dt, LEAK_S),
+        };
+        let settled = self.heard_s >= SETTLE_S;
+        self.heard_s = (self.heard_s + dt).min(SETTLE_S);
+        let rate = pitch_rate_radps.unwrap_or(0.0);
+        let first = [force_mps2, speed_mps, across_mps2];
+        let [force, speed, across] = self.low.unwrap_or(first);
+        let moved = shares.low * (speed_mps - speed);
+        let force = force + shares.low * (force_mps2 - force);
+        let across = across + shares.low * (across_mps2 - across);
+        self.low = Some([force, speed + moved, across]);
+        self.pitch_rate += shares.low * (rate - self.pitch_rate);
+        if !settled {
+            (self.pitch, self.pitch_leaked) = (0.0, 0.0);
+            self.before_mps = speed_mps;
+        }
+        let f = self.force.step(force, &shares, settled);
+        let a = self.acceleration.step(moved / dt, &shares, settled);
+        let y = self.across.step(across, &shares, settled);
+        self.pitch += dt * self.pitch_rate - shares.high * self.pitch;
+        self.pitch_leaked += shares.leak * (self.pitch - self.pitch_leaked);
+        let slope = GRAVITY * (self.pitch - self.pitch_leaked);
+        let mut cross = [y, a + slope];
+        for (signal, slow) in cross.iter_mut().zip(&mut self.cross_slow) {
+            *slow += lag(dt, CROSS_HIGH_PASS_S) * (*signal - *slow);
+            *signal -= *slow;
+        }
+        self.step_mps += dt * (a - f + slope) - lag(dt, STEP_MEMORY_S) * self.step_mps;
+        self.before_mps += lag(dt, BEFORE_S) * (speed_mps - self.before_mps);
+        let most = STEP_MPS + STEP_SHARE * self.before_mps.abs();
+        if self.step_mps.abs() > most && self.pitch_rate.abs() < MAX_PITCH_RADPS {
+            self.disown_wheels();
+        }
         self.since_s += dt;
-        if self.since_s * RATE_HZ < 1.0 {
+        if !settled || self.since_s * RATE_HZ < 1.0 {
             return;
         }
         self.since_s = 0.0;
@@ -134,6 +216,45 @@ impl KinematicConsistency {
             SLOPE_NOISE_PER_S * speed_mps
         };
         self.regress(f, vector![a, slope], unseen);
+        self.regress_across(cross, unseen);
+    }
+
+    /// Wheel speed or accelerometer is missing: what the filters hold belongs to an earlier time, and a step across the gap is no acceleration.
+    pub fn interrupt(&mut self) {
+        (self.low, self.heard_s) = (None, 0.0);
+        self.step_mps = 0.0;
+    }
+
+    /// The wheels are wrong until their gain has been found right again.
+    fn disown_wheels(&mut self) {
+        let [wheels, _] = &mut self.wrong;
+        *wheels = true;
+        self.step_mps = 0.0;
+        self.gains.x.x = 0.0;
+        self.gains.P.m12 = 0.0;
+        self.gains.P.m21 = 0.0;
+        self.gains.P.m11 = GAIN_SD * GAIN_SD;
+    }
+
+    fn regress_across(&mut self, [y, h]: [Real; 2], unseen: Real) {
+        let sizes = RELATIVE_NOISE * RELATIVE_NOISE * (h * h + y * y);
+        let r = CROSS_NOISE_MPS2 * CROSS_NOISE_MPS2 + sizes + unseen * unseen;
+        if h * h < r {
+            return;
+        }
+        let [gain, variance] = self.cross;
+        let variance = (variance / CROSS_FORGETTING).min(GAIN_SD * GAIN_SD);
+        let k = variance * h / (h * h * variance + r);
+        let (gain, variance) = (gain + k * (y - h * gain), variance * (1.0 - k * h));
+        if !(gain.is_finite() && variance > 0.0) {
+            return;
+        }
+        self.cross = [gain, variance];
+        if gain.abs() > TOLERANCE + CROSS_SIGNIFICANT * sqrt(variance) {
+            self.swapped = true;
+        } else if gain.abs() + sqrt(variance) < TOLERANCE {
+            self.swapped = false;
+        }
     }
 
     fn regress(&mut self, f: Real, h: Vector2<Real>, unseen: Real) {
@@ -170,6 +291,11 @@ impl KinematicConsistency {
         !wrong
     }
 
+    /// Whether what the train does along the rail shows on the left axis.
+    pub fn axes_swapped(&self) -> bool {
+        self.swapped
+    }
+
     /// Whether gyro and accelerometer agree on changes of slope.
     pub fn slope_consistent(&self) -> bool {
         let [_, wrong] = self.wrong;
@@ -182,7 +308,7 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { force, speed, acceleration_slow, pitch, slope, gains, wrong, since_s; });
+state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, since_s, step_mps, before_mps, heard_s; });
 
 #[cfg(test)]
 mod tests {
@@ -208,7 +334,7 @@ mod tests {
             ];
             fault(&mut z);
             let [f, v, w] = z;
-            consistency.observe(f, v, gyro.then_some(w), dt);
+            consistency.observe([f, 0.0], v, gyro.then_some(w), dt);
         }
         (
             consistency.acceleration_consistent(),
@@ -220,6 +346,66 @@ mod tests {
     fn right_units_are_consistent_with_and_without_a_gyro() {
         assert_eq!(drive(|_| (), true), (true, true));
         assert_eq!(drive(|_| (), false), (true, true));
+    }
+
+    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the accelerometer lacks.
+    #[test]
+    fn a_gap_in_the_wheel_speed_is_no_acceleration() {
+        let mut consistency = KinematicConsistency::default();
+        for k in 0..2_000 {
+            let v = (0.3 * (0.01 * k as Real - 2.0)).clamp(0.0, 1.0);
+            let f = if v > 0.0 && v < 1.0 { 0.3 } else { 0.0 };
+            if (300..400).contains(&k) {
+                consistency.interrupt();
+            } else {
+                consistency.observe([f, 0.0], v, Some(0.0), 0.01);
+            }
+            assert!(consistency.acceleration_consistent(), "{k}");
+        }
+        let [gain, _] = consistency.gains();
+        assert!((gain - 1.0).abs() < 0.1, "{gain}");
+    }
+
+    /// At 0.9 m/s on the level nothing moves but the wheel speed, from one sample to the next; the fault is found in a second and stands.
+    #[test]
+    fn a_wrong_unit_of_the_wheels_shows_at_steady_speed() {
+        for (factor, right) in [(3.6, false), (-1.0, false), (1.1, true), (0.8, true)] {
+            let mut consistency = KinematicConsistency::default();
+            for k in 0..3_000 {
+                let v = if k < 1_000 { 0.9 } else { 0.9 * factor };
+                consistency.observe([0.0; 2], v, Some(0.0), 0.01);
+            }
+            assert_eq!(consistency.acceleration_consistent(), right, "{factor}");
+        }
+    }
+
+    #[test]
+    fn swapped_axes_of_an_accelerometer_are_found_on_a_hill_at_steady_speed() {
+        for (axes, swapped) in [([1.0, 0.0], false), ([0.0, 1.0], true), ([0.0, -1.0], true)] {
+            let mut consistency = KinematicConsistency::default();
+            for k in 0..3_000 {
+                let t = 0.01 * k as Real;
+                let (theta, rate) = (0.1 * (0.5 * t).sin(), 0.05 * (0.5 * t).cos());
+                let f = axes.map(|share| share * 9.81 * theta);
+                consistency.observe(f, 0.9, Some(rate), 0.01);
+            }
+            assert_eq!(consistency.axes_swapped(), swapped, "{axes:?}");
+            assert_eq!(consistency.slope_consistent(), !swapped, "{axes:?}");
+        }
+    }
+
+    /// A ramp of half a minute is longer than the high-passes: all signals go through the same ones.
+    #[test]
+    fn a_long_ramp_leaves_the_gains_as_they_are() {
+        let mut consistency = KinematicConsistency::default();
+        for k in 0..8_000 {
+            let t = 0.01 * k as Real;
+            let rate = if (10.0..40.0).contains(&t) { 0.01 } else { 0.0 };
+            let theta = 0.01 * (t - 10.0).clamp(0.0, 30.0);
+            consistency.observe([9.81 * theta, 0.0], 0.9, Some(rate), 0.01);
+        }
+        let [_, gain] = consistency.gains();
+        assert!((gain - 1.0).abs() < 0.05, "{gain}");
     }
 
     #[test]

@@ -10,6 +10,7 @@
 //! | [`InnovationGate`](crate::filters::innovation_gate::InnovationGate) | `innovation_gate` | keeps outliers out of the filters, and reopens | all measurements enter |
 //! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise told | validity does not ask |
 //! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | validity does not ask |
+//! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
 //! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
 //! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise as told |
 //!
@@ -17,6 +18,7 @@
 //! update). What became of the last one is published for each source as [`AidStatus`](crate::api::aid::AidStatus).
 
 pub mod control;
+pub mod dynamic_lag;
 pub mod excitation_gate;
 pub mod gate;
 pub mod gravity_check;

@@ -43,6 +43,7 @@ impl Plausibility {
     /// One step of `dt` seconds.
     pub fn observe(&mut self, reading: &Reading, dt: Real) {
         let Some(speed) = reading.speed_mps.filter(|_| self.on) else {
+            self.kinematics.interrupt();
             return;
         };
         let rates = reading.pitch_rate_radps.zip(reading.yaw_rate_radps);
@@ -53,8 +54,11 @@ impl Plausibility {
         if let Some((forward, (left, up))) = reading.specific_force_mps2.zip(across) {
             let standing = speed.abs() < self.standstill_mps;
             self.gravity.observe([forward, left, up], standing, dt);
+            let across = left - speed * reading.yaw_rate_radps.unwrap_or(0.0);
             self.kinematics
-                .observe(forward, speed, reading.pitch_rate_radps, dt);
+                .observe([forward, across], speed, reading.pitch_rate_radps, dt);
+        } else {
+            self.kinematics.interrupt();
         }
     }
 
@@ -65,7 +69,8 @@ impl Plausibility {
             return true;
         }
         let wheels = self.kinematics.acceleration_consistent();
-        let accelerometer = !self.uses.accelerometer || self.gravity.plausible();
+        let axes = self.gravity.plausible() && !self.kinematics.axes_swapped();
+        let accelerometer = !self.uses.accelerometer || axes;
         let gyro = !self.uses.gyro || (self.gyro.plausible() && self.kinematics.slope_consistent());
         wheels && accelerometer && gyro
     }

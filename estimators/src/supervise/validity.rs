@@ -12,7 +12,8 @@
 //! 6. its instruments are plausible ([`Plausibility`])
 //!
 //! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where that is above 1.9 (the a
-//! posteriori variance factor of least squares); regressions have that of their own ([`Rls::spread`](crate::filters::rls::Rls::spread)).
+//! posteriori variance factor of least squares); regressions have that of their own ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a
+//! grade has its [`DynamicLag`] added: what it moves by while its filter settles.
 //!
 //! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for all.
 
@@ -24,6 +25,7 @@ use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::filters::innovation_gate::InnovationGate;
 use crate::preprocess::front_end::Reading;
+use crate::supervise::dynamic_lag::DynamicLag;
 use crate::supervise::nis_monitor::NisMonitor;
 use crate::supervise::plausibility::{Instruments, Plausibility};
 
@@ -38,6 +40,8 @@ params! {
         nis_window_s ["s"] = 2.0, 0.1 => 600.0, "Time constant of the window of the NIS of state filters; five times that for regressions.";
         nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Quantile of χ² that is the limit of the windowed NIS, as that of a normal variable; 4.75: exceeded once in a million windows.";
         plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
+        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
+        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
         speed_sd_max_mps ["m/s"] = 0.3, 1e-3 => 10.0, "Largest standard deviation of a valid speed.";
@@ -78,6 +82,9 @@ pub struct Validity {
     params: Integrity,
     nis: [NisMonitor; 3],
     plausibility: Plausibility,
+    /// Of the grade at the IMU, and of the effective one.
+    lag: [DynamicLag; 2],
+    dt: Real,
 }
 
 impl Validity {
@@ -97,11 +104,14 @@ impl Validity {
                 uses,
                 vehicle.standstill_mps(None),
             ),
+            lag: [DynamicLag::new(params.lag_s, params.lag_share); 2],
+            dt: 0.0,
         }
     }
 
     /// One step of `dt` seconds: what the instruments read.
     pub fn observe(&mut self, reading: &Reading, dt: Real) {
+        self.dt = dt;
         self.plausibility.observe(reading, dt);
     }
 
@@ -159,15 +169,18 @@ impl Validity {
     }
 
     /// The estimate with all its marks by the rule, or with the gate off all that is estimated marked. `mass`: whether a mass is estimated
-    /// at all.
-    pub fn publish(&self, estimate: Estimate, mass: bool) -> Estimate {
+    /// at all. Once a step.
+    pub fn publish(&mut self, estimate: Estimate, mass: bool) -> Estimate {
         let [speed, force] =
             [Source::WheelSpeed, Source::Accelerometer].map(|s| self.variance_factor(s));
+        let [at_imu, effective] = &mut self.lag;
+        let factor = speed.max(force);
+        let at_imu = at_imu.widen(widened(estimate.grade_rad, factor), self.dt);
+        let effective = effective.widen(widened(estimate.effective_grade_rad, factor), self.dt);
         let mut marked = Estimate {
             total_mass_kg: self.mass(estimate.total_mass_kg),
-            grade_rad: self.grade(widened(estimate.grade_rad, speed.max(force))),
-            effective_grade_rad: self
-                .grade(widened(estimate.effective_grade_rad, speed.max(force))),
+            grade_rad: self.grade(at_imu),
+            effective_grade_rad: self.grade(effective),
             speed_mps: self.speed(widened(estimate.speed_mps, speed)),
             ..estimate
         };
@@ -196,7 +209,7 @@ fn mark(value: Value, max_sd: Real, consistent: bool) -> Value {
     }
 }
 
-state!(Validity { nis, plausibility; params });
+state!(Validity { nis, plausibility, lag, dt; params });
 
 #[cfg(test)]
 mod tests {
@@ -219,7 +232,7 @@ mod tests {
     }
 
     fn marks(validity: &Validity, estimate: Estimate) -> [bool; 4] {
-        let published = validity.publish(estimate, true);
+        let published = { *validity }.publish(estimate, true);
         [
             published.total_mass_kg,
             published.grade_rad,
@@ -271,7 +284,7 @@ mod tests {
 
     #[test]
     fn off_it_marks_all_that_is_estimated() {
-        let rule = validity(Integrity {
+        let mut rule = validity(Integrity {
             validity_gate: false,
             ..Integrity::default()
         });
