@@ -3,7 +3,7 @@
 
 use super::{Column, Out, ReadOptions, Row, cdr, json};
 use crate::{io, wrong};
-use ::mcap::records::{ChunkHeader, MessageHeader, Record};
+use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use monorig_sim::error::Error;
 use std::collections::HashMap;
@@ -59,16 +59,14 @@ pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Res
                 reader.notify_read(read);
                 continue;
             }
-            LinearReadEvent::Record { data, opcode } => {
-                ::mcap::parse_record(opcode, data).map_err(|e| reading.broken(&e))?
-            }
+            LinearReadEvent::Record { data, opcode } => (opcode, data),
         };
         let go_on = match record {
-            Record::Chunk { header, data } => {
-                let records = unpacked(&header, &data).map_err(|e| reading.broken(&e))?;
+            (op::CHUNK, data) => {
+                let records = unpacked(data).map_err(|e| reading.broken(&e))?;
                 reading.chunk(&records)?
             }
-            other => reading.record(other)?,
+            (code, data) => reading.record(code, data)?,
         };
         if !go_on {
             return Ok(());
@@ -77,9 +75,52 @@ pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Res
     Ok(())
 }
 
+/// Fields of a record one after the other. (The library's own parser makes room for strings by the length that they declare.)
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn take(&mut self, n: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(n)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn number<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.number().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.number().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.number().map(u64::from_le_bytes)
+    }
+
+    fn string(&mut self) -> Option<&'a str> {
+        let length = self.u32()?;
+        std::str::from_utf8(self.take(length as usize)?).ok()
+    }
+}
+
 /// The records of a chunk, of no more bytes than it declares, which are no more than a limit.
-fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
-    let declared = header.uncompressed_size;
+fn unpacked(chunk: &[u8]) -> Result<Vec<u8>, String> {
+    let mut fields = Fields(chunk);
+    let mut header = || {
+        let (_start, _end) = (fields.u64()?, fields.u64()?);
+        let (size, sum) = (fields.u64()?, fields.u32()?);
+        let compression = fields.string()?;
+        let length = fields.u64()?;
+        let data = fields.take(usize::try_from(length).ok()?)?;
+        Some((size, sum, compression, data))
+    };
+    let Some((declared, sum, compression, data)) = header() else {
+        return Err("a chunk breaks off".into());
+    };
     if declared > MAX_RECORD as u64 {
         return Err(format!("a chunk of {declared} bytes"));
     }
@@ -88,7 +129,7 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
         let mut limited = from.take(declared);
         limited.read_to_end(&mut records).map_err(|e| e.to_string())
     };
-    match header.compression.as_str() {
+    match compression {
         "" => fill(&mut &*data)?,
         "zstd" => {
             fill(&mut zstd::stream::read::Decoder::with_buffer(data).map_err(|e| e.to_string())?)?
@@ -102,7 +143,6 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
             records.len()
         ));
     }
-    let sum = header.uncompressed_crc;
     match sum == 0 || sum == crc32fast::hash(&records) {
         true => Ok(records),
         false => Err("the check sum of a chunk is wrong".into()),
@@ -135,8 +175,7 @@ impl Reading<'_, '_, '_> {
             let Some((code, content, behind)) = parts else {
                 return Err(self.broken(&"a record goes beyond its chunk"));
             };
-            let record = ::mcap::parse_record(code, content).map_err(|e| self.broken(&e))?;
-            if !self.record(record)? {
+            if !self.record(code, content)? {
                 return Ok(false);
             }
             rest = behind;
@@ -145,40 +184,64 @@ impl Reading<'_, '_, '_> {
     }
 
     /// One record; false if no more is wanted.
-    fn record(&mut self, record: Record<'_>) -> Result<bool, Error> {
-        match record {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
-            }
-            Record::Channel(c) => {
-                let schema = self.schemas.get(&c.schema_id).cloned().unwrap_or_default();
-                self.topics.entry(c.id).or_insert(Topic {
-                    name: c.topic,
-                    encoding: c.message_encoding,
-                    schema,
-                    table: None,
-                });
-            }
-            Record::Message { header, data } => {
+    fn record(&mut self, code: u8, data: &[u8]) -> Result<bool, Error> {
+        let mut f = Fields(data);
+        let known = match code {
+            op::SCHEMA => self.schema(&mut f),
+            op::CHANNEL => self.channel(&mut f),
+            op::MESSAGE => {
                 self.place += 1;
-                return self.message(&header, &data);
+                let mut header = || Some((f.u16()?, f.u32()?, f.u64()?, f.u64()?));
+                match header() {
+                    Some((channel, _, logged, published)) => {
+                        return self.message(channel, [logged, published], f.0);
+                    }
+                    None => None,
+                }
             }
-            _ => {}
+            _ => Some(()),
+        };
+        match known {
+            Some(()) => Ok(true),
+            None => Err(self.broken(&format!("a record of the kind {code} breaks off"))),
         }
-        Ok(true)
     }
 
-    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, Error> {
-        let Some(topic) = self.topics.get(&header.channel_id) else {
+    fn schema(&mut self, f: &mut Fields<'_>) -> Option<()> {
+        let (id, name) = (f.u16()?, f.string()?);
+        self.schemas.insert(id, name.to_owned());
+        Some(())
+    }
+
+    fn channel(&mut self, f: &mut Fields<'_>) -> Option<()> {
+        let (id, schema) = (f.u16()?, f.u16()?);
+        let (name, encoding) = (f.string()?.to_owned(), f.string()?.to_owned());
+        let schema = self.schemas.get(&schema).cloned().unwrap_or_default();
+        self.topics.entry(id).or_insert(Topic {
+            name,
+            encoding,
+            schema,
+            table: None,
+        });
+        Some(())
+    }
+
+    fn message(
+        &mut self,
+        channel: u16,
+        [logged, published]: [u64; 2],
+        data: &[u8],
+    ) -> Result<bool, Error> {
+        let Some(topic) = self.topics.get(&channel) else {
             return Err(self.broken(&"a message of a channel that the file does not describe"));
         };
         let Some(message) = decode(topic, data).map_err(|e| self.broken(&e))? else {
             return Ok(true);
         };
-        let logged = i64::try_from(header.log_time).map_err(|e| self.broken(&e))?;
-        let published = i64::try_from(header.publish_time).ok().filter(|t| *t != 0);
+        let logged = i64::try_from(logged).map_err(|e| self.broken(&e))?;
+        let published = i64::try_from(published).ok().filter(|t| *t != 0);
         let stamp_ns = message.stamp_ns.or(published).unwrap_or(logged);
-        let Some(topic) = self.topics.get_mut(&header.channel_id) else {
+        let Some(topic) = self.topics.get_mut(&channel) else {
             return Ok(true);
         };
         let (table, names) = table_of(topic, &message.values, self.options, self.out);
