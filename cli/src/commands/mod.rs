@@ -2,7 +2,9 @@
 
 pub mod check;
 pub mod compare;
+pub mod inspect;
 pub mod merge;
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -80,6 +82,10 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
+    /// Run estimators over a recorded log, mapped by a map file
+    Replay(replay::ReplayArgs),
+    /// Show what is in a recorded log, and propose a map file for it
+    Inspect(inspect::InspectArgs),
     /// Check files without running anything
     Check(check::CheckArgs),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit
@@ -98,6 +104,8 @@ impl Command {
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
             Self::Sensors(args) => sensors::sensors(args),
+            Self::Replay(args) => replay::replay(args, registry),
+            Self::Inspect(args) => inspect::run(args),
             Self::Check(args) => check::check(args, registry),
             Self::Schema(args) => schema::schema(args, registry),
         }

@@ -1,7 +1,7 @@
 //! `monorig test`: scenarios over their seeds, judged.
 
 mod files;
-mod junit;
+pub mod junit;
 
 use crate::CommandOutcome;
 use crate::commands::shared::{Jobs, seeds};
