@@ -5,8 +5,10 @@ pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod draw;
+pub mod inspect;
 pub mod list;
 pub mod merge;
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod runs;
@@ -98,6 +100,10 @@ pub enum Command {
     Runs(runs::RunsArgs),
     /// List estimators, parameters, metrics, channels, faults, sensors or scenarios
     List(list::ListArgs),
+    /// Run estimators over a recorded log, mapped by a map file
+    Replay(replay::ReplayArgs),
+    /// Show what is in a recorded log, and propose a map file for it
+    Inspect(inspect::InspectArgs),
     /// Check files without running anything
     Check(check::CheckArgs),
     /// Print the JSON Schema of a file format: every key, its meaning and its unit
@@ -124,6 +130,8 @@ impl Command {
             Self::Sensors(args) => sensors::sensors(args),
             Self::Runs(args) => runs::runs(args),
             Self::List(args) => list::list(args, registry),
+            Self::Replay(args) => replay::replay(args, registry),
+            Self::Inspect(args) => inspect::run(args),
             Self::Check(args) => check::check(args, registry),
             Self::Completions(args) => completions::completions(args, registry),
             Self::Man(args) => completions::man(args, registry),

@@ -89,10 +89,10 @@ impl RunArgs {
 }
 
 /// Where a Rerun viewer listens unless told otherwise.
-const VIEWER: &str = "127.0.0.1:9876";
+pub const VIEWER: &str = "127.0.0.1:9876";
 
 /// An address as HOST:PORT.
-fn address(text: &str) -> Result<SocketAddr, String> {
+pub fn address(text: &str) -> Result<SocketAddr, String> {
     let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
     found.ok_or_else(|| format!("write HOST:PORT, such as {VIEWER}"))
 }

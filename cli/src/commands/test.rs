@@ -2,7 +2,7 @@
 
 mod baseline;
 mod files;
-mod junit;
+pub mod junit;
 mod keep;
 mod lines;
 

@@ -5,6 +5,9 @@ use clap::ValueEnum;
 use monorig_lab::batch::{Plan, StudyFile};
 use monorig_lab::draw::RangesFile;
 use monorig_lab::tuning::{TuningFile, name_check};
+use monorig_lab::verdicts::expected;
+use monorig_logs::map::{Map, MapFile};
+use monorig_logs::replay::{self, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::car_file::CarFile;
 use monorig_sim::config::rail_profile::ProfileFile;
@@ -49,6 +52,8 @@ pub enum FileKind {
     Study,
     /// What scenarios are drawn from
     Ranges,
+    /// What the columns of a recorded log measure
+    Map,
 }
 
 /// What is known of a kind.
@@ -227,6 +232,28 @@ pub const KINDS: &[FileFormat] = &[
         schema: || schema_for!(TuningFile),
         names: &[("/properties/is", TypeNames::Estimators)],
         check: |path, registry| prepare::tuning(path, registry).map(drop),
+    },
+    FileFormat {
+        kind: FileKind::Map,
+        name: "map",
+        about: "what the columns of a recorded log measure, and what estimates are held against",
+        telling: &[
+            "files",
+            "dbc",
+            "time",
+            "clocks",
+            "step",
+            "channels",
+            "reference",
+            "nominal",
+        ],
+        schema: || schema_for!(MapFile),
+        names: &[("/$defs/Settings/properties/is", TypeNames::Estimators)],
+        check: |path, registry| {
+            let map = Map::load(path)?;
+            let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
+            expected::check(&simulation.scenario)
+        },
     },
     FileFormat {
         kind: FileKind::Parameters,

@@ -21,6 +21,11 @@ pub struct Target {
     pub grade_effective_rad: f64,
     /// Running-resistance coefficient.
     pub running_resistance: f64,
+    /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive; else 0. Its square adds to
+    /// the variance that an estimator says in the normalised square of an error.
+    pub mass_sd_kg: f64,
+    /// See above.
+    pub grade_sd_rad: f64,
 }
 
 impl Target {
@@ -32,6 +37,8 @@ impl Target {
             grade_at_imu_rad: truth.grade_at_imu_rad,
             grade_effective_rad: truth.grade_effective_rad,
             running_resistance: truth.running_resistance,
+            mass_sd_kg: truth.sd.total_mass_kg,
+            grade_sd_rad: truth.sd.grade_rad,
         }
     }
 }
@@ -80,14 +87,14 @@ impl ErrorSample {
             t_s: t.t_s,
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
-            mass_nees: square(mass / e.total_mass_kg.sd),
+            mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),
             mass_valid: e.total_mass_kg.valid,
             slope,
             slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
             slope_effective: effective,
-            effective_nees: square(effective / e.effective_grade_rad.sd),
+            effective_nees: normalised(effective, e.effective_grade_rad.sd, t.grade_sd_rad),
             effective_valid: e.effective_grade_rad.valid,
-            slope_nees: square(slope / e.grade_rad.sd),
+            slope_nees: normalised(slope, e.grade_rad.sd, t.grade_sd_rad),
             slope_valid: e.grade_rad.valid,
             nis: e.nis,
             running_resistance: member
@@ -177,7 +184,15 @@ impl ErrorSeries {
     }
 }
 
-fn square(x: f64) -> f64 {
+/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient where the reference is
+/// the truth.
+fn normalised(error: f64, sd: f64, reference_sd: f64) -> f64 {
+    let sd = if reference_sd == 0.0 {
+        sd
+    } else {
+        sd.hypot(reference_sd)
+    };
+    let x = error / sd;
     x * x
 }
 
@@ -204,5 +219,17 @@ impl Observer for ErrorSeries {
         }
         self.tracking.push(Tracking::of(f));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The variance of a reference adds to that which the estimator says: an error of 3 with 4 and 3 is 9/25.
+    #[test]
+    fn the_variance_of_the_reference_counts() {
+        assert_eq!(normalised(3.0, 4.0, 3.0), 9.0 / 25.0);
+        assert_eq!(normalised(3.0, 4.0, 0.0), 9.0 / 16.0);
     }
 }

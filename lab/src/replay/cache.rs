@@ -131,6 +131,9 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
             grade_at_imu_rad: get()?,
             grade_effective_rad: get()?,
             running_resistance: get()?,
+            // a recording of a simulation: its truth is exact
+            mass_sd_kg: 0.0,
+            grade_sd_rad: 0.0,
         });
     }
     columns.values = numbers.take(values).collect();

@@ -181,6 +181,7 @@ mod tests {
                 grade_at_imu_rad: x(10),
                 grade_effective_rad: x(11),
                 running_resistance: x(12),
+                ..Target::default()
             };
             columns.push(&z, change.then_some(&command), truth);
             kept.push((z, command, truth));

@@ -31,6 +31,12 @@ impl RunningEstimator {
         }
     }
 
+    /// The same with the estimator inside of another, such as one that resets it.
+    pub fn within(mut self, around: &dyn Fn(BoxedEstimator) -> BoxedEstimator) -> Self {
+        self.estimator = around(self.estimator);
+        self
+    }
+
     /// Give it new samples. A refused step keeps the last estimate, marked invalid.
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
         match self.estimator.step(z, command, dt_s) {

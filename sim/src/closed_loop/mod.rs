@@ -7,6 +7,7 @@
 //! | `builder` | what it is built from: a scenario, or code |
 //! | `registry` | the estimators and controllers that a scenario can name |
 //! | `assemble` `checks` `parts` | from builder to simulation: put together, checked, estimators and controller built |
+//! | `recorded` | a recorded drive in the loop |
 //! | `resolved` | a scenario with all defaults written out |
 //! | `estimators` | an estimator in a run |
 //! | `observer` | what is shown to recorders and metrics after each step |
@@ -29,6 +30,7 @@ mod nominal_vehicle;
 mod observer;
 pub mod obstacles;
 mod parts;
+pub mod recorded;
 pub mod registry;
 mod resolved;
 pub mod run;

@@ -1,5 +1,6 @@
 //! THE loop: command → plant → truth → sensors → estimators → controller → observers.
 
+use super::end::Ended;
 pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
@@ -44,6 +45,9 @@ fn closed_loop(
         let (t_s, front_m) = (s.plant.truth().t_s, s.front_m());
         if let Some(ended) = s.end.reached((t_s, s.dt_s), front_m, steps, go_on)? {
             return Ok(Outcome::new(ended, t_s, steps, &s.estimators));
+        }
+        if s.plant.is_over() {
+            return Ok(Outcome::new(Ended::Finished, t_s, steps, &s.estimators));
         }
         let mut reference = s.cycle.at(t_s, front_m, s.dt_s);
         let perception = perceive(s, &command);

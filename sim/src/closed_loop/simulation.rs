@@ -59,8 +59,11 @@ impl Simulation {
         self.plant.truth().chainage_m - self.imu_offset_m
     }
 
-    /// The rail sampled for drawing.
+    /// The rail sampled for drawing; none where nothing runs on it: the rail of a recorded drive is not known.
     pub fn rail_samples(&self) -> Vec<RailFrame> {
-        self.rail.samples(0.5)
+        match self.train.bodies.is_empty() {
+            true => Vec::new(),
+            false => self.rail.samples(0.5),
+        }
     }
 }

@@ -121,7 +121,7 @@ fn whole(path: &Path, message: &str, help: String) -> Error {
 }
 
 /// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
-pub(crate) fn exists(path: &Path) -> Result<(), (String, String)> {
+pub fn exists(path: &Path) -> Result<(), (String, String)> {
     if InputFiles::current().is_some_and(|files| files.contains(path)) {
         return Ok(());
     }

@@ -18,7 +18,7 @@ pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
 pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure};
 pub use integrity::{Integrity, IntegrityLimits};
-pub use load::Scenario;
+pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, Part};
 pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};

@@ -37,6 +37,10 @@ pub trait Plant {
     fn set_clamp_limit(&mut self, mpa: f64);
     /// Update the clearance in the truth, which is costly; called before a row is recorded.
     fn update_clearance(&mut self) {}
+    /// Whether nothing more is to come: a recorded drive that is played back is at its end, and the run has finished.
+    fn is_over(&self) -> bool {
+        false
+    }
 }
 
 /// Motion of a point fixed to a body, in the world frame W (z up): the input of a sensor bolted there.
@@ -90,6 +94,16 @@ pub struct RoadState {
     pub lateral_mps2: f64,
     /// Loads of the wheels, N.
     pub wheel_load_n: [f64; 4],
+}
+
+/// Standard deviations of a truth that is itself measured: the references of a recorded drive. All zero in a simulation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct TruthSd {
+    /// Of the total mass, kg.
+    pub total_mass_kg: f64,
+    /// Of the grade, rad.
+    pub grade_rad: f64,
 }
 
 /// The true state at one instant: what sensors measure, and what controllers and estimators never get.
@@ -148,4 +162,40 @@ pub struct Truth {
     pub road: Option<RoadState>,
     /// Pose of each body's origin in the world, in the order of `Train::bodies`.
     pub poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
+    /// How well the mass and the grade above are known.
+    pub sd: TruthSd,
+}
+
+impl Truth {
+    /// A truth of which nothing is known but the time (s), as of a recorded drive without references: every other number is not a number.
+    pub fn unknown(t_s: f64) -> Self {
+        let not = f64::NAN;
+        Self {
+            t_s,
+            chainage_m: not,
+            speed_mps: not,
+            accel_mps2: not,
+            speed_at_imu_mps: not,
+            grade_at_imu_rad: not,
+            pitch_at_imu_rad: not,
+            grade_effective_rad: not,
+            curvature_vertical_1pm: not,
+            curvature_horizontal_1pm: not,
+            total_mass_kg: not,
+            load_mass_kg: not,
+            traction_n: not,
+            resistance_n: not,
+            brake_n: not,
+            running_resistance: not,
+            balance: None,
+            sway_rad: [not; 2],
+            off_rail_m: not,
+            clearance_m: not,
+            mounts: Vec::new(),
+            drives: Vec::new(),
+            road: None,
+            poses: Vec::new(),
+            sd: TruthSd::default(),
+        }
+    }
 }

@@ -56,6 +56,13 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     check_expect::check(file)
 }
 
+/// Check what the scenario of a recorded drive says.
+pub(super) fn check_log(file: &ScenarioFile) -> Result<(), Wrong> {
+    lengths::check(file)?;
+    names(file)?;
+    check_expect::check(file)
+}
+
 /// Checks that there is a train or a car, and that a car has nothing that only a train has.
 fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
     let car = match (&file.train, &file.car) {

@@ -1,6 +1,9 @@
 //! From a file name to a scenario ready to run.
 
-use super::{ParameterFile, ScenarioFile, Stop, check};
+use super::{
+    Availability, Expectation, Integrity, KnownFailure, ParameterFile, Record, ScenarioFile,
+    Settings, Stop, check,
+};
 use crate::config::checked::Version1;
 use crate::config::file::{Document, Sets, input_error, name_of};
 use crate::config::input_files::InputFiles;
@@ -30,6 +33,12 @@ pub struct Scenario {
     /// Parameter files that estimators take their parameters from.
     #[serde(skip)]
     included: BTreeMap<String, PathBuf>,
+    /// What a recorded drive that is played back was made from, for the manifest; none of a simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log: Option<serde_json::Value>,
+    /// SHA-256 of files that are too long to be kept in memory, by name.
+    #[serde(skip)]
+    digests: BTreeMap<String, String>,
     /// Changes to the files it names: what `--set` changed there is in no file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     changed: Vec<(String, String)>,
@@ -41,8 +50,68 @@ pub struct Scenario {
     inputs: InputFiles,
 }
 
+/// What a recorded drive says of what a scenario says too.
+#[derive(Clone, Debug, Default)]
+pub struct LogScenario {
+    /// Name, in recordings and of the folder of results.
+    pub name: String,
+    /// What the recording is.
+    pub why: String,
+    /// Estimators by name, with their parameters.
+    pub estimators: BTreeMap<String, Settings>,
+    /// Bounds to hold.
+    pub expect: Vec<Expectation>,
+    /// Shares of the time in which estimates must be marked valid.
+    pub availability: Availability,
+    /// When an estimate marked valid is misleading.
+    pub integrity: Integrity,
+    /// Bounds that do not hold, for reasons of physics.
+    pub known_failures: Vec<KnownFailure>,
+    /// Recording rates.
+    pub record: Record,
+    /// What it was made from, for the manifest.
+    pub log: serde_json::Value,
+    /// SHA-256 of the files of the log, by name.
+    pub digests: BTreeMap<String, String>,
+}
+
 /// The keys under which a scenario names files that `--set` reaches into.
 const FILES: &[&str] = &["track", "train", "car", "sensors"];
+
+/// Take over the parameters of the files that estimators name under `from`, found from the document's folder; the files by the name of the
+/// estimator.
+fn include_parameters(
+    estimators: &mut BTreeMap<String, Settings>,
+    document: &Document,
+) -> Result<BTreeMap<String, PathBuf>, Error> {
+    let folder = document.path().parent().unwrap_or(Path::new(""));
+    let mut included = BTreeMap::new();
+    for (name, settings) in estimators {
+        let Some(from) = &settings.from else { continue };
+        let key = format!("estimators.{name}.from");
+        let found = folder.join(from);
+        crate::config::file::exists(&found)
+            .map_err(|(message, help)| document.error(key.clone(), message, help))?;
+        let parameters = ParameterFile::read(&found)?;
+        let type_name = settings.type_name(name);
+        if parameters.estimator != type_name {
+            return Err(document.error(
+                key,
+                format!("this file has parameters of `{}`", parameters.estimator),
+                match &settings.is {
+                    Some(_) => format!("name a parameter file of `{type_name}`"),
+                    None => format!(
+                        "name a parameter file of `{name}`, or write `is: {}`",
+                        parameters.estimator
+                    ),
+                },
+            ));
+        }
+        settings.include(&parameters);
+        included.insert(name.clone(), found);
+    }
+    Ok(included)
+}
 
 fn checked(file: &ScenarioFile, document: &Document) -> Result<(), Error> {
     check::check(file).map_err(|w| document.error(w.key, w.message, w.help))
@@ -76,29 +145,7 @@ impl Scenario {
                 Err((message, help)) => Err(document.error(key, message, help)),
             }
         };
-        let mut included = BTreeMap::new();
-        for (name, settings) in &mut file.estimators {
-            let Some(from) = &settings.from else { continue };
-            let key = format!("estimators.{name}.from");
-            let found = find(&key, from)?;
-            let parameters = ParameterFile::read(&found)?;
-            let type_name = settings.type_name(name);
-            if parameters.estimator != type_name {
-                return Err(document.error(
-                    key,
-                    format!("this file has parameters of `{}`", parameters.estimator),
-                    match &settings.is {
-                        Some(_) => format!("name a parameter file of `{type_name}`"),
-                        None => format!(
-                            "name a parameter file of `{name}`, or write `is: {}`",
-                            parameters.estimator
-                        ),
-                    },
-                ));
-            }
-            settings.include(&parameters);
-            included.insert(name.clone(), found);
-        }
+        let included = include_parameters(&mut file.estimators, &document)?;
         let track = find("track", &file.track)?;
         // one of the two is there, as checked
         let vehicle = match &file.car {
@@ -112,6 +159,8 @@ impl Scenario {
             sensors: find("sensors", &file.sensors)?,
             file,
             included,
+            log: None,
+            digests: BTreeMap::new(),
             changed: FILES
                 .iter()
                 .flat_map(|key| {
@@ -165,11 +214,39 @@ impl Scenario {
             vehicle: PathBuf::new(),
             sensors: PathBuf::new(),
             included: BTreeMap::new(),
+            log: None,
+            digests: BTreeMap::new(),
             changed: Vec::new(),
             sets: Sets::default(),
             document: Document::default(),
             inputs: InputFiles::default(),
         }
+    }
+
+    /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and nothing of a simulation.
+    pub(crate) fn of_log(
+        log: LogScenario,
+        document: Document,
+        inputs: InputFiles,
+    ) -> Result<Self, Error> {
+        let mut scenario = Self::in_code("", None, None);
+        scenario.name = log.name;
+        scenario.document = document;
+        scenario.inputs = inputs;
+        scenario.log = Some(log.log);
+        scenario.digests = log.digests;
+        let file = &mut scenario.file;
+        file.why = log.why;
+        file.estimators = log.estimators;
+        file.expect = log.expect;
+        file.availability = log.availability;
+        file.integrity = log.integrity;
+        file.known_failures = log.known_failures;
+        file.record = log.record;
+        scenario.included = include_parameters(&mut scenario.file.estimators, &scenario.document)?;
+        check::check_log(&scenario.file)
+            .map_err(|w| scenario.document.error(w.key, w.message, w.help))?;
+        Ok(scenario)
     }
 
     /// Check again what can be checked without track, vehicle and sensors, after changes in code.
@@ -192,7 +269,9 @@ impl Scenario {
     /// SHA-256 of these files by name relative to its folder.
     pub fn input_digests(&self) -> BTreeMap<String, String> {
         let folder = self.path().parent().unwrap_or(Path::new(""));
-        self.inputs.digests(folder)
+        let mut all = self.inputs.digests(folder);
+        all.extend(self.digests.clone());
+        all
     }
 
     /// The seeds to run.

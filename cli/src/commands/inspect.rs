@@ -1,0 +1,100 @@
+//! `monorig inspect`: what is in a recorded log.
+
+use crate::CommandOutcome;
+use crate::ui::errors::CliError;
+use crate::ui::{output, tables};
+use monorig_logs::inspect::{Inspection, TableReport, inspect};
+use monorig_logs::read::ReadOptions;
+use monorig_logs::time::TimeUnit;
+use std::path::PathBuf;
+
+const INSPECT_EXAMPLES: &str = "\
+Examples:
+  monorig inspect drive.mf4                              channel groups, rates, jitter, gaps, ranges, and a map to begin with
+  monorig inspect bus.log --dbc crane.dbc                a CAN log needs the database of its messages
+  monorig inspect table.csv --time Zeit --unit ms        a table whose column of time is not called like one
+
+Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program
+built with the feature `blf`.";
+
+/// `monorig inspect`
+#[derive(Debug, clap::Args)]
+#[command(after_help = INSPECT_EXAMPLES)]
+pub struct InspectArgs {
+    /// The log
+    pub log: PathBuf,
+    /// Column of the time (CSV, Parquet), if it is not called like a time
+    #[arg(long, value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// Unit of that column: s, ms, us, ns, iso8601
+    #[arg(long, value_name = "UNIT", value_parser = time_unit)]
+    pub unit: Option<TimeUnit>,
+    /// Database of the messages of a CAN log (DBC)
+    #[arg(long, value_name = "FILE")]
+    pub dbc: Option<PathBuf>,
+}
+
+fn time_unit(text: &str) -> Result<TimeUnit, String> {
+    serde_json::from_value(text.into()).map_err(|_| "write s, ms, us, ns or iso8601".to_owned())
+}
+
+/// Show what is in the log.
+pub fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
+    let options = ReadOptions {
+        time: task.time.clone(),
+        unit: task.unit,
+        dbc: task.dbc.clone(),
+        ..ReadOptions::default()
+    };
+    let found = inspect(&task.log, &options)?;
+    let file = task.log.file_name().unwrap_or_default().to_string_lossy();
+    output::print(&text(&found, &file))?;
+    Ok(CommandOutcome::Held)
+}
+
+fn text(found: &Inspection, file: &str) -> String {
+    let mut out = format!("{file}: {}\n", found.format.name());
+    for table in &found.tables {
+        out += &format!("\n{}\n", heading(table));
+        let titles = ["column", "unit", "not a number", "min", "mean", "max"];
+        let mut rows = tables::table(titles);
+        tables::right(&mut rows, 2..6);
+        for c in &table.columns {
+            let missing = 1.0 - c.values as f64 / table.rows.max(1) as f64;
+            let number = |x: f64| match c.values {
+                0 => "-".to_owned(),
+                _ => tables::number(x),
+            };
+            rows.add_row([
+                c.name.clone(),
+                c.unit.clone(),
+                format!("{:.1} %", 100.0 * missing),
+                number(c.min),
+                number(c.mean),
+                number(c.max),
+            ]);
+        }
+        out += &tables::lines(&rows);
+        out += "\n";
+    }
+    out + "\nA map to begin with, guessed from the names of the columns:\n\n"
+        + &found.proposed_map(file)
+}
+
+/// The table's name, length and times in a line.
+fn heading(t: &TableReport) -> String {
+    let name = match t.name.as_str() {
+        "" => String::new(),
+        name => format!("{name}: "),
+    };
+    let seconds = t.to_ns.saturating_sub(t.from_ns) as f64 * 1e-9;
+    let mut line = format!("{name}{} rows over {seconds:.3} s", t.rows);
+    if t.step_ns > 0 {
+        let (rate, jitter) = (tables::number(t.rate_hz()), t.jitter_ns * 1e-6);
+        line += &format!(", {rate} Hz, jitter {jitter:.3} ms, {} gaps", t.gaps);
+    }
+    if t.backwards > 0 {
+        line += &format!(", {} times backwards", t.backwards);
+    }
+    line
+}

@@ -1,0 +1,175 @@
+//! `monorig replay`: estimators over a recorded log.
+
+use crate::CommandOutcome;
+use crate::commands::run::{VIEWER, address, prepare_out};
+use crate::commands::shared::{Out, assignment};
+use crate::commands::test::{TestedScenario, junit};
+use crate::simulate::{RecordOptions, simulate};
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::note;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::{output, summary, tables};
+use crate::variant::Variant;
+use monorig_lab::batch::RunResult;
+use monorig_lab::verdicts::expected;
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_logs::check::{Verdict, check};
+use monorig_logs::map::Map;
+use monorig_logs::replay::{ReplayOptions, build};
+use monorig_sim::closed_loop::registry::Registry;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+const REPLAY_EXAMPLES: &str = "\
+Examples:
+  monorig replay --map drive.map.yaml                    the files and the estimators that the map names
+  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion_robust,dffrls_aekf_robust
+  monorig replay --map drive.map.yaml --check            what is wrong with this log, before anything runs
+  monorig replay --map drive.map.yaml --junit out/replay.xml
+
+Results are those of `monorig run`: OUT/<map>/1/ with manifest.json, channels.parquet, metrics.json and, with the viewer built in, run.rrd;
+`monorig report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig schema map` prints every key.";
+
+/// `monorig replay`
+#[derive(Debug, clap::Args)]
+#[command(after_help = REPLAY_EXAMPLES)]
+pub struct ReplayArgs {
+    /// The log: one file, or the folder in which the files of the map are; without it where the map says
+    pub log: Option<PathBuf>,
+    /// What the columns of the log measure
+    #[arg(long, value_name = "MAP")]
+    pub map: PathBuf,
+    /// Estimators to run instead of those of the map, by name
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub estimators: Vec<String>,
+    /// Only say what is wrong with the log: each check with a number and a verdict
+    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
+    pub check: bool,
+    #[command(flatten)]
+    pub out: Out,
+    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
+        default_missing_value = VIEWER, value_parser = address)]
+    pub live: Option<SocketAddr>,
+    /// Do not write run.rrd
+    #[arg(long)]
+    pub no_rerun: bool,
+    /// Record long logs at the full rate too
+    #[arg(long)]
+    pub full_rate: bool,
+    /// Write the verdicts as JUnit XML, as CI servers read it
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Change a value of the map; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+}
+
+/// Play the log to the estimators, and judge them.
+pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
+    if task.check {
+        return check_log(&map);
+    }
+    if let Some(path) = &task.junit {
+        output::clear(path)?;
+    }
+    let options = ReplayOptions {
+        estimators: task.estimators.clone(),
+    };
+    let (mut simulation, found) = build(&map, &options, registry)?;
+    expected::check(&simulation.scenario)?;
+    let variant = Variant::new(&task.sets, None);
+    simulation.scenario.name = variant.run_name(&simulation.scenario.name);
+    let out = task.out.get();
+    prepare_out(&out)?;
+    for f in &found {
+        note(&format!(
+            "calibrated: {} = {} ± {} {}",
+            f.what,
+            tables::number(f.value),
+            tables::number(f.sd),
+            f.unit
+        ));
+    }
+    interrupt::listen();
+    let mut progress = ProgressDisplay::new(&format!("replay of {}", map.name));
+    let options = RecordOptions {
+        out: &out,
+        live: task.live,
+        pace: None,
+        no_rerun: task.no_rerun,
+        full_rate: task.full_rate,
+        changes: &variant.changes,
+        registry,
+    };
+    let run = simulate(simulation, &options, &mut |share| {
+        progress.at(share);
+        interrupt::go_on()
+    })?;
+    drop(progress);
+    note(&format!("results in {}", run.folder.display()));
+    output::print(&summary::text(&run.summary, run.wall_s))?;
+    if run.interrupted {
+        return Err(CliError::Interrupted);
+    }
+    let good = run.summary.good();
+    if let Some(path) = &task.junit {
+        let result = RunResult {
+            index: 0,
+            scenario: map.name.clone(),
+            seed: run.summary.seed,
+            draws: Default::default(),
+            summary: Some(run.summary),
+            error: None,
+        };
+        let tested = TestedScenario {
+            judged: ScenarioVerdict::new(&map.name, vec![result]),
+            unusable: None,
+            took: Duration::from_secs_f64(run.wall_s),
+        };
+        output::write(path, &junit::xml(&[tested])?)?;
+    }
+    Ok(match good {
+        true => CommandOutcome::Held,
+        false => CommandOutcome::Failed,
+    })
+}
+
+/// The checks of a log as a table.
+fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
+    let (mut table, mut bad) = (
+        tables::table(["", "check", "found", "good", "what it means"]),
+        0,
+    );
+    for c in check(map)? {
+        let (word, why) = match &c.verdict {
+            Verdict::Good => ("good", String::new()),
+            Verdict::Bad(why) => ("BAD", why.clone()),
+            Verdict::Unknown(why) => ("?", why.clone()),
+        };
+        bad += usize::from(word == "BAD");
+        let value = match c.value.is_nan() {
+            true => "-".to_owned(),
+            false => format!("{} {}", tables::number(c.value), c.unit),
+        };
+        table.add_row([
+            word.to_owned(),
+            c.what,
+            value.trim_end().to_owned(),
+            c.good,
+            why,
+        ]);
+    }
+    let end = match bad {
+        0 => "nothing wrong was found".to_owned(),
+        n => format!("{n} checks say that something is wrong"),
+    };
+    output::print(&format!("{}\n\n{end}\n", tables::lines(&table)))?;
+    Ok(match bad {
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
+    })
+}

@@ -1,0 +1,61 @@
+//! What is wrong with a log and its map, from the log alone: each check is a number and a verdict.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `series` | the log in windows of a second |
+//! | `statistics` | regression and correlation |
+//! | `rules` | the checks |
+
+mod rules;
+mod series;
+mod statistics;
+
+use crate::drive::{Plan, calibrate};
+use crate::map::Map;
+use monorig_sim::error::Error;
+
+/// What a check says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// Nothing is wrong.
+    Good,
+    /// Something is, and what it may be.
+    Bad(String),
+    /// The log does not tell, and why.
+    Unknown(String),
+}
+
+/// A check: what was looked at, the number that was found, and what it means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What was looked at.
+    pub what: String,
+    /// The number; not a number where there is none.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Which numbers are good, in words.
+    pub good: String,
+    /// What it means.
+    pub verdict: Verdict,
+}
+
+/// Checks a log with its map: the whole log is read once.
+pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
+    let mut plan = Plan::new(map)?;
+    let mut all = Vec::new();
+    match calibrate(map, &mut plan) {
+        Ok(_) => {}
+        Err(Error::Input(e)) if e.key.contains("calibrate") => all.push(Check {
+            what: "calibration".into(),
+            value: f64::NAN,
+            unit: "",
+            good: "the vehicle stands".into(),
+            verdict: Verdict::Bad(e.message),
+        }),
+        Err(e) => return Err(e),
+    }
+    let series = series::Series::read(map, &plan)?;
+    all.extend(rules::all(map, &plan, &series));
+    Ok(all)
+}

@@ -1,0 +1,197 @@
+//! A log in windows of a second: what the checks look at.
+
+use crate::drive::{Drive, Plan};
+use crate::map::Map;
+use monorig_sim::error::Error;
+
+/// Length of a window, s.
+pub(super) const WINDOW_S: f64 = 1.0;
+/// Below this the vehicle stands, m/s.
+const STANDING_MPS: f64 = 0.02;
+
+/// Means of a window; not a number where nothing was delivered.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Window {
+    /// Segment of the log.
+    pub segment: u32,
+    /// Specific force and angular rate, in the axes of the vehicle.
+    pub force: [f64; 3],
+    pub rate: [f64; 3],
+    /// Speed of each wheel, and of all.
+    pub wheels: Vec<f64>,
+    pub speed: f64,
+    /// Largest speed of a wheel.
+    pub fastest: f64,
+    /// Sum of the torques at the motors.
+    pub torque: f64,
+}
+
+impl Window {
+    /// Whether the vehicle stands; not known without a wheel.
+    pub fn stands(&self) -> Option<bool> {
+        self.speed
+            .is_finite()
+            .then_some(self.fastest < STANDING_MPS)
+    }
+}
+
+/// How one channel spreads: for clipping.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Spread {
+    pub name: String,
+    /// Whether an end of its range is one of the instrument: wheel speeds come in coarse steps, and stay at one for long.
+    pub clips: bool,
+    pub n: u64,
+    min: f64,
+    max: f64,
+    at_min: u64,
+    at_max: u64,
+}
+
+impl Spread {
+    fn push(&mut self, x: f64) {
+        if self.n == 0 || x < self.min {
+            (self.min, self.at_min) = (x, 0);
+        }
+        if self.n == 0 || x > self.max {
+            (self.max, self.at_max) = (x, 0);
+        }
+        self.n += 1;
+        self.at_min += u64::from(x == self.min);
+        self.at_max += u64::from(x == self.max);
+    }
+
+    /// Whether it never changes.
+    pub fn is_constant(&self) -> bool {
+        self.n > 1 && self.min == self.max
+    }
+
+    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a vehicle that stands)
+    /// none.
+    pub fn at_an_end(&self) -> f64 {
+        let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
+        of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64
+    }
+}
+
+/// A log, read once.
+#[derive(Debug, Default)]
+pub(super) struct Series {
+    pub windows: Vec<Window>,
+    pub spreads: Vec<Spread>,
+    pub missing: Vec<(String, String)>,
+    pub segments: u32,
+    pub seconds: f64,
+    pub samples: u64,
+}
+
+#[derive(Default)]
+struct Sums {
+    n: [u32; 7],
+    sum: [f64; 7],
+    wheels: Vec<(u32, f64)>,
+    fastest: f64,
+}
+
+impl Series {
+    /// Reads the log of a map.
+    pub fn read(map: &Map, plan: &Plan) -> Result<Self, Error> {
+        let mut drive = Drive::open(map, plan)?;
+        let mut series = Self::default();
+        let names = [
+            "specific force x",
+            "specific force y",
+            "specific force z",
+            "angular rate x",
+            "angular rate y",
+            "angular rate z",
+        ];
+        let wheels = (1..=plan.wheels).map(|i| format!("wheel speed {i}"));
+        let names = names
+            .iter()
+            .map(|n| (*n).to_owned())
+            .chain(wheels)
+            .chain(["motor torque".to_owned()]);
+        series.spreads = names
+            .map(|name| Spread {
+                clips: !name.starts_with("wheel"),
+                name,
+                ..Spread::default()
+            })
+            .collect();
+        let mut sums = Sums {
+            wheels: vec![(0, 0.0); plan.wheels],
+            ..Sums::default()
+        };
+        let mut end: Option<(i64, u32)> = None;
+        let window_ns = (WINDOW_S * 1e9) as i64;
+        while let Some(step) = drive.next(map)? {
+            let (until, segment) = *end.get_or_insert((step.t_ns + window_ns, step.segment));
+            if step.t_ns >= until || step.segment != segment {
+                series.windows.push(sums.window(segment));
+                sums = Sums {
+                    wheels: vec![(0, 0.0); plan.wheels],
+                    ..Sums::default()
+                };
+                end = Some((step.t_ns + window_ns, step.segment));
+            }
+            let z = &step.z;
+            let mut see = |i: usize, x: f64| {
+                if let Some(s) = series.spreads.get_mut(i) {
+                    s.push(x);
+                }
+            };
+            for (first, sample) in [(0, z.specific_force_mps2), (3, z.angular_rate_radps)] {
+                for (i, x) in (first..).zip(sample.iter().flat_map(|s| s.value)) {
+                    see(i, x);
+                    sums.add(i, x);
+                }
+            }
+            for (i, sample) in z.wheel_speed_mps.iter().take(plan.wheels).enumerate() {
+                if let (Some(s), Some(wheel)) = (sample, sums.wheels.get_mut(i)) {
+                    see(6 + i, s.value);
+                    *wheel = (wheel.0 + 1, wheel.1 + s.value);
+                    sums.fastest = sums.fastest.max(s.value.abs());
+                }
+            }
+            let torques = z.motor_torque_nm.iter().flatten().map(|s| s.value);
+            if let Some(sum) = torques.reduce(|a, b| a + b) {
+                see(6 + plan.wheels, sum);
+                sums.add(6, sum);
+            }
+            series.segments = step.segment + 1;
+            series.seconds = step.t_ns as f64 * 1e-9;
+        }
+        series.samples = drive.samples();
+        series.missing = drive.missing();
+        series.spreads.retain(|s| s.n > 0);
+        Ok(series)
+    }
+}
+
+impl Sums {
+    fn add(&mut self, i: usize, x: f64) {
+        if let (Some(n), Some(sum)) = (self.n.get_mut(i), self.sum.get_mut(i)) {
+            *n += 1;
+            *sum += x;
+        }
+    }
+
+    fn window(&self, segment: u32) -> Window {
+        let mean = |i: usize| match (self.n.get(i), self.sum.get(i)) {
+            (Some(n), Some(sum)) if *n > 0 => sum / f64::from(*n),
+            _ => f64::NAN,
+        };
+        let wheels: Vec<f64> = self.wheels.iter().map(|(n, s)| s / f64::from(*n)).collect();
+        let known: Vec<f64> = wheels.iter().copied().filter(|w| w.is_finite()).collect();
+        Window {
+            segment,
+            force: [mean(0), mean(1), mean(2)],
+            rate: [mean(3), mean(4), mean(5)],
+            speed: known.iter().sum::<f64>() / known.len() as f64,
+            wheels,
+            fastest: self.fastest,
+            torque: mean(6),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! A channel: columns of a file in, samples in SI units out.
+
+use crate::expression::Expression;
+use crate::map::Many;
+use crate::merge::MergedRow;
+use crate::read::full_name;
+use crate::units::Unit;
+use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
+
+/// Which measurement a channel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Target {
+    /// Specific force, m/s².
+    SpecificForce,
+    /// Angular rate, rad/s.
+    AngularRate,
+    /// Speed of a wheel, m/s.
+    Wheel(usize),
+    /// Torque of a motor, N·m, at the vehicle's gear ratio.
+    Torque(usize),
+    /// Force at the rims, N.
+    Force,
+    /// Power of the motors that reaches the rims, W.
+    Power,
+    /// Clamp cylinder pressure of a drive unit, MPa.
+    Clamp(usize),
+    /// Steering angle, rad.
+    Steering,
+    /// Pitch of the inclinometer, rad.
+    Inclination,
+    /// A reading for an estimator of one's own.
+    Auxiliary(usize),
+}
+
+/// What becomes of three columns: bias off, unit, axes and mount in one matrix, lean.
+#[derive(Clone, Debug)]
+pub(super) struct VectorPath {
+    /// In the unit of the columns.
+    pub bias: [f64; 3],
+    /// Bias found while standing, SI, in the axes of the vehicle.
+    pub found_bias: Vector3<f64>,
+    /// From the columns to forward, left, up.
+    pub turn: Matrix3<f64>,
+    /// rad per m/s².
+    pub lean: f64,
+}
+
+/// A sample on its way: when it is delivered, when it was taken (ns of the replay), its value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Waiting {
+    pub deliver_ns: i64,
+    pub stamp_ns: i64,
+    pub value: [f64; 3],
+}
+
+/// A channel.
+#[derive(Clone, Debug)]
+pub(super) struct Channel {
+    pub target: Target,
+    /// Its place in the map file, for errors.
+    pub key: String,
+    /// Index of its file.
+    pub source: usize,
+    /// One formula, or three; then, of a torque, the gear ratio.
+    pub formulas: Vec<(Expression, Vec<usize>)>,
+    /// How many of the formulas are of the value itself: a row with a column of these makes a sample.
+    pub main: usize,
+    pub valid_if: Option<(Expression, Vec<usize>)>,
+    /// Columns of all formulas, each once, and their last values.
+    pub slots: Vec<String>,
+    pub values: Vec<f64>,
+    /// Table in which a slot was found.
+    pub tables: Vec<Option<String>>,
+    pub unit: Unit,
+    /// Times the value, in SI.
+    pub factor: f64,
+    pub vector: Option<VectorPath>,
+    pub latency_ns: i64,
+    pub waiting: VecDeque<Waiting>,
+}
+
+/// Where the columns of a table go in a channel: slot and column.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Binding {
+    pub pairs: Vec<(usize, usize)>,
+    /// Whether the table has all columns of the channel: an empty field then is no value, and not the last one.
+    whole: bool,
+}
+
+impl Channel {
+    /// The slot of a column.
+    pub fn slot(&mut self, column: &str) -> usize {
+        match self.slots.iter().position(|s| s == column) {
+            Some(slot) => slot,
+            None => {
+                self.slots.push(column.to_owned());
+                self.values.push(f64::NAN);
+                self.tables.push(None);
+                self.slots.len() - 1
+            }
+        }
+    }
+
+    /// Finds its columns in a table; an error says which column is in two tables.
+    pub fn bind(&mut self, row: &MergedRow) -> Result<Option<Binding>, String> {
+        let Some(table) = row.table() else {
+            return Ok(None);
+        };
+        let mut pairs = Vec::new();
+        for (slot, name) in self.slots.iter().enumerate() {
+            let called = |c: &str| c == name || full_name(&table.name, c) == *name;
+            let Some(column) = table.columns.iter().position(|c| called(&c.name)) else {
+                continue;
+            };
+            if let Some(known) = self.tables.get_mut(slot) {
+                if known.as_ref().is_some_and(|k| *k != table.name) {
+                    return Err(format!(
+                        "the column `{name}` is in two tables of the log, `{}` and `{}`",
+                        known.as_deref().unwrap_or_default(),
+                        table.name
+                    ));
+                }
+                *known = Some(table.name.clone());
+            }
+            pairs.push((slot, column));
+        }
+        let whole = pairs.len() == self.slots.len();
+        Ok((!pairs.is_empty()).then_some(Binding { pairs, whole }))
+    }
+
+    /// Takes the values of a row; the value of a new sample if it makes one, in SI units and the axes of the vehicle.
+    pub fn take(&mut self, binding: &Binding, row: &[f64]) -> Option<[f64; 3]> {
+        let mut new = false;
+        for &(slot, column) in &binding.pairs {
+            let x = row.get(column).copied().unwrap_or(f64::NAN);
+            let of_value = self
+                .formulas
+                .iter()
+                .take(self.main)
+                .any(|(_, slots)| slots.contains(&slot));
+            new |= of_value && !x.is_nan();
+            if (binding.whole || !x.is_nan())
+                && let Some(place) = self.values.get_mut(slot)
+            {
+                *place = x;
+            }
+        }
+        if !new
+            || self
+                .valid_if
+                .as_ref()
+                .is_some_and(|(e, slots)| !e.holds(&self.gather(slots)))
+        {
+            return None;
+        }
+        let mut raw = [0.0; 3];
+        for (x, (expression, slots)) in raw.iter_mut().zip(self.formulas.iter().take(self.main)) {
+            *x = expression.value(&self.gather(slots));
+        }
+        let value = match &self.vector {
+            Some(path) => path.apply(raw, &self.unit),
+            None => {
+                let ratio = self
+                    .formulas
+                    .get(self.main)
+                    .map_or(1.0, |(e, slots)| e.value(&self.gather(slots)));
+                [self.unit.to_si(raw[0]) * self.factor * ratio, 0.0, 0.0]
+            }
+        };
+        value.iter().all(|x| x.is_finite()).then_some(value)
+    }
+
+    fn gather(&self, slots: &[usize]) -> [f64; MAX_TERMS] {
+        let mut values = [f64::NAN; MAX_TERMS];
+        for (value, slot) in values.iter_mut().zip(slots) {
+            *value = self.values.get(*slot).copied().unwrap_or(f64::NAN);
+        }
+        values
+    }
+
+    /// What is delivered until `until_ns` of all that waits.
+    pub fn deliver(&mut self, until_ns: i64, many: Many) -> Option<Waiting> {
+        let mut got: Option<Waiting> = None;
+        let (mut count, mut sum, mut stamps) = (0i64, [0.0; 3], 0i128);
+        while let Some(next) = self
+            .waiting
+            .front()
+            .copied()
+            .filter(|w| w.deliver_ns <= until_ns)
+        {
+            self.waiting.pop_front();
+            count += 1;
+            stamps += i128::from(next.stamp_ns);
+            for (s, x) in sum.iter_mut().zip(next.value) {
+                *s += x;
+            }
+            got = match (many, got) {
+                (Many::Oldest, Some(first)) => Some(first),
+                _ => Some(next),
+            };
+        }
+        match (many, count) {
+            (Many::Mean, 2..) => got.map(|w| Waiting {
+                stamp_ns: (stamps / i128::from(count)) as i64,
+                value: sum.map(|s| s / count as f64),
+                ..w
+            }),
+            _ => got,
+        }
+    }
+}
+
+/// Most columns of one formula.
+pub(super) const MAX_TERMS: usize = 16;
+
+impl VectorPath {
+    fn apply(&self, raw: [f64; 3], unit: &Unit) -> [f64; 3] {
+        let [a, b, c] = [0, 1, 2].map(|i: usize| {
+            let (x, bias) = (
+                raw.get(i).copied().unwrap_or(f64::NAN),
+                self.bias.get(i).copied().unwrap_or(0.0),
+            );
+            unit.to_si(x - bias)
+        });
+        let v = self.turn * Vector3::new(a, b, c) - self.found_bias;
+        // the body is pitched nose up by the lean, and the specific force of its axes turned back by it
+        let (sin, cos) = (self.lean * v.x).sin_cos();
+        [v.x * cos - v.z * sin, v.y, v.x * sin + v.z * cos]
+    }
+}

@@ -1,0 +1,21 @@
+//! Rows of a log through its map: steps of measurements on the clock of the replay.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `channel` | one channel: which columns it takes, how they become a value, what waits to be delivered |
+//! | `plan` | the channels of a map |
+//! | `steps` | rows into steps: latencies, several samples in a step, gaps, segments |
+//! | `calibrate` | biases and mounting found while the vehicle stands |
+//! | `reference` | slope and mass that estimates are held against |
+
+mod calibrate;
+mod channel;
+mod plan;
+mod reference;
+mod steps;
+
+pub use calibrate::{Found, calibrate};
+pub use channel::Target;
+pub use plan::Plan;
+pub use reference::{Reference, ReferenceSlope};
+pub use steps::{Drive, Step};

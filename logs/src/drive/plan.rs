@@ -1,0 +1,441 @@
+//! The channels of a map, and the vehicle as estimators are told it.
+
+use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
+use crate::expression::Expression;
+use crate::map::{Axis, Formula, Map, Mount, Traction, VectorChannel};
+use crate::units::{Quantity, UnitName};
+use monorig_estimators::api::signals::{Vehicle, VehicleData};
+use monorig_sim::closed_loop::recorded::nominal_vehicle;
+use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
+use monorig_sim::config::file::named;
+use monorig_sim::config::scenario::NominalVehicle;
+use monorig_sim::error::Error;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::collections::BTreeSet;
+
+/// What is made of a log's columns.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(super) channels: Vec<Channel>,
+    /// The vehicle as estimators are told it.
+    pub vehicle: Vehicle,
+    /// Wheels that are measured.
+    pub wheels: usize,
+    /// Motors whose torque is measured.
+    pub motors: usize,
+}
+
+/// Standard gravity, m/s².
+const G: f64 = 9.80665;
+
+impl Plan {
+    /// The plan of a map.
+    pub fn new(map: &Map) -> Result<Self, Error> {
+        let c = &map.file.channels;
+        let mut channels = Vec::new();
+        for (name, target, channel, quantity) in [
+            (
+                "specific_force",
+                Target::SpecificForce,
+                &c.specific_force,
+                Quantity::Acceleration,
+            ),
+            (
+                "angular_rate",
+                Target::AngularRate,
+                &c.angular_rate,
+                Quantity::AngularRate,
+            ),
+        ] {
+            if let Some(channel) = channel {
+                channels.push(vector(
+                    map,
+                    &format!("channels.{name}"),
+                    target,
+                    channel,
+                    quantity,
+                )?);
+            }
+        }
+        // wheels that are not driven do not slip: where there are some, the others are left out
+        let undriven = c.wheel_speed.iter().any(|w| !w.driven);
+        let mut wheels = 0;
+        for (i, w) in c
+            .wheel_speed
+            .iter()
+            .enumerate()
+            .filter(|(_, w)| !(undriven && w.driven))
+        {
+            let key = format!("channels.wheel_speed[{i}]");
+            for column in &w.columns {
+                let mut channel = Channel::of(
+                    map,
+                    &key,
+                    Target::Wheel(wheels),
+                    w.file.as_deref(),
+                    &[column],
+                    &w.unit,
+                    Quantity::Speed,
+                )?;
+                channel.settle(map, w.valid_if.as_ref().map(|c| &c.0), w.latency_ms, w.sign)?;
+                channels.push(channel);
+                wheels += 1;
+            }
+        }
+        let mut vehicle = vehicle(map)?;
+        if wheels > 0 {
+            vehicle.drives = wheels;
+        }
+        let mut motors = 0;
+        if let Some(t) = &c.traction {
+            motors = traction(map, t, &vehicle, &mut channels)?;
+        }
+        let scalar = |channels: &mut Vec<Channel>,
+                      key: &str,
+                      target: Target,
+                      s: &crate::map::ScalarChannel,
+                      quantity: Quantity| {
+            let mut channel = Channel::of(
+                map,
+                key,
+                target,
+                s.file.as_deref(),
+                &[&s.column],
+                &s.unit,
+                quantity,
+            )?;
+            channel.settle(map, s.valid_if.as_ref().map(|c| &c.0), s.latency_ms, s.sign)?;
+            channels.push(channel);
+            Ok::<(), Error>(())
+        };
+        for (i, s) in c.clamp_pressure.iter().enumerate() {
+            scalar(
+                &mut channels,
+                &format!("channels.clamp_pressure[{i}]"),
+                Target::Clamp(i),
+                s,
+                Quantity::Pressure,
+            )?;
+        }
+        if let Some(s) = &c.steering_angle {
+            scalar(
+                &mut channels,
+                "channels.steering_angle",
+                Target::Steering,
+                s,
+                Quantity::Angle,
+            )?;
+        }
+        if let Some(s) = &c.inclination {
+            scalar(
+                &mut channels,
+                "channels.inclination",
+                Target::Inclination,
+                s,
+                Quantity::Angle,
+            )?;
+        }
+        for (i, s) in c.auxiliary.iter().enumerate() {
+            scalar(
+                &mut channels,
+                &format!("channels.auxiliary[{i}]"),
+                Target::Auxiliary(i),
+                s,
+                Quantity::Number,
+            )?;
+        }
+        let bias =
+            |v: &Option<VectorChannel>| v.as_ref().and_then(|v| v.bias_sd).map(Positive::get);
+        let told = VehicleData {
+            accel_bias_sd_mps2: bias(&c.specific_force).or(vehicle.accel_bias_sd_mps2),
+            gyro_bias_sd_radps: bias(&c.angular_rate).or(vehicle.gyro_bias_sd_radps),
+            ..vehicle
+        };
+        let vehicle = Vehicle::new(told).map_err(|e| {
+            map.error(
+                "nominal",
+                e.to_string(),
+                "values that the data sheet of a vehicle can have",
+            )
+        })?;
+        Ok(Self {
+            channels,
+            vehicle,
+            wheels,
+            motors,
+        })
+    }
+
+    /// The columns that are wanted of each file, in the order of their names.
+    pub fn wanted(&self, map: &Map) -> Vec<BTreeSet<String>> {
+        let mut wanted = vec![BTreeSet::new(); map.files.len()];
+        for channel in &self.channels {
+            if let Some(of) = wanted.get_mut(channel.source) {
+                of.extend(channel.slots.iter().cloned());
+            }
+        }
+        wanted
+    }
+
+    /// Which measurements there are.
+    pub fn targets(&self) -> impl Iterator<Item = Target> + '_ {
+        self.channels.iter().map(|c| c.target)
+    }
+}
+
+impl Channel {
+    fn of(
+        map: &Map,
+        key: &str,
+        target: Target,
+        file: Option<&str>,
+        formulas: &[&Formula],
+        unit: &UnitName,
+        quantity: Quantity,
+    ) -> Result<Self, Error> {
+        let Some(unit) = quantity.unit(unit.as_str()) else {
+            return Err(map.error(
+                format!("{key}.unit"),
+                format!("this is no unit of {}", quantity.words()),
+                quantity.names(),
+            ));
+        };
+        let mut channel = Self {
+            target,
+            key: key.to_owned(),
+            source: map.file_of(key, file)?,
+            formulas: Vec::new(),
+            main: formulas.len(),
+            valid_if: None,
+            slots: Vec::new(),
+            values: Vec::new(),
+            tables: Vec::new(),
+            unit: *unit,
+            factor: 1.0,
+            vector: None,
+            latency_ns: 0,
+            waiting: Default::default(),
+        };
+        for formula in formulas {
+            let compiled = channel.compile(map, &formula.expression)?;
+            channel.formulas.push(compiled);
+        }
+        if channel.slots.is_empty() {
+            return Err(map.error(
+                key,
+                "there is no column in this channel",
+                "the name of a column, or an expression with one",
+            ));
+        }
+        Ok(channel)
+    }
+
+    fn compile(
+        &mut self,
+        map: &Map,
+        expression: &Expression,
+    ) -> Result<(Expression, Vec<usize>), Error> {
+        if expression.columns.len() > MAX_TERMS {
+            return Err(map.error(
+                self.key.clone(),
+                format!(
+                    "the expression `{}` has {} columns",
+                    expression.text,
+                    expression.columns.len()
+                ),
+                format!("at most {MAX_TERMS}"),
+            ));
+        }
+        let slots = expression.columns.iter().map(|c| self.slot(c)).collect();
+        Ok((expression.clone(), slots))
+    }
+
+    fn settle(
+        &mut self,
+        map: &Map,
+        valid_if: Option<&Expression>,
+        latency_ms: Option<NonNegative>,
+        sign: Finite,
+    ) -> Result<(), Error> {
+        self.valid_if = valid_if.map(|e| self.compile(map, e)).transpose()?;
+        self.latency_ns = latency_ms.map_or(0, |ms| (ms.get() * 1e6).round() as i64);
+        self.factor *= sign.get();
+        Ok(())
+    }
+}
+
+fn vector(
+    map: &Map,
+    key: &str,
+    target: Target,
+    v: &VectorChannel,
+    quantity: Quantity,
+) -> Result<Channel, Error> {
+    let [a, b, c] = &v.columns;
+    let mut channel = Channel::of(
+        map,
+        key,
+        target,
+        v.file.as_deref(),
+        &[a, b, c],
+        &v.unit,
+        quantity,
+    )?;
+    channel.settle(
+        map,
+        v.valid_if.as_ref().map(|c| &c.0),
+        v.latency_ms,
+        Finite::new(1.0),
+    )?;
+    channel.vector = Some(VectorPath {
+        bias: v.bias.map_or([0.0; 3], |b| b.map(Finite::get)),
+        found_bias: Vector3::zeros(),
+        turn: mount(&v.mount_deg).matrix() * axes(v.axes),
+        lean: v.lean_deg_per_g.map_or(0.0, |d| d.get().to_radians() / G),
+    });
+    Ok(channel)
+}
+
+/// From the columns to forward, left, up.
+fn axes(axes: Option<[Axis; 3]>) -> Matrix3<f64> {
+    let Some(axes) = axes else {
+        return Matrix3::identity();
+    };
+    let direction = |axis| match axis {
+        Axis::Forward => Vector3::x(),
+        Axis::Backward => -Vector3::x(),
+        Axis::Left => Vector3::y(),
+        Axis::Right => -Vector3::y(),
+        Axis::Up => Vector3::z(),
+        Axis::Down => -Vector3::z(),
+    };
+    Matrix3::from_columns(&axes.map(direction))
+}
+
+/// From a box that is rolled, pitched and yawed to the vehicle.
+fn mount(m: &Mount) -> Rotation3<f64> {
+    turned(
+        m.roll.get().to_radians(),
+        m.pitch.get().to_radians(),
+        m.yaw.get().to_radians(),
+    )
+}
+
+/// From a box rolled right side down, then pitched nose up, then yawed to the left (rad) to the vehicle.
+pub(super) fn turned(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
+    let about = |axis: Vector3<f64>, angle: f64| Rotation3::from_scaled_axis(axis * angle);
+    about(Vector3::z(), yaw) * about(Vector3::y(), -pitch) * about(Vector3::x(), roll)
+}
+
+/// The channels of the traction; how many motors there are.
+fn traction(
+    map: &Map,
+    t: &Traction,
+    vehicle: &VehicleData,
+    channels: &mut Vec<Channel>,
+) -> Result<usize, Error> {
+    let key = "channels.traction";
+    let valid_if = t.valid_if.as_ref().map(|c| &c.0);
+    let one = |target, formula: &Formula, quantity| -> Result<Channel, Error> {
+        let mut channel = Channel::of(
+            map,
+            key,
+            target,
+            t.file.as_deref(),
+            &[formula],
+            &t.unit,
+            quantity,
+        )?;
+        channel.settle(map, valid_if, t.latency_ms, t.sign)?;
+        Ok(channel)
+    };
+    if let Some(force) = &t.force {
+        channels.push(one(Target::Force, force, Quantity::Force)?);
+    }
+    if let Some(power) = &t.power {
+        let mut channel = one(Target::Power, power, Quantity::Power)?;
+        channel.factor *= t.efficiency.map_or(1.0, Fraction::get);
+        channels.push(channel);
+    }
+    for (i, torque) in t.torque.iter().flatten().enumerate() {
+        let mut channel = one(Target::Torque(i), torque, Quantity::Torque)?;
+        if let Some(ratio) = &t.gear_ratio {
+            let compiled = channel.compile(map, &ratio.expression)?;
+            channel.formulas.push(compiled);
+            channel.factor /= vehicle.gear_ratio;
+        }
+        channels.push(channel);
+    }
+    Ok(t.torque.as_ref().map_or(0, Vec::len))
+}
+
+/// The nominal vehicle: that of a file, with what the map says of it.
+fn vehicle(map: &Map) -> Result<VehicleData, Error> {
+    let n = &map.file.nominal;
+    let changes = NominalVehicle {
+        tare_kg: n.tare_kg,
+        total_mass_guess_kg: None,
+        running_resistance: n.running_resistance,
+        wheel_radius_m: n.wheel_radius_m,
+    };
+    let mut v = match &map.file.vehicle {
+        Some(name) => map.inputs.during(|| {
+            let file = named(map.document.path(), "vehicle", name)?;
+            nominal_vehicle(&file, changes)
+        })?,
+        None => {
+            let tare = n.tare_kg.map_or(0.0, Positive::get);
+            VehicleData {
+                tare_kg: tare,
+                mass_range_kg: [0.5 * tare, 2.0 * tare],
+                wheel_radius_m: n.wheel_radius_m.map_or(0.0, Positive::get),
+                running_resistance: n.running_resistance.map_or(0.0, NonNegative::get),
+                ..VehicleData::default()
+            }
+        }
+    };
+    if let Some(range) = n.mass_range_kg {
+        v.mass_range_kg = range.map(Positive::get);
+    }
+    if let Some(drives) = n.drives {
+        v.drives = drives.get() as usize;
+    }
+    v.gear_ratio = n.gear_ratio.map_or(v.gear_ratio, Positive::get);
+    v.efficiency = n.efficiency.map_or(v.efficiency, Fraction::get);
+    v.rotating_mass_kg = n
+        .rotating_mass_kg
+        .map_or(v.rotating_mass_kg, NonNegative::get);
+    v.imu_arm_m = n.imu_arm_m.map_or(v.imu_arm_m, Finite::get);
+    Ok(v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box pitched nose up by p on the level reads g sin p forward, one rolled right side down by r reads g sin r to the left; the mount
+    /// turns both back to g upwards.
+    #[test]
+    fn a_mount_is_turned_back() {
+        let (p, r) = (0.1f64, 0.2f64);
+        let near = |a: Vector3<f64>, b: Vector3<f64>| assert!((a - b).norm() < 1e-12, "{a} {b}");
+        near(
+            turned(0.0, p, 0.0) * Vector3::new(G * p.sin(), 0.0, G * p.cos()),
+            Vector3::z() * G,
+        );
+        near(
+            turned(r, 0.0, 0.0) * Vector3::new(0.0, G * r.sin(), G * r.cos()),
+            Vector3::z() * G,
+        );
+        // the nose of a box yawed to the left points to the left
+        near(
+            turned(0.0, 0.0, p) * Vector3::x(),
+            Vector3::new(p.cos(), p.sin(), 0.0),
+        );
+        let front_right_down = Some([Axis::Forward, Axis::Right, Axis::Down]);
+        near(
+            axes(front_right_down) * Vector3::new(1.0, 2.0, 3.0),
+            Vector3::new(1.0, -2.0, -3.0),
+        );
+    }
+}

@@ -1,0 +1,312 @@
+//! References: slope and mass over the time of the replay. The slope is read before the replay, so that it is linear between its samples and
+//! that of altitude and distance is centred.
+
+use crate::map::{Altitude, Map, SlopeReference};
+use crate::merge::{Merged, MergedRow};
+use crate::read::full_name;
+use crate::units::Quantity;
+use crate::wrong;
+use monorig_sim::config::checked::Finite;
+use monorig_sim::error::Error;
+use std::collections::BTreeSet;
+
+/// Between two samples further apart than this the slope is not known, ns.
+const MAX_GAP_NS: i64 = 2_000_000_000;
+/// Most samples of a reference.
+const MAX_SAMPLES: usize = 8_000_000;
+
+/// The slope over time.
+#[derive(Clone, Debug, Default)]
+pub enum ReferenceSlope {
+    /// Not known.
+    #[default]
+    None,
+    /// The same all the time, rad.
+    Constant(f64),
+    /// Samples: ns of the replay and rad.
+    Samples(Vec<(i64, f64)>),
+}
+
+/// What estimates are held against.
+#[derive(Clone, Debug, Default)]
+pub struct Reference {
+    slope: ReferenceSlope,
+    /// From a time on (ns of the replay), kg.
+    masses: Vec<(i64, f64)>,
+    /// Standard deviations, rad and kg.
+    pub slope_sd_rad: f64,
+    /// See above.
+    pub mass_sd_kg: f64,
+    next: usize,
+}
+
+/// Adds the columns of the references to those that are wanted of each file.
+pub(super) fn want(map: &Map, wanted: &mut [BTreeSet<String>]) -> Result<(), Error> {
+    let Some(slope) = &map.file.reference.slope else {
+        return Ok(());
+    };
+    if let Some((file, columns)) = columns(map, slope)? {
+        wanted
+            .get_mut(file)
+            .into_iter()
+            .for_each(|w| w.extend(columns.iter().cloned()));
+    }
+    Ok(())
+}
+
+/// The file and the columns of a slope; none of a constant.
+fn columns(map: &Map, slope: &SlopeReference) -> Result<Option<(usize, Vec<String>)>, Error> {
+    let mut columns: Vec<String> = match (&slope.column, &slope.altitude) {
+        (Some(column), _) => column.expression.columns.clone(),
+        (_, Some(a)) => a
+            .column
+            .expression
+            .columns
+            .iter()
+            .chain(&a.distance.expression.columns)
+            .cloned()
+            .collect(),
+        _ => return Ok(None),
+    };
+    columns.extend(
+        slope
+            .valid_if
+            .iter()
+            .flat_map(|c| c.0.columns.iter().cloned()),
+    );
+    Ok(Some((
+        map.file_of("reference.slope", slope.file.as_deref())?,
+        columns,
+    )))
+}
+
+impl Reference {
+    /// Reads what the map says; `origin_ns` is time zero of the replay.
+    pub fn load(map: &Map, origin_ns: i64) -> Result<Self, Error> {
+        let r = &map.file.reference;
+        let mut reference = Self::default();
+        if let Some(m) = &r.mass {
+            reference.mass_sd_kg = m.sd_kg.get();
+            reference.masses.extend(m.kg.map(|kg| (i64::MIN, kg.get())));
+            let steps = m.steps.iter().flatten();
+            reference
+                .masses
+                .extend(steps.map(|s| ((s.at_s.get() * 1e9).round() as i64, s.kg.get())));
+        }
+        if let Some(s) = &r.slope {
+            reference.slope_sd_rad = s.sd_deg.get().to_radians();
+            reference.slope = match s.deg {
+                Some(deg) => ReferenceSlope::Constant(Finite::get(deg).to_radians()),
+                None => ReferenceSlope::Samples(samples(map, s, origin_ns)?),
+            };
+        }
+        Ok(reference)
+    }
+
+    /// Whether there is one of the slope, and one of the mass.
+    pub fn known(&self) -> (bool, bool) {
+        (
+            !matches!(self.slope, ReferenceSlope::None),
+            !self.masses.is_empty(),
+        )
+    }
+
+    /// Slope (rad) and mass (kg) at a time, which must not fall; not a number where they are not known.
+    pub fn at(&mut self, t_ns: i64) -> (f64, f64) {
+        let mass = self
+            .masses
+            .iter()
+            .take_while(|(from, _)| *from <= t_ns)
+            .last()
+            .map_or(f64::NAN, |m| m.1);
+        let slope = match &self.slope {
+            ReferenceSlope::None => f64::NAN,
+            ReferenceSlope::Constant(slope) => *slope,
+            ReferenceSlope::Samples(all) => {
+                while all.get(self.next).is_some_and(|(t, _)| *t <= t_ns) {
+                    self.next += 1;
+                }
+                let before = self.next.checked_sub(1).and_then(|i| all.get(i));
+                match (before, all.get(self.next)) {
+                    (Some((t, x)), None) if *t == t_ns => *x,
+                    (Some((t0, x0)), Some((t1, x1))) if t1 - t0 <= MAX_GAP_NS && t1 > t0 => {
+                        x0 + (x1 - x0) * ((t_ns - t0) as f64 / (t1 - t0) as f64)
+                    }
+                    _ => f64::NAN,
+                }
+            }
+        };
+        (slope, mass)
+    }
+}
+
+/// The samples of a slope.
+fn samples(map: &Map, s: &SlopeReference, origin_ns: i64) -> Result<Vec<(i64, f64)>, Error> {
+    let Some((file, names)) = columns(map, s)? else {
+        return Ok(Vec::new());
+    };
+    let mut wanted = vec![BTreeSet::new(); map.files.len()];
+    wanted
+        .get_mut(file)
+        .into_iter()
+        .for_each(|w| w.extend(names.iter().cloned()));
+    let sources = map.sources(&wanted);
+    let Some(source) = sources.get(file) else {
+        return Ok(Vec::new());
+    };
+    let mut merged = Merged::open(std::slice::from_ref(source), crate::merge::By::Stamp)?;
+    let mut row = MergedRow::default();
+    let mut values = vec![f64::NAN; names.len()];
+    let mut all: Vec<(i64, f64, f64)> = Vec::new();
+    let mut seen = vec![false; names.len()];
+    let unit = |q: Quantity, name: &str| q.unit(name).copied();
+    while merged.next(&mut row)? {
+        let Some(table) = row.table() else { continue };
+        let mut new = false;
+        for ((value, name), seen) in values.iter_mut().zip(&names).zip(&mut seen) {
+            let column = table
+                .columns
+                .iter()
+                .position(|c| c.name == *name || full_name(&table.name, &c.name) == *name);
+            if let Some(column) = column {
+                *seen = true;
+                *value = row.values.get(column).copied().unwrap_or(f64::NAN);
+                new |= !value.is_nan();
+            }
+        }
+        let of = |columns: &[String]| -> Vec<f64> {
+            let value = |c: &String| {
+                names
+                    .iter()
+                    .position(|n| n == c)
+                    .and_then(|i| values.get(i))
+                    .copied()
+                    .unwrap_or(f64::NAN)
+            };
+            columns.iter().map(value).collect()
+        };
+        if !new
+            || s.valid_if
+                .as_ref()
+                .is_some_and(|c| !c.0.holds(&of(&c.0.columns)))
+        {
+            continue;
+        }
+        let t_ns = row.row.stamp_ns.saturating_sub(origin_ns);
+        let number = |f: &crate::map::Formula| f.expression.value(&of(&f.expression.columns));
+        let sample = match (&s.column, &s.altitude) {
+            (Some(column), _) => {
+                let unit = s
+                    .unit
+                    .as_ref()
+                    .and_then(|u| unit(Quantity::Slope, u.as_str()));
+                (
+                    t_ns,
+                    unit.map_or(f64::NAN, |u| u.to_si(number(column))),
+                    0.0,
+                )
+            }
+            (_, Some(a)) => {
+                let unit = unit(Quantity::Length, a.unit.as_str());
+                let si = |f| unit.map_or(f64::NAN, |u| u.to_si(number(f)));
+                (t_ns, si(&a.column), si(&a.distance))
+            }
+            _ => continue,
+        };
+        if sample.1.is_finite() && sample.2.is_finite() {
+            all.push(sample);
+        }
+        if all.len() > MAX_SAMPLES {
+            return Err(wrong(
+                &source.path,
+                None,
+                format!("the reference of the slope has more than {MAX_SAMPLES} samples"),
+                "a reference at 100 Hz or less",
+            ));
+        }
+    }
+    if let Some(missing) = seen.iter().position(|s| !s).and_then(|i| names.get(i)) {
+        return Err(map.error(
+            "reference.slope",
+            format!(
+                "there is no column `{missing}` in {}",
+                source.path.display()
+            ),
+            "`monorig inspect` shows the columns",
+        ));
+    }
+    Ok(match &s.altitude {
+        None => all.into_iter().map(|(t, slope, _)| (t, slope)).collect(),
+        Some(a) => from_altitude(&all, a),
+    })
+}
+
+/// Regression of the altitude over the distance within half a window to both sides: rise over way along the slope is its sine.
+fn from_altitude(all: &[(i64, f64, f64)], a: &Altitude) -> Vec<(i64, f64)> {
+    let half = 0.5 * a.window_m.get();
+    let (mut from, mut to) = (0, 0);
+    let mut slopes = Vec::new();
+    for &(t, _, s) in all {
+        while all.get(from).is_some_and(|x| x.2 < s - half) {
+            from += 1;
+        }
+        while all.get(to).is_some_and(|x| x.2 <= s + half) {
+            to += 1;
+        }
+        let window = all.get(from..to).unwrap_or(&[]);
+        let reaches =
+            |end: Option<&(i64, f64, f64)>| end.is_some_and(|x| (x.2 - s).abs() > 0.8 * half);
+        if !reaches(window.first()) || !reaches(window.last()) {
+            continue; // less than the window at both ends of the log, and where the vehicle stands
+        }
+        let n = window.len() as f64;
+        let (ms, mh) = window
+            .iter()
+            .fold((0.0, 0.0), |(a, b), x| (a + x.2 / n, b + x.1 / n));
+        let (sxx, sxy) = window.iter().fold((0.0, 0.0), |(a, b), x| {
+            (a + (x.2 - ms).powi(2), b + (x.2 - ms) * (x.1 - mh))
+        });
+        slopes.push((t, (sxy / sxx).clamp(-1.0, 1.0).asin()));
+    }
+    slopes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A climb of constant sine: the regression over a window finds it, and nothing within half a window of the ends.
+    #[test]
+    fn altitude_over_distance_is_the_sine() {
+        let all: Vec<_> = (0..200)
+            .map(|i| {
+                (
+                    i64::from(i) * 100_000_000,
+                    0.1 * f64::from(i) * 0.2,
+                    f64::from(i) * 0.2,
+                )
+            })
+            .collect();
+        let a: Altitude = serde_json::from_value(
+            serde_json::json!({"column": "h", "distance": "s", "unit": "m", "window_m": 4}),
+        )
+        .unwrap();
+        let slopes = from_altitude(&all, &a);
+        assert!(slopes.len() > 170 && slopes.len() < 190, "{}", slopes.len());
+        assert!(slopes.iter().all(|(_, x)| (x - 0.1f64.asin()).abs() < 1e-9));
+    }
+
+    #[test]
+    fn samples_are_linear_in_between_and_unknown_in_gaps() {
+        let s = 1_000_000_000;
+        let mut r = Reference {
+            slope: ReferenceSlope::Samples(vec![(0, 0.0), (s, 0.1), (10 * s, 0.2)]),
+            masses: vec![(0, 100.0), (2 * s, 200.0)],
+            ..Reference::default()
+        };
+        assert_eq!(r.at(-1).0.to_bits(), f64::NAN.to_bits());
+        assert_eq!(r.at(s / 2), (0.05, 100.0));
+        assert!(r.at(3 * s).0.is_nan() && r.at(3 * s).1 == 200.0);
+        assert!(r.at(11 * s).0.is_nan());
+    }
+}

@@ -1,0 +1,297 @@
+//! Rows into steps: at the end of each, what was delivered in it.
+
+use super::channel::{Binding, Channel, Target, Waiting};
+use super::plan::Plan;
+use crate::map::{Many, Map, Origin};
+use crate::merge::{Merged, MergedRow};
+use monorig_estimators::Time;
+use monorig_estimators::api::signals::{Measurements, Sample, Vehicle};
+use monorig_sim::error::Error;
+use std::collections::HashMap;
+
+/// Below this speed a power says nothing of a force, m/s.
+const MIN_SPEED_MPS: f64 = 0.5;
+
+/// A step of the replay.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// Its end, ns of the replay.
+    pub t_ns: i64,
+    /// What was delivered in it; stamps are in the time of the replay.
+    pub z: Measurements,
+    /// Segment of the log, from 0: gaps and runs begin new ones.
+    pub segment: u32,
+}
+
+/// A log that is played step by step.
+pub struct Drive {
+    merged: Merged,
+    channels: Vec<Channel>,
+    /// Per table of a part: the channels that take something of it. None until a row of it is seen.
+    bindings: HashMap<(usize, u32), Vec<(usize, Binding)>>,
+    row: MergedRow,
+    many: Many,
+    vehicle: Vehicle,
+    wheels_mps: Vec<f64>,
+    torques_nm: Vec<f64>,
+    origin_ns: i64,
+    step_ns: i64,
+    gap_ns: i64,
+    steps: i64,
+    segment: u32,
+    /// Piece of the last row of each part.
+    pieces: HashMap<usize, u32>,
+    begun: bool,
+    by_arrival: bool,
+    samples: u64,
+}
+
+impl Drive {
+    /// Opens the files of a map.
+    pub fn open(map: &Map, plan: &Plan) -> Result<Self, Error> {
+        let mut wanted = plan.wanted(map);
+        super::reference::want(map, &mut wanted)?;
+        let merged = Merged::open(&map.sources(&wanted), map.by())?;
+        columns_are_there(map, plan, &merged)?;
+        let first_ns = merged.next_ns().unwrap_or(0);
+        Ok(Self {
+            origin_ns: match map.file.time.origin {
+                Origin::First => first_ns,
+                Origin::Zero => 0,
+            },
+            merged,
+            channels: plan.channels.clone(),
+            bindings: HashMap::new(),
+            row: MergedRow::default(),
+            many: map.file.step.many,
+            vehicle: plan.vehicle,
+            wheels_mps: vec![f64::NAN; plan.wheels],
+            torques_nm: vec![f64::NAN; plan.motors],
+            step_ns: map.step_ns(),
+            gap_ns: map.segment_gap_ns(),
+            // the first step ends at time zero, with the row that stands there
+            steps: -1,
+            segment: 0,
+            pieces: HashMap::new(),
+            begun: false,
+            by_arrival: map.by() == crate::merge::By::Arrival,
+            samples: 0,
+        })
+    }
+
+    /// What is time zero, ns on the common clock of the log.
+    pub fn origin_ns(&self) -> i64 {
+        self.origin_ns
+    }
+
+    /// Samples of all channels so far.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// The channels for which no column was seen so far, as their key in the map file and a column that is missing.
+    pub fn missing(&self) -> Vec<(String, String)> {
+        let mut missing = Vec::new();
+        for channel in &self.channels {
+            let slot = channel.tables.iter().position(Option::is_none);
+            if let Some(column) = slot.and_then(|s| channel.slots.get(s)) {
+                missing.push((channel.key.clone(), column.clone()));
+            }
+        }
+        missing
+    }
+
+    /// The next step; none at the end of the log.
+    pub fn next(&mut self, map: &Map) -> Result<Option<Step>, Error> {
+        let next_ns = self
+            .merged
+            .next_ns()
+            .map(|t| t.saturating_sub(self.origin_ns));
+        let waits = self
+            .channels
+            .iter()
+            .filter_map(|c| c.waiting.front())
+            .map(|w| w.deliver_ns)
+            .min();
+        let Some(earliest) = [next_ns, waits].into_iter().flatten().min() else {
+            return Ok(None);
+        };
+        let now_ns = self.steps.saturating_mul(self.step_ns);
+        let jump = !self.begun && earliest > now_ns.saturating_add(self.gap_ns);
+        if jump || (waits.is_none() && earliest > now_ns.saturating_add(self.gap_ns)) {
+            // over the gap to the step in which the next row is
+            self.steps = (earliest.saturating_sub(1)).div_euclid(self.step_ns);
+            self.segment += u32::from(self.begun);
+        }
+        self.begun = true;
+        self.steps += 1;
+        let until_ns = self.steps.saturating_mul(self.step_ns);
+        while self
+            .merged
+            .next_ns()
+            .is_some_and(|t| t.saturating_sub(self.origin_ns) <= until_ns)
+        {
+            self.merged.next(&mut self.row)?;
+            self.take_row(map)?;
+        }
+        let mut step = Step {
+            t_ns: until_ns,
+            z: Measurements::at(Time::from_ns(until_ns)),
+            segment: self.segment,
+        };
+        self.fill(&mut step.z, until_ns);
+        Ok(Some(step))
+    }
+
+    fn take_row(&mut self, map: &Map) -> Result<(), Error> {
+        let row = &self.row;
+        let piece = self.pieces.entry(row.part).or_insert(row.row.piece);
+        if *piece != row.row.piece {
+            *piece = row.row.piece;
+            self.segment += 1;
+        }
+        let key = (row.part, row.row.table);
+        if !self.bindings.contains_key(&key) {
+            let mut bound = Vec::new();
+            for (i, channel) in self
+                .channels
+                .iter_mut()
+                .enumerate()
+                .filter(|(_, c)| c.source == row.source)
+            {
+                let binding = channel.bind(row).map_err(|message| {
+                    map.error(
+                        channel.key.clone(),
+                        message,
+                        "write `TABLE.COLUMN`; `monorig inspect` shows the names",
+                    )
+                })?;
+                bound.extend(binding.map(|b| (i, b)));
+            }
+            self.bindings.insert(key, bound);
+        }
+        let stamp_ns = row.row.stamp_ns.saturating_sub(self.origin_ns);
+        let time_ns = match self.by_arrival {
+            true => row.row.arrival_ns.saturating_sub(self.origin_ns),
+            false => stamp_ns,
+        };
+        for (i, binding) in self.bindings.get(&key).into_iter().flatten() {
+            let Some(channel) = self.channels.get_mut(*i) else {
+                continue;
+            };
+            let Some(value) = channel.take(binding, &row.values) else {
+                continue;
+            };
+            self.samples += 1;
+            let deliver_ns = time_ns.saturating_add(channel.latency_ns);
+            channel.waiting.push_back(Waiting {
+                deliver_ns,
+                stamp_ns,
+                value,
+            });
+        }
+        Ok(())
+    }
+
+    /// Puts what is delivered until `until_ns` into `z`.
+    fn fill(&mut self, z: &mut Measurements, until_ns: i64) {
+        let drives = self.vehicle.drives;
+        let mut shared_torque = None;
+        for channel in &mut self.channels {
+            let Some(w) = channel.deliver(until_ns, self.many) else {
+                continue;
+            };
+            let t = Time::from_ns(w.stamp_ns);
+            let [x, ..] = w.value;
+            let one = Some(Sample { t, value: x });
+            let vector = Some(Sample { t, value: w.value });
+            let put = |slots: &mut [Option<Sample<f64>>], i: usize| {
+                if let Some(slot) = slots.get_mut(i) {
+                    *slot = one;
+                }
+            };
+            match channel.target {
+                Target::SpecificForce => z.specific_force_mps2 = vector,
+                Target::AngularRate => z.angular_rate_radps = vector,
+                Target::Wheel(i) => {
+                    put(&mut z.wheel_speed_mps, i);
+                    if let Some(wheel) = self.wheels_mps.get_mut(i) {
+                        *wheel = x;
+                    }
+                }
+                Target::Torque(i) => {
+                    if let Some(torque) = self.torques_nm.get_mut(i) {
+                        *torque = x;
+                    }
+                    match self.torques_nm.len() == drives {
+                        true => put(&mut z.motor_torque_nm, i),
+                        false => shared_torque = Some((t, self.torques_nm.iter().sum::<f64>())),
+                    }
+                }
+                Target::Force => {
+                    shared_torque = Some((t, torque_of(&self.vehicle, x, &self.wheels_mps)))
+                }
+                Target::Power => {
+                    let v = mean(&self.wheels_mps);
+                    if v.abs() >= MIN_SPEED_MPS {
+                        shared_torque =
+                            Some((t, torque_of(&self.vehicle, x / v, &self.wheels_mps)));
+                    }
+                }
+                Target::Clamp(i) => put(&mut z.clamp_pressure_mpa, i),
+                Target::Steering => z.steering_angle_rad = one,
+                Target::Inclination => z.inclination_rad = one,
+                Target::Auxiliary(i) => put(&mut z.auxiliary, i),
+            }
+        }
+        // a force of the whole vehicle, or motors that are not one a drive unit, in equal shares
+        if let Some((t, torque_nm)) = shared_torque.filter(|(_, torque)| torque.is_finite()) {
+            for slot in z.motor_torque_nm.iter_mut().take(drives) {
+                *slot = Some(Sample {
+                    t,
+                    value: torque_nm / drives as f64,
+                });
+            }
+        }
+    }
+}
+
+/// That every column of the plan is in its file, as far as the file says beforehand what is in it: all formats but MCAP.
+fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Error> {
+    for channel in &plan.channels {
+        let missing = channel
+            .slots
+            .iter()
+            .find(|column| merged.has_column(channel.source, column) == Some(false));
+        if let Some(column) = missing {
+            let file = map.files.values().nth(channel.source);
+            let file = file.map_or(String::new(), |f| f.display().to_string());
+            return Err(map.error(
+                channel.key.clone(),
+                format!("there is no column `{column}` in {file}"),
+                "`monorig inspect` shows the columns; an expression begins with `=`",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The sum of the motor torques that estimators make this force (N) at the rims of: by gear, radius and efficiency, which is on the other side
+/// while the vehicle drives its motors.
+fn torque_of(vehicle: &Vehicle, force_n: f64, wheels_mps: &[f64]) -> f64 {
+    let v = mean(wheels_mps);
+    let drives = force_n * if v.is_finite() { v } else { 0.0 } >= 0.0;
+    let efficiency = if drives {
+        vehicle.efficiency
+    } else {
+        1.0 / vehicle.efficiency
+    };
+    force_n * vehicle.wheel_radius_m / (vehicle.gear_ratio * efficiency)
+}
+
+/// Mean of those that are known.
+fn mean(x: &[f64]) -> f64 {
+    let known = x.iter().filter(|x| x.is_finite());
+    let (count, sum) = known.fold((0, 0.0), |(n, s), x| (n + 1, s + x));
+    sum / f64::from(count)
+}

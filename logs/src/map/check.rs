@@ -1,0 +1,324 @@
+//! What a map file must keep to beyond the type of each value: key, what is wrong, what would be right.
+
+use super::file::{Channels, MapFile, References, Traction, VectorChannel};
+use crate::units::{Quantity, UnitName};
+use monorig_estimators::api::signals::{MAX_AUXILIARY, MAX_DRIVES};
+
+pub(super) type Wrong = (String, String, String);
+
+fn wrong<T>(
+    key: impl Into<String>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Result<T, Wrong> {
+    Err((key.into(), message.into(), help.into()))
+}
+
+/// Steps per second that are taken for a mistake.
+const MAX_RATE_HZ: f64 = 10_000.0;
+
+/// Check a map file by itself.
+pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
+    if let Some(name) = file
+        .clocks
+        .keys()
+        .find(|name| !file.files.contains_key(*name))
+    {
+        return wrong(
+            format!("clocks.{name}"),
+            format!("there is no file `{name}` under `files`"),
+            "a name of `files`",
+        );
+    }
+    if file.time.pieces.is_some() && file.files.len() > 1 {
+        return wrong(
+            "time.pieces",
+            "runs in which time begins anew cannot be told apart in several files",
+            "one file, or times that grow",
+        );
+    }
+    if file.step.rate_hz.get() > MAX_RATE_HZ || file.step.rate_hz.get() < 1.0 {
+        return wrong(
+            "step.rate_hz",
+            "the estimators are not made for such steps",
+            "1 to 10000 Hz; 100 or 200 as a rule",
+        );
+    }
+    if file.vehicle.is_none()
+        && (file.nominal.tare_kg.is_none() || file.nominal.wheel_radius_m.is_none())
+    {
+        return wrong(
+            "vehicle",
+            "estimators must be told what the vehicle is",
+            "`vehicle: FILE` with a train or a car, or `nominal:` with at least tare_kg and wheel_radius_m",
+        );
+    }
+    channels(&file.channels)?;
+    references(&file.reference)
+}
+
+fn channels(c: &Channels) -> Result<(), Wrong> {
+    let vectors = [
+        ("specific_force", &c.specific_force, Quantity::Acceleration),
+        ("angular_rate", &c.angular_rate, Quantity::AngularRate),
+    ];
+    for (name, channel, quantity) in vectors {
+        if let Some(channel) = channel {
+            vector(&format!("channels.{name}"), channel, quantity)?;
+        }
+    }
+    if c.specific_force.is_none()
+        && c.angular_rate.is_none()
+        && c.wheel_speed.is_empty()
+        && c.traction.is_none()
+        && c.auxiliary.is_empty()
+    {
+        return wrong(
+            "channels",
+            "nothing of the log is used",
+            "at least one of specific_force, angular_rate, wheel_speed, traction",
+        );
+    }
+    let mut wheels = 0;
+    for (i, w) in c.wheel_speed.iter().enumerate() {
+        let key = format!("channels.wheel_speed[{i}]");
+        unit(&key, &w.unit, Quantity::Speed)?;
+        sign(&key, w.sign.get())?;
+        wheels += w.columns.len();
+        if w.columns.is_empty() || wheels > MAX_DRIVES {
+            return wrong(
+                format!("{key}.columns"),
+                format!("there are {} wheels", wheels),
+                format!("1 to {MAX_DRIVES} wheels together"),
+            );
+        }
+    }
+    if let Some(t) = &c.traction {
+        traction("channels.traction", t)?;
+    }
+    let lists = [
+        (
+            "clamp_pressure",
+            &c.clamp_pressure,
+            Quantity::Pressure,
+            MAX_DRIVES,
+        ),
+        ("auxiliary", &c.auxiliary, Quantity::Number, MAX_AUXILIARY),
+    ];
+    for (name, list, quantity, most) in lists {
+        if list.len() > most {
+            return wrong(
+                format!("channels.{name}"),
+                format!("there are {} of them", list.len()),
+                format!("at most {most}"),
+            );
+        }
+        for (i, s) in list.iter().enumerate() {
+            let key = format!("channels.{name}[{i}]");
+            unit(&key, &s.unit, quantity)?;
+            sign(&key, s.sign.get())?;
+        }
+    }
+    for (name, s) in [
+        ("steering_angle", &c.steering_angle),
+        ("inclination", &c.inclination),
+    ] {
+        if let Some(s) = s {
+            unit(&format!("channels.{name}"), &s.unit, Quantity::Angle)?;
+            sign(&format!("channels.{name}"), s.sign.get())?;
+        }
+    }
+    Ok(())
+}
+
+fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong> {
+    unit(key, &v.unit, quantity)?;
+    let force = quantity == Quantity::Acceleration;
+    if v.lean_deg_per_g.is_some() && !force {
+        return wrong(
+            format!("{key}.lean_deg_per_g"),
+            "the lean is taken out of the specific force only",
+            "the same key of `specific_force`",
+        );
+    }
+    if let Some(c) = &v.calibrate {
+        if c.slope_deg.is_some() && !force {
+            return wrong(
+                format!("{key}.calibrate.slope_deg"),
+                "the slope does not matter to a gyro",
+                "leave it out",
+            );
+        }
+        let m = &v.mount_deg;
+        if force && (m.roll.get() != 0.0 || m.pitch.get() != 0.0) {
+            return wrong(
+                format!("{key}.calibrate"),
+                "roll and pitch of the mount are given, and are to be found as well",
+                "keep one of the two",
+            );
+        }
+    }
+    let Some(axes) = v.axes else { return Ok(()) };
+    let number = |axis: super::Axis| {
+        use super::Axis::*;
+        match axis {
+            Forward => (0, 1),
+            Backward => (0, -1),
+            Left => (1, 1),
+            Right => (1, -1),
+            Up => (2, 1),
+            Down => (2, -1),
+        }
+    };
+    let [a, b, c] = axes.map(number);
+    if a.0 == b.0 || b.0 == c.0 || a.0 == c.0 {
+        return wrong(
+            format!("{key}.axes"),
+            "two axes lie along one direction",
+            "one of forward/backward, one of left/right, one of up/down",
+        );
+    }
+    // a right-handed triad has determinant 1: a turned box is one, a mirrored one does not exist
+    let even = (b.0 + 3 - a.0) % 3 == 1;
+    if a.1 * b.1 * c.1 * if even { 1 } else { -1 } != 1 {
+        return wrong(
+            format!("{key}.axes"),
+            "these axes are left-handed, which no instrument is",
+            "axes such as [forward, left, up] or [forward, right, down]; a column that counts the other way as `= -column`",
+        );
+    }
+    Ok(())
+}
+
+fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
+    let given = [t.torque.is_some(), t.force.is_some(), t.power.is_some()];
+    if given.iter().filter(|g| **g).count() != 1 {
+        return wrong(
+            key,
+            "traction is one of a torque, a force and a power",
+            "exactly one of `torque`, `force`, `power`",
+        );
+    }
+    let quantity = match given {
+        [true, ..] => Quantity::Torque,
+        [_, true, _] => Quantity::Force,
+        _ => Quantity::Power,
+    };
+    unit(key, &t.unit, quantity)?;
+    sign(key, t.sign.get())?;
+    if t.torque
+        .as_ref()
+        .is_some_and(|motors| motors.is_empty() || motors.len() > MAX_DRIVES)
+    {
+        return wrong(
+            format!("{key}.torque"),
+            "there is no motor, or there are too many",
+            format!("1 to {MAX_DRIVES} columns"),
+        );
+    }
+    if t.gear_ratio.is_some() && t.torque.is_none() {
+        return wrong(
+            format!("{key}.gear_ratio"),
+            "a gear ratio belongs to a torque",
+            "leave it out",
+        );
+    }
+    if t.efficiency.is_some() && t.power.is_none() {
+        return wrong(
+            format!("{key}.efficiency"),
+            "this efficiency belongs to a power",
+            "that of the motors is `nominal.efficiency`",
+        );
+    }
+    if t.efficiency.is_some_and(|e| e.get() == 0.0) {
+        return wrong(
+            format!("{key}.efficiency"),
+            "nothing would reach the rims",
+            "a share above zero",
+        );
+    }
+    Ok(())
+}
+
+fn references(r: &References) -> Result<(), Wrong> {
+    if let Some(s) = &r.slope {
+        let key = "reference.slope";
+        let given = [s.deg.is_some(), s.column.is_some(), s.altitude.is_some()];
+        if given.iter().filter(|g| **g).count() != 1 {
+            return wrong(
+                key,
+                "a slope is a constant, a column, or comes from altitude and distance",
+                "exactly one of `deg`, `column`, `altitude`",
+            );
+        }
+        match (&s.column, &s.unit) {
+            (Some(_), Some(u)) => unit(key, u, Quantity::Slope)?,
+            (Some(_), None) => {
+                return wrong(
+                    format!("{key}.unit"),
+                    "the unit of the slope is missing",
+                    Quantity::Slope.names(),
+                );
+            }
+            (None, Some(_)) => {
+                return wrong(
+                    format!("{key}.unit"),
+                    "only a column has a unit here",
+                    "leave it out",
+                );
+            }
+            (None, None) => {}
+        }
+        if let Some(a) = &s.altitude {
+            unit(&format!("{key}.altitude"), &a.unit, Quantity::Length)?;
+        }
+    }
+    if let Some(m) = &r.mass {
+        let key = "reference.mass";
+        match (&m.kg, &m.steps) {
+            (Some(_), None) => {}
+            (None, Some(steps)) => {
+                let ascending = steps
+                    .windows(2)
+                    .all(|w| matches!(w, [a, b] if a.at_s.get() < b.at_s.get()));
+                if steps.is_empty() || !ascending {
+                    return wrong(
+                        format!("{key}.steps"),
+                        "the steps are none, or not in the order of time",
+                        "`[{at_s: 0, kg: …}, {at_s: …, kg: …}]`",
+                    );
+                }
+            }
+            _ => {
+                return wrong(
+                    key,
+                    "a mass is a constant, or changes in steps",
+                    "exactly one of `kg` and `steps`",
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+fn sign(key: &str, sign: f64) -> Result<(), Wrong> {
+    match sign.abs() == 1.0 {
+        true => Ok(()),
+        false => wrong(
+            format!("{key}.sign"),
+            format!("{sign} is no sign"),
+            "1 or -1; a factor goes into an expression",
+        ),
+    }
+}
+
+fn unit(key: &str, unit: &UnitName, quantity: Quantity) -> Result<(), Wrong> {
+    match quantity.unit(unit.as_str()) {
+        Some(_) => Ok(()),
+        None => wrong(
+            format!("{key}.unit"),
+            format!("`{}` is no unit of {}", unit.as_str(), quantity.words()),
+            format!("one of: {}", quantity.names()),
+        ),
+    }
+}

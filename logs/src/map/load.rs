@@ -1,0 +1,191 @@
+//! From a map file to a checked map with its files found.
+
+use super::check;
+use super::file::{MapFile, Order};
+use crate::merge::{By, Source};
+use crate::read::ReadOptions;
+use crate::time::NS;
+use crate::wrong;
+use monorig_sim::config::checked::{Finite, Positive};
+use monorig_sim::config::file::{Document, Sets, exists, name_of};
+use monorig_sim::config::input_files::InputFiles;
+use monorig_sim::error::Error;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// A map file, read and checked, and the files of its log.
+#[derive(Clone, Debug)]
+pub struct Map {
+    /// File name without its endings: `drive` of `drive.map.yaml`.
+    pub name: String,
+    /// What the file says.
+    pub file: MapFile,
+    /// The files of the log by name.
+    pub files: BTreeMap<String, PathBuf>,
+    /// The database of CAN messages.
+    pub dbc: Option<PathBuf>,
+    /// The file as it was read: errors are reported in it.
+    pub document: Document,
+    /// What was read so far.
+    pub inputs: InputFiles,
+}
+
+/// Name of the only file of a map that names none.
+const ONLY: &str = "log";
+/// A gap longer than this begins a new segment unless the map file says otherwise, s.
+const SEGMENT_GAP_S: f64 = 60.0;
+
+impl Map {
+    /// Reads and checks a map file; its log must be there.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        Self::load_with(path, None, &[])
+    }
+
+    /// The same with a log given: a folder in which the files of the map are found, or the one file of the map; and with changes such as
+    /// `("step.rate_hz", "200")`.
+    pub fn load_with(
+        path: &Path,
+        log: Option<&Path>,
+        changes: &[(String, String)],
+    ) -> Result<Self, Error> {
+        let inputs = InputFiles::default();
+        let (document, file) = inputs.during(|| {
+            let mut document = Document::read(path)?;
+            document.apply(&Sets::new(changes))?;
+            let file: MapFile = document.parse()?;
+            Ok::<_, Error>((document, file))
+        })?;
+        check::check(&file).map_err(|w| document.error(w.0, w.1, w.2))?;
+        let stem = name_of(path)?;
+        let name = stem.strip_suffix(".map").unwrap_or(&stem).to_owned();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let files = match log {
+            Some(log) if !log.is_dir() => match file.files.len() {
+                0 | 1 => {
+                    let only = file.files.keys().next().map_or(ONLY, String::as_str);
+                    BTreeMap::from([(only.to_owned(), log.to_owned())])
+                }
+                n => {
+                    let help = "the folder in which they are, or none to take them from where the map file says";
+                    return Err(wrong(
+                        log,
+                        None,
+                        format!("the map file {} names {n} files", path.display()),
+                        help,
+                    ));
+                }
+            },
+            _ => {
+                let within = log.unwrap_or(folder);
+                file.files
+                    .iter()
+                    .map(|(name, file)| (name.clone(), within.join(file)))
+                    .collect()
+            }
+        };
+        if files.is_empty() {
+            return Err(document.error(
+                "files",
+                "this map names no file",
+                "`files: {log: FILE}`, or the log on the command line",
+            ));
+        }
+        for (name, path) in &files {
+            exists(path).map_err(|(message, help)| {
+                document.error(format!("files.{name}"), message, help)
+            })?;
+        }
+        let dbc = file.dbc.as_ref().map(|dbc| folder.join(dbc));
+        if let Some(dbc) = &dbc {
+            exists(dbc).map_err(|(message, help)| document.error("dbc", message, help))?;
+        }
+        Ok(Self {
+            name,
+            file,
+            files,
+            dbc,
+            document,
+            inputs,
+        })
+    }
+
+    /// An error at a key of the map file.
+    pub fn error(
+        &self,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        self.document.error(key, message, help)
+    }
+
+    /// The name of the file that a channel means: the one it names, else the only one.
+    pub fn file_of(&self, key: &str, named: Option<&str>) -> Result<usize, Error> {
+        let all = || self.files.keys().cloned().collect::<Vec<_>>().join(", ");
+        match named {
+            Some(name) => self.files.keys().position(|n| n == name).ok_or_else(|| {
+                self.error(
+                    format!("{key}.file"),
+                    format!("there is no file `{name}` under `files`"),
+                    format!("one of: {}", all()),
+                )
+            }),
+            None if self.files.len() == 1 => Ok(0),
+            None => Err(self.error(
+                key,
+                "this log has several files, and the channel does not say which",
+                format!("`file:` with one of: {}", all()),
+            )),
+        }
+    }
+
+    /// The files to be merged, with the columns that are wanted of each, in the order of their names.
+    pub fn sources(&self, wanted: &[BTreeSet<String>]) -> Vec<Source> {
+        let time = &self.file.time;
+        let each = self.files.iter().zip(wanted);
+        let source = |((name, path), wanted): ((&String, &PathBuf), &BTreeSet<String>)| {
+            let clock = self.file.clocks.get(name);
+            let own =
+                |f: fn(&super::Clock) -> Option<Finite>| clock.and_then(f).map_or(0.0, Finite::get);
+            Source {
+                path: path.clone(),
+                options: ReadOptions {
+                    time: clock
+                        .and_then(|c| c.column.clone())
+                        .or_else(|| time.column.clone()),
+                    unit: clock.and_then(|c| c.unit).or(time.unit),
+                    pieces: time.pieces.clone(),
+                    wanted: Some(wanted.clone()),
+                    dbc: self.dbc.clone(),
+                },
+                offset_ns: (own(|c| c.offset_s) * NS as f64).round() as i64,
+                drift_ppm: own(|c| c.drift_ppm),
+            }
+        };
+        // a file of which nothing is wanted is not read
+        each.map(source).collect()
+    }
+
+    /// By which time rows are merged.
+    pub fn by(&self) -> By {
+        match self.file.time.order {
+            Order::Stamp => By::Stamp,
+            Order::Arrival => By::Arrival,
+        }
+    }
+
+    /// A gap longer than this begins a new segment, ns.
+    pub fn segment_gap_ns(&self) -> i64 {
+        let s = self
+            .file
+            .time
+            .segment_gap_s
+            .map_or(SEGMENT_GAP_S, Positive::get);
+        (s * NS as f64).round() as i64
+    }
+
+    /// Length of a step, ns.
+    pub fn step_ns(&self) -> i64 {
+        (NS as f64 / self.file.step.rate_hz.get()).round() as i64
+    }
+}

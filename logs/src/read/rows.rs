@@ -1,0 +1,131 @@
+//! Rows of a log: what a reader hands on.
+
+use std::sync::Arc;
+
+/// A column of a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Column {
+    /// Name in the file.
+    pub name: String,
+    /// Unit as the file says it; empty if it does not.
+    pub unit: String,
+}
+
+/// Rows with the same columns: a CSV file, a channel group, a topic, a CAN message.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// Its name; empty in a file of one table.
+    pub name: String,
+    /// Its columns that are wanted.
+    pub columns: Vec<Column>,
+}
+
+/// A row: where its values are in the chunk, and when it was taken and recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Row {
+    /// Index of its table.
+    pub table: u32,
+    /// Piece of the log, from 0; time begins anew with each.
+    pub piece: u32,
+    /// When the values were taken, ns.
+    pub stamp_ns: i64,
+    /// When they were recorded, ns; the stamp where the format has no such time.
+    pub arrival_ns: i64,
+    /// Line, row or message in the file, from 1.
+    pub place: u64,
+    /// Index of its first value in the chunk.
+    pub first: u32,
+}
+
+/// Some rows, in the order of the file.
+#[derive(Clone, Debug, Default)]
+pub struct Chunk {
+    /// All tables so far.
+    pub tables: Arc<Vec<Table>>,
+    /// The rows.
+    pub rows: Vec<Row>,
+    /// Their values, one row after the other; NaN where there is none.
+    pub values: Vec<f64>,
+}
+
+impl Chunk {
+    /// The values of a row.
+    pub fn values_of(&self, row: &Row) -> &[f64] {
+        let columns = self
+            .tables
+            .get(row.table as usize)
+            .map_or(0, |t| t.columns.len());
+        let first = row.first as usize;
+        self.values.get(first..first + columns).unwrap_or(&[])
+    }
+}
+
+/// Rows of a chunk.
+const ROWS: usize = 1024;
+/// Values of a chunk, at most about so many.
+const VALUES: usize = 1 << 16;
+
+/// Where a reader puts its rows.
+pub struct Out<'a> {
+    sink: &'a mut dyn FnMut(Chunk) -> bool,
+    chunk: Chunk,
+    go_on: bool,
+}
+
+impl<'a> Out<'a> {
+    /// Into this sink, which says whether it wants more.
+    pub fn new(sink: &'a mut dyn FnMut(Chunk) -> bool) -> Self {
+        Self {
+            sink,
+            chunk: Chunk::default(),
+            go_on: true,
+        }
+    }
+
+    /// A further table; its index.
+    pub fn table(&mut self, name: &str, columns: Vec<Column>) -> u32 {
+        let tables = Arc::make_mut(&mut self.chunk.tables);
+        tables.push(Table {
+            name: name.to_owned(),
+            columns,
+        });
+        tables.len() as u32 - 1
+    }
+
+    /// The columns of a table.
+    pub fn columns(&self, table: u32) -> usize {
+        self.chunk
+            .tables
+            .get(table as usize)
+            .map_or(0, |t| t.columns.len())
+    }
+
+    /// A row, and whether more is wanted. Its values are as many as the table has columns.
+    pub fn row(&mut self, row: Row, values: impl IntoIterator<Item = f64>) -> bool {
+        let first = self.chunk.values.len();
+        self.chunk.rows.push(Row {
+            first: first as u32,
+            ..row
+        });
+        self.chunk.values.extend(values);
+        self.chunk
+            .values
+            .resize(first + self.columns(row.table), f64::NAN);
+        if self.chunk.rows.len() >= ROWS || self.chunk.values.len() >= VALUES {
+            self.flush();
+        }
+        self.go_on
+    }
+
+    /// Hand on what there is.
+    pub fn flush(&mut self) {
+        if self.chunk.rows.is_empty() || !self.go_on {
+            return;
+        }
+        let next = Chunk {
+            tables: self.chunk.tables.clone(),
+            ..Chunk::default()
+        };
+        self.go_on = (self.sink)(std::mem::replace(&mut self.chunk, next));
+    }
+}

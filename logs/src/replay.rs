@@ -1,0 +1,391 @@
+//! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play back.
+
+use crate::drive::{Drive, Found, Plan, Reference, Step, Target, calibrate};
+use crate::map::Map;
+use crate::wrong;
+use monorig_estimators::Real;
+use monorig_estimators::api::aid::AidStatus;
+use monorig_estimators::api::estimator::{Estimator, Internal};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::api::snapshot::SnapshotError;
+use monorig_sim::Simulation;
+use monorig_sim::closed_loop::recorded::RecordedDrive;
+use monorig_sim::closed_loop::registry::{BoxedEstimator, Registry};
+use monorig_sim::config::scenario::{LogScenario, Settings};
+use monorig_sim::control::{Controller, Perception, Reference as Asked};
+use monorig_sim::error::Error;
+use monorig_sim::plant::{Plant, Truth};
+use monorig_sim::record::manifest::sum;
+use monorig_sim::sensors::fault::FaultWindow;
+use monorig_sim::sensors::signal_path::StepInterval;
+use monorig_sim::sensors::{Instrument, SensorChannel};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What is asked for beside what the map says.
+#[derive(Clone, Debug, Default)]
+pub struct ReplayOptions {
+    /// Estimators by their names in the registry, instead of those of the map.
+    pub estimators: Vec<String>,
+}
+
+/// A log being played: shared by what says the time and what delivers the samples.
+struct Playback {
+    drive: Drive,
+    map: Map,
+    reference: Reference,
+    step: Step,
+    next: Option<Step>,
+    /// Last measured torques, which stand for the command: logs of a vehicle rarely have one.
+    command: Command,
+}
+
+type Shared = Arc<Mutex<Playback>>;
+
+fn lock(shared: &Shared) -> MutexGuard<'_, Playback> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The plant of a replay: time and references.
+struct RecordedPlant {
+    shared: Shared,
+    segment: Arc<AtomicU32>,
+    truth: Truth,
+    over: bool,
+    /// Whether the vehicle is a point, whose effective slope is that at the IMU.
+    point: bool,
+}
+
+impl Plant for RecordedPlant {
+    fn step(&mut self, _: &Command, _: f64) -> Result<(), Error> {
+        let mut play = lock(&self.shared);
+        let Playback {
+            drive,
+            map,
+            reference,
+            step,
+            next,
+            command,
+        } = &mut *play;
+        let Some(now) = next.take() else {
+            return Ok(());
+        };
+        *next = drive.next(map)?;
+        if next.is_none()
+            && let Some((key, column)) = drive.missing().into_iter().next()
+        {
+            return Err(map.error(
+                key,
+                format!("there is no column `{column}` in the log"),
+                "`monorig inspect` shows the columns",
+            ));
+        }
+        self.over = next.is_none();
+        *step = now;
+        self.segment.store(now.segment, Ordering::Relaxed);
+        for (torque, sample) in command
+            .motor_torque_nm
+            .iter_mut()
+            .zip(&now.z.motor_torque_nm)
+        {
+            *torque = sample.map_or(*torque, |s| s.value);
+        }
+        let (slope, mass) = reference.at(now.t_ns);
+        let t = &mut self.truth;
+        t.t_s = now.t_ns as f64 * 1e-9;
+        t.total_mass_kg = mass;
+        t.grade_at_imu_rad = slope;
+        if self.point {
+            t.grade_effective_rad = slope;
+        }
+        Ok(())
+    }
+
+    fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    fn set_load_mass(&mut self, _: f64, _: Option<f64>) {}
+
+    fn set_clamp_limit(&mut self, _: f64) {}
+
+    fn is_over(&self) -> bool {
+        self.over
+    }
+}
+
+/// The instrument of a replay: the samples of the step.
+struct RecordedInstrument {
+    shared: Shared,
+    targets: Vec<Target>,
+    drives: usize,
+}
+
+impl Instrument for RecordedInstrument {
+    fn name(&self) -> &str {
+        "log"
+    }
+
+    fn rate_hz(&self) -> f64 {
+        0.0
+    }
+
+    fn mount(&self) -> Option<usize> {
+        None
+    }
+
+    fn measure(&mut self, _: StepInterval, _: &Truth, z: &mut Measurements) -> Result<(), Error> {
+        z.merge(&lock(&self.shared).step.z);
+        Ok(())
+    }
+
+    fn add_fault(&mut self, _: Option<usize>, _: FaultWindow) {}
+
+    fn channels(&self) -> Vec<SensorChannel> {
+        let mut all = Vec::new();
+        let axes = [("x", 0), ("y", 1), ("z", 2)];
+        let has = |wanted: fn(&Target) -> bool| self.targets.iter().any(wanted);
+        if has(|t| *t == Target::SpecificForce) {
+            all.extend(axes.map(|(axis, i)| {
+                let path = format!("imu/specific_force_{axis}");
+                SensorChannel::new(path, "m/s²", move |z| {
+                    z.specific_force_mps2.and_then(|s| s.value.get(i).copied())
+                })
+            }));
+        }
+        if has(|t| *t == Target::AngularRate) {
+            all.extend(axes.map(|(axis, i)| {
+                let path = format!("imu/angular_rate_{axis}");
+                SensorChannel::new(path, "rad/s", move |z| {
+                    z.angular_rate_radps.and_then(|s| s.value.get(i).copied())
+                })
+            }));
+        }
+        let torque = has(|t| matches!(t, Target::Torque(_) | Target::Force | Target::Power));
+        for drive in 0..self.drives {
+            let number = drive + 1;
+            if torque {
+                all.push(SensorChannel::new(
+                    format!("drive_{number}/motor_torque"),
+                    "N·m",
+                    move |z| sample(&z.motor_torque_nm, drive),
+                ));
+            }
+            if self.targets.contains(&Target::Wheel(drive)) {
+                all.push(SensorChannel::new(
+                    format!("drive_{number}/wheel_speed"),
+                    "m/s",
+                    move |z| sample(&z.wheel_speed_mps, drive),
+                ));
+            }
+            if self.targets.contains(&Target::Clamp(drive)) {
+                all.push(SensorChannel::new(
+                    format!("drive_{number}/clamp_pressure"),
+                    "MPa",
+                    move |z| sample(&z.clamp_pressure_mpa, drive),
+                ));
+            }
+        }
+        if has(|t| *t == Target::Steering) {
+            all.push(SensorChannel::new("steering_angle", "rad", |z| {
+                z.steering_angle_rad.map(|s| s.value)
+            }));
+        }
+        if has(|t| *t == Target::Inclination) {
+            all.push(SensorChannel::new("inclinometer", "rad", |z| {
+                z.inclination_rad.map(|s| s.value)
+            }));
+        }
+        for i in 0..4 {
+            if self.targets.contains(&Target::Auxiliary(i)) {
+                all.push(SensorChannel::new(
+                    format!("auxiliary_{}", i + 1),
+                    "1",
+                    move |z| sample(&z.auxiliary, i),
+                ));
+            }
+        }
+        all
+    }
+}
+
+fn sample(
+    slots: &[Option<monorig_estimators::api::signals::Sample<f64>>],
+    i: usize,
+) -> Option<f64> {
+    slots.get(i).copied().flatten().map(|s| s.value)
+}
+
+/// The controller of a replay: what was measured of the torque stands for what was commanded.
+struct RecordedCommand(Shared);
+
+impl Controller for RecordedCommand {
+    fn control(&mut self, _: &Asked, _: &Perception, _: f64) -> Command {
+        lock(&self.0).command
+    }
+}
+
+/// An estimator that is reset where a new segment of the log begins.
+struct Segmented {
+    inner: BoxedEstimator,
+    segment: Arc<AtomicU32>,
+    known: Option<u32>,
+    step_s: f64,
+}
+
+impl Estimator for Segmented {
+    fn step(
+        &mut self,
+        z: &Measurements,
+        u: &Command,
+        dt: Real,
+    ) -> Result<Estimate, monorig_estimators::Error> {
+        let segment = self.segment.load(Ordering::Relaxed);
+        match self.known.replace(segment) {
+            Some(known) if known == segment => return self.inner.step(z, u, dt),
+            Some(_) => self.inner.reset(),
+            None => {}
+        }
+        // the first step of a segment: the time before it does not count
+        self.inner.step(z, u, self.step_s)
+    }
+    fn reset(&mut self) {
+        self.inner.reset();
+    }
+    fn internals(&self) -> &[Internal] {
+        self.inner.internals()
+    }
+    fn internal_values(&self, values: &mut [Real]) {
+        self.inner.internal_values(values);
+    }
+    fn aid_sources(&self) -> &[&'static str] {
+        self.inner.aid_sources()
+    }
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        self.inner.aid_status(status);
+    }
+    fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        self.inner.snapshot(bytes)
+    }
+    fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        self.inner.restore(snapshot)
+    }
+}
+
+/// A simulation that plays the log of a map, and what was found by calibration.
+pub fn simulation(
+    map: &Map,
+    options: &ReplayOptions,
+    registry: &Registry,
+) -> Result<Simulation, Error> {
+    build(map, options, registry).map(|(simulation, _)| simulation)
+}
+
+/// The same, with what was found by calibration.
+pub fn build(
+    map: &Map,
+    options: &ReplayOptions,
+    registry: &Registry,
+) -> Result<(Simulation, Vec<Found>), Error> {
+    let mut plan = Plan::new(map)?;
+    let found = calibrate(map, &mut plan)?;
+    let mut drive = Drive::open(map, &plan)?;
+    let reference = Reference::load(map, drive.origin_ns())?;
+    let next = drive.next(map)?;
+    let Some(first) = next else {
+        let path = map.files.values().next().cloned().unwrap_or_default();
+        return Err(wrong(
+            &path,
+            None,
+            "there is no row in this log",
+            "a log with rows, and columns that the map file names",
+        ));
+    };
+    let estimators = match options.estimators.is_empty() {
+        true => map.file.estimators.clone(),
+        false => options
+            .estimators
+            .iter()
+            .map(|name| (name.clone(), Settings::default()))
+            .collect(),
+    };
+    if estimators.is_empty() {
+        return Err(map.error(
+            "estimators",
+            "there is no estimator to be run",
+            "`estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
+        ));
+    }
+    let mut digests = BTreeMap::new();
+    for path in map.files.values().chain(&map.dbc) {
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        digests.insert(name, sum(path)?);
+    }
+    let (slope_sd, mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
+    let vehicle = plan.vehicle;
+    let point = vehicle.tare_span_m == [0.0; 2]
+        && vehicle.load_span_m == [0.0; 2]
+        && vehicle.imu_arm_m == 0.0;
+    let step_s = map.step_ns() as f64 * 1e-9;
+    let targets = plan.targets().collect();
+    // the loop begins a step before the first one
+    let mut truth = Truth::unknown((first.t_ns - map.step_ns()) as f64 * 1e-9);
+    truth.sd.total_mass_kg = mass_sd;
+    truth.sd.grade_rad = slope_sd;
+    let shared: Shared = Arc::new(Mutex::new(Playback {
+        drive,
+        map: map.clone(),
+        reference,
+        step: Step::default(),
+        next,
+        command: Command::default(),
+    }));
+    let segment = Arc::new(AtomicU32::new(0));
+    let of_segment = segment.clone();
+    let recorded = RecordedDrive {
+        scenario: LogScenario {
+            name: map.name.clone(),
+            why: map.file.why.clone(),
+            estimators,
+            expect: map.file.expect.clone(),
+            availability: map.file.availability,
+            integrity: map.file.integrity.clone(),
+            known_failures: map.file.known_failures.clone(),
+            record: map.file.record,
+            log: json!({ "map": map.file, "calibrated": found }),
+            digests,
+        },
+        document: map.document.clone(),
+        inputs: map.inputs.clone(),
+        vehicle,
+        plant: Box::new(RecordedPlant {
+            shared: shared.clone(),
+            segment: segment.clone(),
+            truth,
+            over: false,
+            point,
+        }),
+        instrument: Box::new(RecordedInstrument {
+            shared: shared.clone(),
+            targets,
+            drives: vehicle.drives,
+        }),
+        controller: Box::new(RecordedCommand(shared)),
+        around: Box::new(move |inner| {
+            Box::new(Segmented {
+                inner,
+                segment: of_segment.clone(),
+                known: None,
+                step_s,
+            })
+        }),
+        dt_s: step_s,
+    };
+    Ok((Simulation::recorded(recorded, registry)?, found))
+}

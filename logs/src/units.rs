@@ -1,0 +1,272 @@
+//! The closed list of units of a log, each with its quantity and the way to its SI unit.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
+/// What is measured: columns of another quantity cannot stand for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Specific force or acceleration, m/s².
+    Acceleration,
+    /// Angular rate, rad/s.
+    AngularRate,
+    /// Speed, m/s.
+    Speed,
+    /// Torque, N·m.
+    Torque,
+    /// Force, N.
+    Force,
+    /// Power, W.
+    Power,
+    /// Pressure, MPa (the unit of [`Measurements`](monorig_estimators::Measurements)).
+    Pressure,
+    /// Angle, rad.
+    Angle,
+    /// Slope, rad.
+    Slope,
+    /// Length, m.
+    Length,
+    /// Share or number, 1.
+    Number,
+}
+
+/// How a value becomes one in the SI unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum ToSi {
+    /// Times a factor.
+    Factor(f64),
+    /// asin of the value times a factor.
+    Sine(f64),
+    /// atan of the value times a factor.
+    Tangent(f64),
+}
+
+/// A unit of the list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// As map files write it.
+    pub name: &'static str,
+    /// Other ways logs write it.
+    others: &'static [&'static str],
+    /// What it measures.
+    pub quantity: Quantity,
+    to_si: ToSi,
+}
+
+const fn unit(
+    name: &'static str,
+    others: &'static [&'static str],
+    quantity: Quantity,
+    factor: f64,
+) -> Unit {
+    Unit {
+        name,
+        others,
+        quantity,
+        to_si: ToSi::Factor(factor),
+    }
+}
+
+/// Standard gravity, m/s².
+const G: f64 = 9.80665;
+
+/// All units; a name may stand for several quantities (`deg`: angle and slope).
+pub const UNITS: &[Unit] = &[
+    unit(
+        "m/s2",
+        &["m/s²", "m/s^2", "mps2"],
+        Quantity::Acceleration,
+        1.0,
+    ),
+    unit("g", &[], Quantity::Acceleration, G),
+    unit("mg", &[], Quantity::Acceleration, G * 1e-3),
+    unit("rad/s", &["radps"], Quantity::AngularRate, 1.0),
+    unit("deg/s", &["°/s", "dps"], Quantity::AngularRate, PI / 180.0),
+    unit("m/s", &["mps"], Quantity::Speed, 1.0),
+    unit("km/h", &["kph", "kmh"], Quantity::Speed, 1.0 / 3.6),
+    unit("mm/s", &[], Quantity::Speed, 1e-3),
+    unit("m/min", &[], Quantity::Speed, 1.0 / 60.0),
+    unit("mph", &[], Quantity::Speed, 0.44704),
+    unit("Nm", &["N·m", "N.m", "N m"], Quantity::Torque, 1.0),
+    unit("kNm", &["kN·m"], Quantity::Torque, 1e3),
+    unit("N", &[], Quantity::Force, 1.0),
+    unit("kN", &[], Quantity::Force, 1e3),
+    unit("W", &[], Quantity::Power, 1.0),
+    unit("kW", &[], Quantity::Power, 1e3),
+    unit("MPa", &[], Quantity::Pressure, 1.0),
+    unit("bar", &[], Quantity::Pressure, 0.1),
+    unit("kPa", &[], Quantity::Pressure, 1e-3),
+    unit("Pa", &[], Quantity::Pressure, 1e-6),
+    unit("rad", &[], Quantity::Angle, 1.0),
+    unit("deg", &["°"], Quantity::Angle, PI / 180.0),
+    unit("rad", &[], Quantity::Slope, 1.0),
+    unit("deg", &["°"], Quantity::Slope, PI / 180.0),
+    Unit {
+        name: "sin",
+        others: &[],
+        quantity: Quantity::Slope,
+        to_si: ToSi::Sine(1.0),
+    },
+    Unit {
+        name: "tan",
+        others: &[],
+        quantity: Quantity::Slope,
+        to_si: ToSi::Tangent(1.0),
+    },
+    Unit {
+        name: "%",
+        others: &["percent"],
+        quantity: Quantity::Slope,
+        to_si: ToSi::Tangent(0.01),
+    },
+    unit("m", &[], Quantity::Length, 1.0),
+    unit("km", &[], Quantity::Length, 1e3),
+    unit("mm", &[], Quantity::Length, 1e-3),
+    unit("1", &["-"], Quantity::Number, 1.0),
+];
+
+impl Quantity {
+    /// The units of this quantity.
+    pub fn units(self) -> impl Iterator<Item = &'static Unit> {
+        UNITS.iter().filter(move |u| u.quantity == self)
+    }
+
+    /// The unit of this name for this quantity.
+    pub fn unit(self, name: &str) -> Option<&'static Unit> {
+        self.units().find(|u| u.is_called(name))
+    }
+
+    /// The names of its units, for messages.
+    pub fn names(self) -> String {
+        self.units().map(|u| u.name).collect::<Vec<_>>().join(", ")
+    }
+
+    /// In a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Acceleration => "an acceleration",
+            Self::AngularRate => "an angular rate",
+            Self::Speed => "a speed",
+            Self::Torque => "a torque",
+            Self::Force => "a force",
+            Self::Power => "a power",
+            Self::Pressure => "a pressure",
+            Self::Angle => "an angle",
+            Self::Slope => "a slope",
+            Self::Length => "a length",
+            Self::Number => "a number",
+        }
+    }
+}
+
+impl Unit {
+    /// Whether logs or map files call it so.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.others.contains(&name)
+    }
+
+    /// The value in the SI unit of its quantity (pressure in MPa).
+    pub fn to_si(&self, x: f64) -> f64 {
+        match self.to_si {
+            ToSi::Factor(factor) => x * factor,
+            ToSi::Sine(factor) => (x * factor).asin(),
+            ToSi::Tangent(factor) => (x * factor).atan(),
+        }
+    }
+}
+
+/// A unit as a map file names it: one of the list by its place, not yet of a certain quantity.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct UnitName(usize);
+
+impl UnitName {
+    /// As map files write it.
+    pub fn as_str(&self) -> &'static str {
+        UNITS.get(self.0).map_or("", |u| u.name)
+    }
+}
+
+impl TryFrom<String> for UnitName {
+    type Error = String;
+    fn try_from(name: String) -> Result<Self, String> {
+        match UNITS.iter().position(|u| u.is_called(&name)) {
+            Some(place) => Ok(Self(place)),
+            None => Err(format!("`{name}` is no unit known here; known: {}", list())),
+        }
+    }
+}
+
+impl From<UnitName> for String {
+    fn from(unit: UnitName) -> String {
+        unit.as_str().to_owned()
+    }
+}
+
+impl JsonSchema for UnitName {
+    fn schema_name() -> Cow<'static, str> {
+        "UnitName".into()
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let mut names: Vec<&str> = UNITS
+            .iter()
+            .flat_map(|u| std::iter::once(u.name).chain(u.others.iter().copied()))
+            .collect();
+        names.sort_unstable();
+        names.dedup();
+        json_schema!({ "enum": names })
+    }
+}
+
+/// The names of all units.
+fn list() -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for u in UNITS {
+        if !names.contains(&u.name) {
+            names.push(u.name);
+        }
+    }
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_lead_to_si() {
+        let si = |q: Quantity, name: &str, x: f64| q.unit(name).unwrap().to_si(x);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        near(si(Quantity::Speed, "km/h", 36.0), 10.0);
+        near(si(Quantity::AngularRate, "°/s", 180.0), PI);
+        near(si(Quantity::Acceleration, "g", 1.0), 9.80665);
+        near(si(Quantity::Pressure, "bar", 100.0), 10.0);
+        near(si(Quantity::Slope, "%", 100.0), PI / 4.0);
+        near(si(Quantity::Slope, "sin", 0.5), PI / 6.0);
+        assert!(Quantity::Speed.unit("Nm").is_none());
+        assert!(
+            UnitName::try_from("furlong".to_owned())
+                .unwrap_err()
+                .contains("km/h")
+        );
+    }
+
+    /// Within a quantity a name has one meaning.
+    #[test]
+    fn names_are_given_once() {
+        for (i, u) in UNITS.iter().enumerate() {
+            for other in &UNITS[..i] {
+                assert!(
+                    other.quantity != u.quantity || !other.is_called(u.name),
+                    "{}",
+                    u.name
+                );
+            }
+        }
+    }
+}
