@@ -170,7 +170,7 @@ fn before_and_after_are_recorded_side_by_side() {
     let (code, told, err) = rig.monorig(&["check", recording]);
     assert_eq!(code, Some(0), "{told}{err}");
     assert!(
-        told.contains("study-scenario-7") && told.contains("complete"),
+        told.contains("study-scenario@before_after-7") && told.contains("complete"),
         "{told}"
     );
     // the study's changes to the scenario, and its `fixed`
@@ -184,6 +184,7 @@ fn before_and_after_are_recorded_side_by_side() {
         "--set=expect=[]",
         "--set=drive.controller.feedforward=none",
         "--set=estimators.dffrls_aekf_robust={cutoff_hz: 2}",
+        "--name=alone",
     ]);
     assert_eq!(code, Some(0), "{told}{err}");
     let masses = |file: &str, name: &str| {
@@ -191,7 +192,7 @@ fn before_and_after_are_recorded_side_by_side() {
         let entity = format!("/estimates/{name}/total_mass");
         recorded.entities[&entity].scalars.clone()
     };
-    let alone = masses("runs/scenario/7/run.rrd", "dffrls_aekf_robust");
+    let alone = masses("runs/scenario@alone/7/run.rrd", "dffrls_aekf_robust");
     assert!(alone.len() > 1000);
     assert_eq!(masses(recording, "default"), alone);
     for other in ["published", "winner"] {
@@ -272,12 +273,14 @@ fn parameters_are_included() {
             "expect=[]",
             "--set",
             &set,
+            "--name",
+            "tuned",
         ]);
         assert_eq!(code, Some(0), "{err}");
-        rig.read("runs/scenario/1/metrics.json")
+        rig.read("runs/scenario@tuned/1/metrics.json")
     };
     let included = run("{from: tuned.yaml, sigma: 5}");
-    let manifest = rig.read("runs/scenario/1/manifest.json");
+    let manifest = rig.read("runs/scenario@tuned/1/manifest.json");
     assert!(
         manifest.contains("0.97") && manifest.contains("tuned.yaml"),
         "{manifest}"
