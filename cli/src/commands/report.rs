@@ -56,7 +56,10 @@ pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
         _ if task.view => view(task)?,
         [path] if path.is_dir() => {
             let out = task.out.clone().unwrap_or(path.join("report.html"));
-            (run::page(path, &link(folder_of(&out), path))?.to_html(), out)
+            (
+                run::page(path, &link(folder_of(&out), path))?.to_html(),
+                out,
+            )
         }
         [path] => {
             let out = task.out.clone().unwrap_or(path.with_extension("html"));
@@ -84,7 +87,10 @@ fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
         && a.name == b.name
     {
         return Err(CliError::Name {
-            message: format!("both recordings are called {}: the viewer would take them for one", a.name),
+            message: format!(
+                "both recordings are called {}: the viewer would take them for one",
+                a.name
+            ),
             help: "run one of them again with --name".into(),
         });
     }
