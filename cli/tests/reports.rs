@@ -390,7 +390,7 @@ fn an_error_budget_is_in_the_report() {
     let (code, out, err) = rig.monorig(&explain);
     assert_eq!(code, Some(0), "{out}{err}");
     for part in [
-        "slope_rmse_deg, °",
+        "slope_rmse_deg",
         "without noise",
         "without all of these",
         "with more excitation",

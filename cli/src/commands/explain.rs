@@ -187,7 +187,7 @@ fn text(budget: &Budget) -> String {
     for metric in METRICS {
         let all: Vec<_> = budget.of(metric).collect();
         for some in all.chunks(2) {
-            let title = some.first().map(|e| e.title()).unwrap_or_default();
+            let title = some.first().map(|e| e.metric.clone()).unwrap_or_default();
             let mut titles = vec![title.as_str()];
             for error in some {
                 titles.extend([error.estimator.as_str(), "share"]);
@@ -210,7 +210,7 @@ fn text(budget: &Budget) -> String {
                     let error = some.get(i);
                     let value = error.and_then(|e| e.without.get(k).copied().flatten());
                     let share = error.and_then(|e| e.share(k));
-                    let share = share.map_or("-".into(), |s| format!("{:.0} %", 100.0 * s));
+                    let share = share.map_or("-".into(), |s| format!("{:.0} %", (100.0 * s).round() + 0.0));
                     [shown(value), share]
                 }));
             }
