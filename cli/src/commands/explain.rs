@@ -210,7 +210,9 @@ fn text(budget: &Budget) -> String {
                     let error = some.get(i);
                     let value = error.and_then(|e| e.without.get(k).copied().flatten());
                     let share = error.and_then(|e| e.share(k));
-                    let share = share.map_or("-".into(), |s| format!("{:.0} %", (100.0 * s).round() + 0.0));
+                    let share = share.map_or("-".into(), |s| {
+                        format!("{:.0} %", (100.0 * s).round() + 0.0)
+                    });
                     [shown(value), share]
                 }));
             }

@@ -23,6 +23,9 @@ pub fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     for name in pair.estimators() {
         for (axis, of) in [("slope error, °", &slopes), ("mass error, %", &masses)] {
             let lines = [0, 1].map(|i| (i, errors_of(&of[i], name)));
+            if lines.iter().all(|(_, points)| points.is_empty()) {
+                continue;
+            }
             errors = errors.figure(chart(name, axis, lines, true));
         }
     }

@@ -1,7 +1,7 @@
 //! Metrics of two runs beside each other.
 
 use super::Pair;
-use crate::html::{number, with_unit};
+use crate::html::with_unit;
 use crate::metrics::{Metric, estimator_metrics, find, run_metrics};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
@@ -15,7 +15,7 @@ pub fn section(pair: &Pair) -> Section {
     let mut table = Table::new(&["estimator", "metric"], &["A", "B", "B minus A"]);
     table.caption = format!(
         "From {} s on; a difference is coloured by whether B is better or worse",
-        number(pair.a.summary.after_s)
+        pair.a.summary.after_s
     );
     for name in pair.estimators() {
         for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {

@@ -70,9 +70,11 @@ fn table(budget: &Budget, metric: &str) -> Table {
         .next()
         .map_or(String::new(), |e| e.title());
     for source in &budget.sources {
-        table
-            .columns
-            .push((format!("without {}", source.name), true));
+        let title = match source.name.as_str() {
+            "excitation" => "with more excitation".to_owned(),
+            name => format!("without {name}"),
+        };
+        table.columns.push((title, true));
     }
     for error in budget.of(metric) {
         let values = std::iter::once(error.with_all).chain(error.without.iter().copied());
