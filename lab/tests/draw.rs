@@ -1,5 +1,7 @@
 //! Drawn courses: the same seed draws the same, and every course can be driven to its end.
 
+#![allow(clippy::unwrap_used)]
+
 use monorig_lab::draw::{Course, RangesFile, course};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, run};

@@ -10,6 +10,11 @@
 //! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
 //! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below their number"
+)]
+
 mod effective;
 
 use crate::api::aid::AidStatus;

@@ -9,6 +9,11 @@
 //! f_x = v̇ + g sin θ + b_x tells b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those of common practice
 //! (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below their number"
+)]
+
 pub mod arm_error;
 pub mod gravity_aiding;
 pub mod imu_health;
