@@ -5,7 +5,7 @@
 //! 1. [attitude filter](crate::grade::attitude): pitch, roll, speed and biases from IMU and wheels, at every sample
 //! 2. [rail memory](crate::models::rail_memory): what was read of the rail, by place
 //! 3. [force balance](crate::mass::swing_balance) with a swinging load: mass and running resistance, twice a second
-//! 4. [effective grade](effective): mean over the masses, and by the force where the rail was not read
+//! 4. effective grade: mean over the masses, and by the force where the rail was not read
 //!
 //! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
 //! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
