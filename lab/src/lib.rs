@@ -21,6 +21,7 @@ pub mod draw;
 pub mod hidden;
 pub mod html;
 pub mod made_from;
+pub mod mapping;
 pub mod metrics;
 pub mod plot;
 pub mod recordings;

@@ -7,6 +7,7 @@ pub mod completions;
 pub mod draw;
 pub mod inspect;
 pub mod list;
+pub mod map;
 pub mod merge;
 pub mod replay;
 pub mod report;
@@ -94,6 +95,8 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Draw scenarios at random: courses that no estimator was tuned on
     Draw(draw::DrawArgs),
+    /// Write the profile of the rail that a run or a recorded log went over, as a track file
+    Map(map::MapArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
     /// List the runs in the folder for results, with what tells variants apart
@@ -127,6 +130,7 @@ impl Command {
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
             Self::Draw(args) => draw::draw(args, registry),
+            Self::Map(args) => map::map(args),
             Self::Sensors(args) => sensors::sensors(args),
             Self::Runs(args) => runs::runs(args),
             Self::List(args) => list::list(args, registry),
