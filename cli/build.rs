@@ -50,7 +50,10 @@ fn built_by() {
     let rustc = Command::new(variable("RUSTC")).arg("--version").output();
     let rustc = rustc.ok().and_then(|o| String::from_utf8(o.stdout).ok());
     let rustc = rustc.as_deref().map_or("unknown rustc", str::trim);
-    println!("cargo::rustc-env=MONORIG_BUILD={}, {rustc}", variable("TARGET"));
+    println!(
+        "cargo::rustc-env=MONORIG_BUILD={}, {rustc}",
+        variable("TARGET")
+    );
 }
 
 fn revision() -> Option<String> {

@@ -62,7 +62,10 @@ pub fn simulate(
     let folder = RunFolder::create(options.out, &scenario.name, seed)?;
     let (inputs, name) = (scenario.input_digests(), &scenario.name);
     for (file, sum) in &inputs {
-        detail(&format!("read {file} (SHA-256 {})", sum.get(..12).unwrap_or(sum)));
+        detail(&format!(
+            "read {file} (SHA-256 {})",
+            sum.get(..12).unwrap_or(sum)
+        ));
     }
     for (name, settings) in &scenario.file.estimators {
         detail(&format!("estimator {name}: {}", settings.type_name(name)));

@@ -16,7 +16,16 @@ fn with_runs() -> (Simulation, [&'static str; 2]) {
     let scenario = scenario.to_str().unwrap();
     for load in ["10000", "5000"] {
         let (load, name) = (format!("load.mass_kg={load}"), format!("load{load}"));
-        let task = ["run", scenario, "--set", &load, "--set", "stop.after_s=3", "--name", &name];
+        let task = [
+            "run",
+            scenario,
+            "--set",
+            &load,
+            "--set",
+            "stop.after_s=3",
+            "--name",
+            &name,
+        ];
         let (code, out, err) = rig.monorig(&task);
         assert!(matches!(code, Some(0 | 1)), "{out}{err}");
     }
@@ -30,7 +39,10 @@ fn written(rig: &Simulation, task: &[&str]) -> bool {
         return true;
     }
     assert_eq!(code, Some(2), "{out}{err}");
-    assert!(err.contains("python3 -m pip install rerun-sdk==0.36.3"), "{err}");
+    assert!(
+        err.contains("python3 -m pip install rerun-sdk==0.36.3"),
+        "{err}"
+    );
     eprintln!("skipped: no rerun-sdk 0.36.3 here");
     false
 }
@@ -39,7 +51,10 @@ fn written(rig: &Simulation, task: &[&str]) -> bool {
 fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
     let (rig, [a, b]) = with_runs();
     // one recording twice: the viewer could not tell them apart
-    assert!(rig.refused(&["report", a, a, "--view"]).contains("would take them for one"));
+    assert!(
+        rig.refused(&["report", a, a, "--view"])
+            .contains("would take them for one")
+    );
     if !written(&rig, &["report", a, b, "--view", "--out", "both.html"]) {
         return;
     }
@@ -55,9 +70,16 @@ fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
         return;
     };
     let state = dom.split("data-state=\"").nth(1).unwrap_or_default();
-    assert!(state.starts_with("ready"), "{}", state.get(..40).unwrap_or(state));
+    assert!(
+        state.starts_with("ready"),
+        "{}",
+        state.get(..40).unwrap_or(state)
+    );
     let log = rig.read("net.json");
-    assert!(log.contains("\"constants\""), "this is no log of the network");
+    assert!(
+        log.contains("\"constants\""),
+        "this is no log of the network"
+    );
     assert!(!log.contains("rerun.io"), "the page asked for something");
 }
 
@@ -66,17 +88,36 @@ fn opened(rig: &Simulation, name: &str) -> Option<String> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let there = |name: &&str| {
         let mut asked = Command::new(name);
-        asked.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+        asked
+            .arg("--version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
         asked.status().is_ok_and(|s| s.success())
     };
     let chromium = names.iter().find(|name| there(name))?;
     let mut command = Command::new(chromium);
-    command.args(["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader"]);
-    command.args(["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-background-networking"]);
+    command.args([
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-dev-shm-usage",
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+    ]);
+    command.args([
+        "--enable-unsafe-swiftshader",
+        "--ignore-gpu-blocklist",
+        "--disable-background-networking",
+    ]);
     command.args(["--virtual-time-budget=1000000", "--dump-dom"]);
     command.arg(format!("--log-net-log={}", rig.path("net.json").display()));
-    command.arg(format!("--user-data-dir={}", rig.path("chromium").display()));
-    command.arg(format!("file://{}?renderer=webgl", rig.path(name).display()));
+    command.arg(format!(
+        "--user-data-dir={}",
+        rig.path("chromium").display()
+    ));
+    command.arg(format!(
+        "file://{}?renderer=webgl",
+        rig.path(name).display()
+    ));
     let output = command.stderr(Stdio::null()).output().unwrap();
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }

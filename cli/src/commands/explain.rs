@@ -83,7 +83,12 @@ fn changes(task: &ExplainArgs, manifest: &Manifest) -> Result<Vec<(String, Strin
         pair.ok_or_else(|| {
             let path = task.run.join(manifest::NAME);
             let message = format!("`{change}` is not path=value");
-            CliError::Sim(input_error(&path, "changes", message, "run the scenario again"))
+            CliError::Sim(input_error(
+                &path,
+                "changes",
+                message,
+                "run the scenario again",
+            ))
         })
     });
     pairs.collect()
@@ -116,10 +121,14 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
     let name = manifest.scenario.split('@').next().unwrap_or_default();
     let name = format!("{name}.yaml");
     let wanted = manifest.inputs.get(&name);
-    let candidates = [Path::new("."), Path::new("scenarios")].into_iter().flat_map(|f| below(f, &name));
+    let candidates = [Path::new("."), Path::new("scenarios")]
+        .into_iter()
+        .flat_map(|f| below(f, &name));
     let mut same = candidates.filter(|file| sum(file).ok().as_ref() == wanted);
     let found = same.next().ok_or_else(|| CliError::Name {
-        message: format!("there is no {name} as it was in this run, here or in the folder scenarios"),
+        message: format!(
+            "there is no {name} as it was in this run, here or in the folder scenarios"
+        ),
         help: "name the scenario file with --scenario".into(),
     })?;
     detail(&format!("the scenario is {}", found.display()));
@@ -210,7 +219,10 @@ fn text(budget: &Budget) -> String {
             parts.push(lines(&table));
         }
     }
-    let failed = budget.sources.iter().filter_map(|s| Some((&s.name, s.failed.as_ref()?)));
+    let failed = budget
+        .sources
+        .iter()
+        .filter_map(|s| Some((&s.name, s.failed.as_ref()?)));
     parts.extend(failed.map(|(name, why)| format!("without {name}: could not be run: {why}")));
     parts.push(format!(
         "share: of the mean square error, over {} seeds, that is gone without the source",

@@ -8,6 +8,7 @@ pub mod draw;
 pub mod explain;
 pub mod inspect;
 pub mod list;
+pub mod map;
 pub mod merge;
 pub mod replay;
 pub mod report;
@@ -104,6 +105,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Draw scenarios at random: courses that no estimator was tuned on
     Draw(draw::DrawArgs),
+    /// Write the profile of the rail that a run or a recorded log went over, as a track file
+    Map(map::MapArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
     /// List the runs in the folder for results, with what tells variants apart
@@ -138,6 +141,7 @@ impl Command {
             Self::Report(args) => report::report(args),
             Self::Explain(args) => explain::explain(args, registry),
             Self::Draw(args) => draw::draw(args, registry),
+            Self::Map(args) => map::map(args),
             Self::Sensors(args) => sensors::sensors(args),
             Self::Runs(args) => runs::runs(args),
             Self::List(args) => list::list(args, registry),

@@ -56,7 +56,10 @@ pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
         _ if task.view => view(task)?,
         [path] if path.is_dir() => {
             let out = task.out.clone().unwrap_or(path.join("report.html"));
-            (run::page(path, &link(folder_of(&out), path))?.to_html(), out)
+            (
+                run::page(path, &link(folder_of(&out), path))?.to_html(),
+                out,
+            )
         }
         [path] => {
             let out = task.out.clone().unwrap_or(path.with_extension("html"));
@@ -84,7 +87,10 @@ fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
         && a.name == b.name
     {
         return Err(CliError::Name {
-            message: format!("both recordings are called {}: the viewer would take them for one", a.name),
+            message: format!(
+                "both recordings are called {}: the viewer would take them for one",
+                a.name
+            ),
             help: "run one of them again with --name".into(),
         });
     }
@@ -142,6 +148,12 @@ fn link(from: &Path, to: &Path) -> String {
     let up = from.iter().skip(common).map(|_| "..".to_owned());
     let down = to.iter().skip(common).cloned();
     up.chain(down).map(|part| part + "/").collect()
+}
+
+/// How a file in a folder names another file; both absolute.
+pub fn relative(folder: &Path, file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    link(folder, file.parent().unwrap_or(Path::new("/"))) + &name
 }
 
 /// Names of the folders from the root on, links followed as far as the folder exists.

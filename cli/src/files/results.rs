@@ -186,8 +186,14 @@ fn page(path: &Path) -> Result<String, Error> {
     regular(path)?;
     let bytes = std::fs::read(path).map_err(failed)?;
     let text = String::from_utf8_lossy(&bytes);
-    let begins = |word: &str| text.get(..word.len()).is_some_and(|t| t.eq_ignore_ascii_case(word));
-    match (begins("<!doctype html>"), text.trim_end().ends_with("</html>")) {
+    let begins = |word: &str| {
+        text.get(..word.len())
+            .is_some_and(|t| t.eq_ignore_ascii_case(word))
+    };
+    match (
+        begins("<!doctype html>"),
+        text.trim_end().ends_with("</html>"),
+    ) {
         (true, true) => Ok(format!("{:.1} MB", bytes.len() as f64 / 1e6)),
         (true, false) => Err(broken(path, "this page breaks off".into())),
         (false, _) => Err(broken(path, "this is not a page of ours".into())),

@@ -80,9 +80,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let [front, rear] = train.span_m();
     let uses = Instruments {
         accelerometer: true,
-        // The filter's own monitor contradicts a wrong gyro; the regression of the plausibility check takes the pitch rate for that of the
-        // grade, which it is not in bends.
-        gyro: false,
+        // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check takes the pitch rate for that of
+        // the grade, which it is not in the bends of a roadway.
+        gyro: vehicle.road.is_some(),
     };
     RailFusion {
         validity: Validity::new(vehicle, params.integrity, uses),
@@ -145,6 +145,7 @@ impl RailFusion {
             .is_some_and(|v| v.abs() < self.standstill_mps);
         let input = BlockInput {
             speed_mps: v,
+            speed_noise_mps: attitude.speed_noise_mps,
             acceleration_mps2: attitude.acceleration_mps2,
             traction,
             bend_per_m: bend,
@@ -239,6 +240,9 @@ impl Pipeline for RailFusion {
         Internal::new("load_filter_sd_kg", "kg"),
         Internal::new("gyro_monitor", "-"),
         Internal::new("load_changes", "-"),
+        Internal::new("read_sd", "-"),
+        Internal::new("wheel_scale_sd", "-"),
+        Internal::new("imu_arm_m", "m"),
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
@@ -257,14 +261,14 @@ impl Pipeline for RailFusion {
         let found = self.attitude.found();
         let belief = self.mass.filter().belief();
         let (x, P) = (&belief.x, &belief.P);
-        let bias_variance = self.attitude.belief().P[(3, 3)];
+        let [bias_sd, read_sd, scale_sd, arm_m] = self.attitude.reading();
         copy_into(
             values,
             &[
                 found.pitch_rad,
                 found.roll_rad,
                 found.bias_mps2,
-                sqrt(bias_variance),
+                bias_sd,
                 found.curvature_per_m,
                 self.mass.resistance_n(&self.nominal, found.speed_mps),
                 x[R0],
@@ -275,6 +279,9 @@ impl Pipeline for RailFusion {
                 sqrt(P[(MASS, MASS)]),
                 self.attitude.monitor(),
                 self.mass.changes() as Real,
+                read_sd,
+                scale_sd,
+                arm_m,
             ],
         );
     }

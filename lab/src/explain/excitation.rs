@@ -4,8 +4,7 @@ use monorig_sim::config::scenario::DriveCycle;
 use serde_json::{Value, json};
 
 /// What is added.
-pub const WHAT: &str =
-    "too little excitation: with a ripple of 20 % and 10 s on the speed reference, so that the motors pull and push in turn";
+pub const WHAT: &str = "too little excitation: with a ripple of 20 % and 10 s on the speed reference, so that the motors pull and push in turn";
 
 /// Amplitude of the ripple as a share of the reference.
 const RIPPLE: f64 = 0.2;
@@ -65,7 +64,8 @@ mod tests {
 
     #[test]
     fn the_ripple_is_about_the_reference_and_names_stay() {
-        let mut drive = DriveCycle::by_time(&[(0.0, 0.0), (5.0, 1.0), (45.0, 1.0), (50.0, 0.0)]).unwrap();
+        let mut drive =
+            DriveCycle::by_time(&[(0.0, 0.0), (5.0, 1.0), (45.0, 1.0), (50.0, 0.0)]).unwrap();
         drive.speed[1].name = Some("at_speed".into());
         let text = excited(&drive).unwrap();
         let all: Vec<Value> = serde_json::from_str(&text).unwrap();
@@ -73,9 +73,16 @@ mod tests {
         let moving = all.iter().map(at).filter(|(t, _)| (5.0..45.0).contains(t));
         let (n, sum) = moving.fold((0.0, 0.0), |(n, sum), (_, v)| (n + 1.0, sum + v));
         assert!((sum / n - 1.0f64).abs() < 0.02, "{}", sum / n);
-        assert!(all.windows(2).all(|w| at(&w[0]).0 < at(&w[1]).0), "times ascend");
+        assert!(
+            all.windows(2).all(|w| at(&w[0]).0 < at(&w[1]).0),
+            "times ascend"
+        );
         assert!(text.contains("at_speed"));
-        assert_eq!(at(all.last().unwrap()), (50.0, 0.0), "what stands at the end stands still");
+        assert_eq!(
+            at(all.last().unwrap()),
+            (50.0, 0.0),
+            "what stands at the end stands still"
+        );
         let by_chainage = DriveCycle::by_chainage(&[(0.0, 1.0)], 0.2).unwrap();
         assert!(excited(&by_chainage).is_none());
         assert!(excited(&DriveCycle::by_time(&[(0.0, 0.0)]).unwrap()).is_none());

@@ -96,19 +96,27 @@ impl Budget {
         names.dedup();
         let mut errors = Vec::new();
         for metric in METRICS {
-            errors.extend(names.iter().map(|name| ErrorOf {
-                estimator: (*name).clone(),
-                metric: metric.into(),
-                with_all: root_mean_square(all, name, metric),
-                without: groups.iter().map(|runs| root_mean_square(runs, name, metric)).collect(),
+            errors.extend(names.iter().map(|name| {
+                ErrorOf {
+                    estimator: (*name).clone(),
+                    metric: metric.into(),
+                    with_all: root_mean_square(all, name, metric),
+                    without: groups
+                        .iter()
+                        .map(|runs| root_mean_square(runs, name, metric))
+                        .collect(),
+                }
             }));
         }
         errors.retain(|e| e.with_all.is_some());
-        let sources = sources.iter().zip(&groups).map(|(source, runs)| SwitchedOff {
-            name: source.name.into(),
-            what: source.what.clone(),
-            failed: runs.iter().find_map(|r| r.error.clone()),
-        });
+        let sources = sources
+            .iter()
+            .zip(&groups)
+            .map(|(source, runs)| SwitchedOff {
+                name: source.name.into(),
+                what: source.what.clone(),
+                failed: runs.iter().find_map(|r| r.error.clone()),
+            });
         Self {
             version: 1,
             kind: "explain".into(),
@@ -130,7 +138,12 @@ impl Budget {
 fn root_mean_square(runs: &[RunResult], estimator: &str, metric: &str) -> Option<f64> {
     let values = runs.iter().map(|run| {
         let summary = run.summary.as_ref().filter(|s| s.finished)?;
-        summary.estimators.get(estimator)?.get(metric).copied().flatten()
+        summary
+            .estimators
+            .get(estimator)?
+            .get(metric)
+            .copied()
+            .flatten()
     });
     let values = values.collect::<Option<Vec<f64>>>()?;
     let n = values.len();

@@ -71,7 +71,11 @@ pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
         });
         each.collect()
     };
-    let inertial: Vec<&str> = fitted.iter().copied().filter(|i| THREE_AXES.contains(i)).collect();
+    let inertial: Vec<&str> = fitted
+        .iter()
+        .copied()
+        .filter(|i| THREE_AXES.contains(i))
+        .collect();
     let source = |name, what: &str, changes| Source {
         name,
         what: what.to_owned(),
@@ -80,14 +84,34 @@ pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
     let mut bias = of(BIAS, &fitted);
     bias.extend(of(MOUNTING, &inertial));
     let mut all = vec![
-        source("noise", "noise, quantisation, vibration and hits of the instruments", of(NOISE, &fitted)),
-        source("bias", "biases of the instruments, drift, misalignment and lean of their mounts", bias),
-        source("scale", "errors of scale and linearity of the instruments", of(SCALE, &fitted)),
-        source("delivery", "latency, jitter, loss, clocks and bandwidth of the instruments", of(DELIVERY, &fitted)),
+        source(
+            "noise",
+            "noise, quantisation, vibration and hits of the instruments",
+            of(NOISE, &fitted),
+        ),
+        source(
+            "bias",
+            "biases of the instruments, drift, misalignment and lean of their mounts",
+            bias,
+        ),
+        source(
+            "scale",
+            "errors of scale and linearity of the instruments",
+            of(SCALE, &fitted),
+        ),
+        source(
+            "delivery",
+            "latency, jitter, loss, clocks and bandwidth of the instruments",
+            of(DELIVERY, &fitted),
+        ),
         model(scenario),
     ];
     let together = all.iter().flat_map(|s| s.changes.clone()).collect();
-    all.push(source("all of these", "all of the above at once: what is left is the method's own", together));
+    all.push(source(
+        "all of these",
+        "all of the above at once: what is left is the method's own",
+        together,
+    ));
     if let Some(speed) = excitation::excited(&scenario.file.drive) {
         let changes = vec![("drive.speed".to_owned(), speed)];
         all.push(source("excitation", excitation::WHAT, changes));

@@ -237,7 +237,10 @@ pub fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> {
     let middle = *reach.get(reach.len().checked_sub(1)? / 2)?;
     let limit = FURTHER * middle;
     let cut = reach.last().is_some_and(|most| *most > limit) && middle > 0.0;
-    let all = ranges.iter().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let all = ranges
+        .iter()
+        .copied()
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
     Some(match cut {
         true => ((all.0.max(-limit), all.1.min(limit)), true),
         false => (all, false),
@@ -301,9 +304,15 @@ mod tests {
         assert_eq!(common_range(&good), Some(((-1.0, 2.0), false)));
         let with_bad = [good.as_slice(), &[(-2.0, 90.0)]].concat();
         assert_eq!(common_range(&with_bad), Some(((-2.0, 6.0), true)));
-        assert_eq!(common_range(&[(-1.0, 1.0), (0.0, 50.0)]), Some(((-1.0, 4.0), true)));
+        assert_eq!(
+            common_range(&[(-1.0, 1.0), (0.0, 50.0)]),
+            Some(((-1.0, 4.0), true))
+        );
         assert_eq!(common_range(&[(0.0, 50.0)]), Some(((0.0, 50.0), false)));
-        assert_eq!(common_range(&[(0.0, 0.0), (0.0, 3.0)]), Some(((0.0, 3.0), false)));
+        assert_eq!(
+            common_range(&[(0.0, 0.0), (0.0, 3.0)]),
+            Some(((0.0, 3.0), false))
+        );
         assert_eq!(common_range(&[]), None);
     }
 

@@ -47,7 +47,10 @@ impl Boxes {
             Some(((low, high), _)) => {
                 let (low, high) = references.fold((low, high), |(a, b), x| (a.min(x), b.max(x)));
                 let room = 0.06 * (high - low);
-                self.y.clone().between(low - room, high + room).fix([low, high].into_iter(), 0.0)
+                self.y
+                    .clone()
+                    .between(low - room, high + room)
+                    .fix([low, high].into_iter(), 0.0)
             }
             None => self.y.fix(shown.chain(references), 0.06),
         };

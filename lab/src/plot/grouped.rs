@@ -43,7 +43,10 @@ impl GroupedBars {
             }
             c.level(0.0, Ink::Text, 2);
         });
-        let legend = self.series.iter().map(|s| LegendEntry::new(&s.name, Look::Area(s.ink)));
+        let legend = self
+            .series
+            .iter()
+            .map(|s| LegendEntry::new(&s.name, Look::Area(s.ink)));
         Figure {
             svg,
             legend: legend.collect(),
@@ -70,7 +73,10 @@ mod tests {
             let svg = bars(values).figure().svg;
             svg.map(|svg| svg.matches("<rect").count())
         };
-        let (two, one) = (count(vec![1.0, -2.0]).unwrap(), count(vec![1.0, f64::NAN]).unwrap());
+        let (two, one) = (
+            count(vec![1.0, -2.0]).unwrap(),
+            count(vec![1.0, f64::NAN]).unwrap(),
+        );
         assert_eq!(two, one + 1);
         assert!(count(vec![f64::NAN, f64::NAN]).is_none());
     }

@@ -160,7 +160,10 @@ fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<Paramete
 
 /// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range: so the curve goes
 /// through the marks.
-fn with_marked<'a>(values: &mut Vec<ParameterValue>, marked: impl Iterator<Item = &'a ParameterValue>) {
+fn with_marked<'a>(
+    values: &mut Vec<ParameterValue>,
+    marked: impl Iterator<Item = &'a ParameterValue>,
+) {
     let number = |value: &ParameterValue| match value {
         ParameterValue::Number(x) => Some(x.get()),
         _ => None,
@@ -168,7 +171,10 @@ fn with_marked<'a>(values: &mut Vec<ParameterValue>, marked: impl Iterator<Item 
     let Some(mut all) = values.iter().map(number).collect::<Option<Vec<f64>>>() else {
         return;
     };
-    let (low, high) = (all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = (
+        all.iter().copied().fold(f64::INFINITY, f64::min),
+        all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    );
     for value in marked {
         if let Some(x) = number(value)
             && (low..=high).contains(&x)

@@ -109,7 +109,8 @@ impl Sink for ParquetSink {
         })?;
         let schema = encode_arrow_schema(&for_pandas(&open.schema, &open.events));
         for (key, value) in [(ARROW_SCHEMA_META_KEY, schema), (EVENTS, events)] {
-            open.writer.append_key_value_metadata(KeyValue::new(key.into(), value));
+            open.writer
+                .append_key_value_metadata(KeyValue::new(key.into(), value));
         }
         open.writer.close().map_err(broken_write(&self.path))?;
         std::fs::rename(&self.partial, &self.path).map_err(io(&self.path))
@@ -239,14 +240,22 @@ mod tests {
         let chunk = sample_chunk(5, 0, 40);
         record(&path, &channels(5), std::slice::from_ref(&chunk));
         let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(&path).unwrap()).unwrap();
-        let kept = HashMap::from([(PANDAS.to_owned(), reader.schema().metadata()[PANDAS].clone())]);
+        let kept = HashMap::from([(
+            PANDAS.to_owned(),
+            reader.schema().metadata()[PANDAS].clone(),
+        )]);
         let fields = reader.schema().fields().iter();
-        let fields: Vec<Field> = fields.map(|f| f.as_ref().clone().with_metadata(HashMap::new())).collect();
+        let fields: Vec<Field> = fields
+            .map(|f| f.as_ref().clone().with_metadata(HashMap::new()))
+            .collect();
         let schema = Arc::new(Schema::new_with_metadata(fields, kept));
-        let mut writer = ArrowWriter::try_new(File::create(&by_pandas).unwrap(), schema.clone(), None).unwrap();
+        let mut writer =
+            ArrowWriter::try_new(File::create(&by_pandas).unwrap(), schema.clone(), None).unwrap();
         for batch in reader.build().unwrap() {
             let columns = batch.unwrap().columns().to_vec();
-            writer.write(&RecordBatch::try_new(schema.clone(), columns).unwrap()).unwrap();
+            writer
+                .write(&RecordBatch::try_new(schema.clone(), columns).unwrap())
+                .unwrap();
         }
         writer.close().unwrap();
         let there = crate::record::readback::read(&path).unwrap();

@@ -121,7 +121,9 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
     let schema = reader.schema().clone();
     // what pandas leaves of it when it writes a table that it has read
     let kept = schema.metadata().get(PANDAS);
-    let kept: Value = kept.map_or(Value::Null, |text| serde_json::from_str(text).unwrap_or_default());
+    let kept: Value = kept.map_or(Value::Null, |text| {
+        serde_json::from_str(text).unwrap_or_default()
+    });
     let about = |key: &str| {
         let value = schema.metadata().get(key).map(String::as_str);
         match value.or_else(|| kept[key].as_str()) {

@@ -53,7 +53,9 @@ pub fn page(title: &str, viewer: &WebViewer, runs: &[Recording]) -> Result<Strin
 
 fn element(run: &Recording) -> String {
     let (name, data) = (escape(&run.name), STANDARD.encode(&run.bytes));
-    format!("<script type=\"text/plain\" class=\"recording\" data-name=\"{name}\">{data}</script>\n")
+    format!(
+        "<script type=\"text/plain\" class=\"recording\" data-name=\"{name}\">{data}</script>\n"
+    )
 }
 
 /// The page with its places filled in, in their order; what is filled in is not looked at again.
@@ -111,9 +113,19 @@ mod tests {
         let page = page("a<b", &viewer(), &[run("x\"y"), run("{{SCRIPT}}")]).unwrap();
         assert!(page.contains("<title>a&lt;b</title>"));
         assert!(page.contains("data-name=\"x&quot;y\">AJ+S</script>"));
-        assert!(page.contains("data-name=\"{{SCRIPT}}\""), "a name is not a place");
+        assert!(
+            page.contains("data-name=\"{{SCRIPT}}\""),
+            "a name is not a place"
+        );
         assert!(page.contains("<\\/script>\"; new URL(location.href);"));
-        for other in ["src=", "href=", "http:", "https:", "{{TITLE}}", "{{MODULE}}"] {
+        for other in [
+            "src=",
+            "href=",
+            "http:",
+            "https:",
+            "{{TITLE}}",
+            "{{MODULE}}",
+        ] {
             assert!(!page.contains(other), "{other}");
         }
         assert!(page.contains("connect-src 'none'") && page.contains("default-src 'none'"));
@@ -122,8 +134,13 @@ mod tests {
     #[test]
     fn a_page_too_large_says_what_to_do() {
         assert!(within_limit(MAX_BYTES, 0).is_ok());
-        let refused = within_limit(75_000_000, 58_000_000).unwrap_err().to_string();
-        assert!(refused.contains("75 MB, 58 MB of it recordings; 60 MB"), "{refused}");
+        let refused = within_limit(75_000_000, 58_000_000)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refused.contains("75 MB, 58 MB of it recordings; 60 MB"),
+            "{refused}"
+        );
         assert!(refused.contains("stop.after_s"));
     }
 }

@@ -44,7 +44,10 @@ pub fn of(pair: &Pair) -> Vec<Change> {
 pub fn sentence(changes: &[Change]) -> String {
     match changes {
         [] => "Both runs were made from the same".into(),
-        [one] => format!("One difference: {} is {} in A and {} in B", one.path, one.a, one.b),
+        [one] => format!(
+            "One difference: {} is {} in A and {} in B",
+            one.path, one.a, one.b
+        ),
         all => format!("{} differences in what the runs were made from", all.len()),
     }
 }
@@ -66,7 +69,11 @@ pub fn section(changes: &[Change]) -> Section {
 fn table(changes: &[Change]) -> Table {
     let mut table = Table::new(&["", "A", "B"], &[]);
     for c in changes {
-        table.row([c.path.clone().into(), c.a.clone().into(), c.b.clone().into()]);
+        table.row([
+            c.path.clone().into(),
+            c.a.clone().into(),
+            c.b.clone().into(),
+        ]);
     }
     table
 }
@@ -88,7 +95,9 @@ fn differing(a: BTreeMap<String, String>, b: BTreeMap<String, String>) -> Vec<Ch
     let of = |map: &BTreeMap<String, String>, path: &String| {
         map.get(path).cloned().unwrap_or(NONE.to_owned())
     };
-    let both = paths.into_iter().map(|path| (path, of(&a, path), of(&b, path)));
+    let both = paths
+        .into_iter()
+        .map(|path| (path, of(&a, path), of(&b, path)));
     let differing = both.filter(|(_, a, b)| a != b);
     differing.map(|(path, a, b)| change(path, &a, &b)).collect()
 }
@@ -142,6 +151,9 @@ mod tests {
             ["load.mass_kg", "10", "5"],
         ];
         assert_eq!(told, expected);
-        assert_eq!(sentence(&all[2..]), "One difference: load.mass_kg is 10 in A and 5 in B");
+        assert_eq!(
+            sentence(&all[2..]),
+            "One difference: load.mass_kg is 10 in A and 5 in B"
+        );
     }
 }

@@ -29,7 +29,12 @@ pub fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     let mut truth = Section::new("Truth").text("What the vehicle did in each of the runs.");
     for (title, axis, channel, factor) in [
         ("Speed", "speed, m/s", "truth/speed", 1.0),
-        ("Slope at the IMU", "slope, °", "truth/grade_at_imu", DEGREES),
+        (
+            "Slope at the IMU",
+            "slope, °",
+            "truth/grade_at_imu",
+            DEGREES,
+        ),
         ("Total mass", "total mass, t", "truth/total_mass", 1e-3),
     ] {
         let of = |run: &Recorded| run.over_time(channel, factor);
@@ -48,7 +53,9 @@ fn errors_of(all: &ErrorGroups, name: &str) -> Vec<(f64, f64)> {
 fn chart(title: &str, axis: &str, lines: [(usize, Vec<(f64, f64)>); 2], zero: bool) -> Figure {
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
     let drawn = lines.into_iter().filter(|(_, points)| !points.is_empty());
-    chart.lines = drawn.map(|(i, points)| Line::new(LETTERS[i], INKS[i], points)).collect();
+    chart.lines = drawn
+        .map(|(i, points)| Line::new(LETTERS[i], INKS[i], points))
+        .collect();
     if zero {
         chart.levels.push((String::new(), 0.0));
     }

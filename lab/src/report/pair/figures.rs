@@ -30,9 +30,11 @@ pub fn section(pair: &Pair) -> Section {
     };
     let (a, b) = (&pair.a.summary.estimators, &pair.b.summary.estimators);
     let sides = [("A", only(a, b)), ("B", only(b, a))].into_iter();
-    sides.filter(|(_, names)| !names.is_empty()).fold(section, |section, (letter, names)| {
-        section.text(format!("Only in {letter}: {names}."))
-    })
+    sides
+        .filter(|(_, names)| !names.is_empty())
+        .fold(section, |section, (letter, names)| {
+            section.text(format!("Only in {letter}: {names}."))
+        })
 }
 
 /// All metrics, folded.

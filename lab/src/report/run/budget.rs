@@ -20,14 +20,21 @@ pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if !path.is_file() {
         return Ok(None);
     }
-    let wrong = |message: String| input_error(&path, "", message, "make it again with `monorig explain`");
+    let wrong =
+        |message: String| input_error(&path, "", message, "make it again with `monorig explain`");
     let budget: Budget = serde_json::from_str(&read_result(&path)?)
         .map_err(|e| wrong(format!("this is not an error budget: {e}")))?;
     if (budget.kind.as_str(), budget.version) != ("explain", 1) {
-        return Err(wrong(format!("this is version {} of `{}`", budget.version, budget.kind)));
+        return Err(wrong(format!(
+            "this is version {} of `{}`",
+            budget.version, budget.kind
+        )));
     }
     if budget.scenario != run.summary.scenario {
-        return Err(wrong(format!("this is the error budget of {}", budget.scenario)));
+        return Err(wrong(format!(
+            "this is the error budget of {}",
+            budget.scenario
+        )));
     }
     let mut section = Section::new("Error budget").text(format!(
         "Root mean square errors of all samples over {} seeds, as they are and without one source of error at a time. Of sources that \
@@ -58,9 +65,14 @@ fn legend(budget: &Budget) -> Table {
 
 fn table(budget: &Budget, metric: &str) -> Table {
     let mut table = Table::new(&["estimator"], &["as it is"]);
-    table.caption = budget.of(metric).next().map_or(String::new(), |e| e.title());
+    table.caption = budget
+        .of(metric)
+        .next()
+        .map_or(String::new(), |e| e.title());
     for source in &budget.sources {
-        table.columns.push((format!("without {}", source.name), true));
+        table
+            .columns
+            .push((format!("without {}", source.name), true));
     }
     for error in budget.of(metric) {
         let values = std::iter::once(error.with_all).chain(error.without.iter().copied());

@@ -1,6 +1,7 @@
 //! Errors over time and their distributions; whether the stated uncertainty fits them.
 
 use crate::metrics::Quantity;
+use crate::metrics::VALID;
 use crate::plot::axis::{Axis, common_range, without_outliers};
 use crate::plot::bars::Histogram;
 use crate::plot::boxes::Boxes;
@@ -10,7 +11,6 @@ use crate::plot::line::{Line, LineChart};
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
-use crate::metrics::VALID;
 use crate::verdicts::summary::ExpectationVerdict;
 use monorig_sim::error::Error;
 
@@ -89,23 +89,20 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<(String, f64)> {
     all
 }
 
-fn over_time(
-    title: &str,
-    axis: &str,
-    errors: &ErrorGroups,
-    bounds: Vec<(String, f64)>,
-) -> Figure {
+fn over_time(title: &str, axis: &str, errors: &ErrorGroups, bounds: Vec<(String, f64)>) -> Figure {
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
     let lines = errors.iter().cloned();
     chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
-    let each = errors.iter().filter_map(|g| {
-        without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25)
-    });
+    let each = errors
+        .iter()
+        .filter_map(|g| without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25));
     if let Some(((low, high), cut)) = common_range(&each.collect::<Vec<_>>()) {
         // bounds are drawn where they do not flatten the errors themselves
         let reach = 3.0 * low.abs().max(high.abs());
         let near: Vec<_> = bounds.into_iter().filter(|b| b.1.abs() <= reach).collect();
-        let ends = near.iter().fold((low, high), |(a, b), x| (a.min(x.1), b.max(x.1)));
+        let ends = near
+            .iter()
+            .fold((low, high), |(a, b), x| (a.min(x.1), b.max(x.1)));
         chart.y = chart.y.between(ends.0.min(0.0), ends.1.max(0.0) + 1e-9);
         if cut {
             chart.note = "Lines are cut where the axis ends.".into();

@@ -28,7 +28,9 @@ pub fn correlations(runs: &[RunResult]) -> Option<Table> {
                 };
                 let pairs: Vec<(f64, f64)> = runs.iter().filter_map(pair).collect();
                 let rho = spearman(&pairs).filter(|_| pairs.len() >= MIN_RUNS);
-                rows.extend(rho.map(|rho| (name, estimator.clone(), metric.name, rho, pairs.len())));
+                rows.extend(
+                    rho.map(|rho| (name, estimator.clone(), metric.name, rho, pairs.len())),
+                );
             }
         }
     }
@@ -38,7 +40,10 @@ pub fn correlations(runs: &[RunResult]) -> Option<Table> {
     rows.sort_by(|a, b| b.3.abs().total_cmp(&a.3.abs()));
     let all = rows.len();
     rows.truncate(SHOWN);
-    let mut table = Table::new(&["drawn", "estimator", "metric"], &["rank correlation", "by chance", "runs"]);
+    let mut table = Table::new(
+        &["drawn", "estimator", "metric"],
+        &["rank correlation", "by chance", "runs"],
+    );
     table.caption = format!(
         "Rank correlation (Spearman) of drawn values with metrics, the {} strongest of {all}: + grows with it, − falls. Without any connection \
          19 of 20 lie within ± the figure under \"by chance\"",
@@ -99,7 +104,10 @@ mod tests {
 
     #[test]
     fn ranks_of_equal_values_are_their_mean() {
-        assert_eq!(ranks([3.0, 1.0, 3.0, 2.0].into_iter()), [3.5, 1.0, 3.5, 2.0]);
+        assert_eq!(
+            ranks([3.0, 1.0, 3.0, 2.0].into_iter()),
+            [3.5, 1.0, 3.5, 2.0]
+        );
     }
 
     /// Kendall & Gibbons 1990: ±1 for any monotone connection. The third is scipy.stats.spearmanr([1, 2, 3, 4, 5], [5, 6, 7, 8, 7]).

@@ -8,7 +8,11 @@ use crate::report::study::values::{estimators, value};
 use crate::report::table::{Cell, Table};
 
 /// The errors by which runs are bad.
-const METRICS: [&str; 3] = ["mass_error_rel_max", "slope_rmse_deg", "effective_slope_rmse_deg"];
+const METRICS: [&str; 3] = [
+    "mass_error_rel_max",
+    "slope_rmse_deg",
+    "effective_slope_rmse_deg",
+];
 /// Runs shown for each estimator and error.
 const SHOWN: usize = 3;
 
@@ -46,7 +50,11 @@ pub fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
 
 /// The command that makes a run of a study again, in the folder of the study file.
 fn command(study: &StudyFile, run: &RunResult) -> String {
-    let mut words = vec![format!("monorig run {} --seed {}", quoted(&study.scenario), run.seed)];
+    let mut words = vec![format!(
+        "monorig run {} --seed {}",
+        quoted(&study.scenario),
+        run.seed
+    )];
     let fixed = study.set.iter().map(|(path, value)| (path, value));
     let drawn = study.vary.iter().flat_map(|vary| {
         let value = run.draws.get(&vary.path);
