@@ -55,7 +55,7 @@ fn command(study: &StudyFile, run: &RunResult) -> String {
         quoted(&study.scenario),
         run.seed
     )];
-    let fixed = study.set.iter().map(|(path, value)| (path, value));
+    let fixed = study.set.iter();
     let drawn = study.vary.iter().flat_map(|vary| {
         let value = run.draws.get(&vary.path);
         vary.paths().filter_map(move |path| Some((path, value?)))
