@@ -1,6 +1,7 @@
 //! Reading back what a run has left behind: is it there, whole, and ours?
 
 use crate::viewer;
+use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::error::{Error, InputError};
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
@@ -24,6 +25,11 @@ const KINDS: &[ResultKind] = &[
         name: "recording",
         ending: ".rrd",
         read: recording,
+    },
+    ResultKind {
+        name: "samples",
+        ending: SAMPLES,
+        read: samples,
     },
     ResultKind {
         name: "channels",
@@ -75,6 +81,20 @@ fn channels(path: &Path) -> Result<String, Error> {
         found.columns.len(),
         found.rows,
         found.events.len()
+    ))
+}
+
+fn samples(path: &Path) -> Result<String, Error> {
+    monorig_sim::config::file::regular(path)?;
+    let found = Samples::open(path)?;
+    let mut steps = 0u64;
+    found.each(&mut |_| {
+        steps += 1;
+        Ok(())
+    })?;
+    Ok(format!(
+        "{steps} steps of {} ms",
+        found.step_ns as f64 * 1e-6
     ))
 }
 
