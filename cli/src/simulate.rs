@@ -7,6 +7,7 @@ use crate::ui::note::{detail, note};
 use crate::viewer;
 use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
+use monorig_logs::export::{SAMPLES, SampleRecorder};
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
 use monorig_sim::closed_loop::{Registry, Simulation, resolved};
@@ -42,6 +43,8 @@ pub struct RecordOptions<'a> {
     pub no_rerun: bool,
     /// Record long runs at the full rate too.
     pub full_rate: bool,
+    /// Keep every sample in `samples.parquet`.
+    pub keep_samples: bool,
     /// What was changed against the scenario file, as `path=value`; the scenario's name tells the variant already.
     pub changes: &'a [String],
     /// Where estimators and controller are from: their defaults go into the manifest.
@@ -97,6 +100,10 @@ pub fn simulate(
     }
     let mut pace = options.pace.map(Pace::new);
     let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
+    let mut samples = SampleRecorder::new(folder.path().join(SAMPLES));
+    if options.keep_samples {
+        observers.push(&mut samples);
+    }
     if let Some(pace) = &mut pace {
         observers.push(pace);
     }

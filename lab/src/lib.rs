@@ -23,6 +23,7 @@ pub mod explain;
 pub mod hidden;
 pub mod html;
 pub mod made_from;
+pub mod mapping;
 pub mod metrics;
 pub mod plot;
 pub mod recordings;

@@ -1,13 +1,17 @@
 //! The commands, a file each: its arguments with their help, and what it does.
 
 pub mod bound;
+pub mod calibrate;
 pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod draw;
 pub mod explain;
+pub mod export;
 pub mod inspect;
+pub mod judge;
 pub mod list;
+pub mod map;
 pub mod merge;
 pub mod replay;
 pub mod report;
@@ -104,6 +108,8 @@ pub enum Command {
     Explain(explain::ExplainArgs),
     /// Draw scenarios at random: courses that no estimator was tuned on
     Draw(draw::DrawArgs),
+    /// Write the profile of the rail that a run or a recorded log went over, as a track file
+    Map(map::MapArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
     /// List the runs in the folder for results, with what tells variants apart
@@ -112,6 +118,12 @@ pub enum Command {
     List(list::ListArgs),
     /// Run estimators over a recorded log, mapped by a map file
     Replay(replay::ReplayArgs),
+    /// Write a run as a recorded log, with the map that replays it
+    Export(export::ExportArgs),
+    /// Judge estimates made elsewhere beside ours, over a run or a log
+    Judge(judge::JudgeArgs),
+    /// Find parameters of vehicle and instruments from a log whose mass and slope are known
+    Calibrate(calibrate::CalibrateArgs),
     /// Show what is in a recorded log, and propose a map file for it
     Inspect(inspect::InspectArgs),
     /// Check files without running anything
@@ -138,10 +150,14 @@ impl Command {
             Self::Report(args) => report::report(args),
             Self::Explain(args) => explain::explain(args, registry),
             Self::Draw(args) => draw::draw(args, registry),
+            Self::Map(args) => map::map(args),
             Self::Sensors(args) => sensors::sensors(args),
             Self::Runs(args) => runs::runs(args),
             Self::List(args) => list::list(args, registry),
             Self::Replay(args) => replay::replay(args, registry),
+            Self::Export(args) => export::export(args),
+            Self::Judge(args) => judge::judge(args, registry),
+            Self::Calibrate(args) => calibrate::calibrate(args),
             Self::Inspect(args) => inspect::run(args),
             Self::Check(args) => check::check(args, registry),
             Self::Completions(args) => completions::completions(args, registry),

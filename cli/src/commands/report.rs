@@ -150,6 +150,12 @@ fn link(from: &Path, to: &Path) -> String {
     up.chain(down).map(|part| part + "/").collect()
 }
 
+/// How a file in a folder names another file; both absolute.
+pub fn relative(folder: &Path, file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    link(folder, file.parent().unwrap_or(Path::new("/"))) + &name
+}
+
 /// Names of the folders from the root on, links followed as far as the folder exists.
 fn absolute(path: &Path) -> Vec<String> {
     let path = match path.as_os_str().is_empty() {

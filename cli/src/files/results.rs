@@ -4,6 +4,7 @@ use crate::viewer;
 use monorig_lab::explain::Budget;
 use monorig_lab::report::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
+use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::config::file::{read_result, regular};
 use monorig_sim::error::{Error, InputError};
 use monorig_sim::record::manifest::{self, Manifest};
@@ -31,6 +32,7 @@ const ANY_JSON: &str = ".json";
 /// The first that fits a name counts.
 const KINDS: &[ResultKind] = &[
     of_run("recording", ".rrd", recording),
+    of_run("samples", SAMPLES, samples),
     of_run("channels", ".parquet", channels),
     of_run("manifest", "manifest.json", manifest),
     of_run("metrics", "metrics.json", metrics),
@@ -104,6 +106,20 @@ fn channels(path: &Path) -> Result<String, Error> {
         found.columns.len(),
         found.rows,
         found.events.len()
+    ))
+}
+
+fn samples(path: &Path) -> Result<String, Error> {
+    monorig_sim::config::file::regular(path)?;
+    let found = Samples::open(path)?;
+    let mut steps = 0u64;
+    found.each(&mut |_| {
+        steps += 1;
+        Ok(())
+    })?;
+    Ok(format!(
+        "{steps} steps of {} ms",
+        found.step_ns as f64 * 1e-6
     ))
 }
 
