@@ -3,7 +3,7 @@
 use crate::identity::identity;
 use crate::pace::Pace;
 use crate::ui::errors::CliError;
-use crate::ui::note::note;
+use crate::ui::note::{detail, note};
 use crate::viewer;
 use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
@@ -64,6 +64,15 @@ pub fn simulate(
     let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
     let folder = RunFolder::create(options.out, &scenario.name, seed)?;
     let (inputs, name) = (scenario.input_digests(), &scenario.name);
+    for (file, sum) in &inputs {
+        detail(&format!(
+            "read {file} (SHA-256 {})",
+            sum.get(..12).unwrap_or(sum)
+        ));
+    }
+    for (name, settings) in &scenario.file.estimators {
+        detail(&format!("estimator {name}: {}", settings.type_name(name)));
+    }
     let resolved = resolved(&scenario, options.registry);
     let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
     manifest.changes = options.changes.to_vec();
@@ -100,6 +109,12 @@ pub fn simulate(
     }
     let outcome = run::run(&mut simulation, &mut observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
+    detail(&format!(
+        "{} steps of {} ms in {wall_s:.2} s, recording included: {:.0} times real time",
+        outcome.steps,
+        scenario.file.physics.dt_ms.get(),
+        outcome.simulated_s / wall_s
+    ));
 
     let summary = metrics.summary(&scenario, seed, &outcome);
     folder.write("metrics.json", summary.to_json().as_bytes())?;

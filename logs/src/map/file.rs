@@ -5,7 +5,8 @@ use crate::time::TimeUnit;
 use crate::units::UnitName;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::scenario::{
-    Availability, Expectation, FaultKind, Integrity, KnownFailure, Record, Settings,
+    Availability, Expectation, FaultKind, Integrity, KnownFailure, KnownFailureEntry, Record,
+    Settings, known_failures,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,7 +67,12 @@ pub struct MapFile {
     #[serde(default)]
     pub integrity: Integrity,
     /// Bounds that do not hold, for reasons of physics, as in a scenario.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "known_failures"
+    )]
+    #[schemars(with = "Vec<KnownFailureEntry>")]
     pub known_failures: Vec<KnownFailure>,
     /// Recording rates.
     #[serde(default)]
