@@ -86,8 +86,8 @@ fn write_parquet(path: &Path, rows: usize) {
     writer.unwrap().close().unwrap();
 }
 
-/// Wall time, processor time and peak memory (MB) of a replay. Linux only; elsewhere no memory.
-fn replay(folder: &Path, log: &str, estimators: &str) -> (Duration, f64) {
+/// Wall time (s), processor time of all threads (s) and peak memory (MB) of a replay; the last two on Linux only.
+fn replay(folder: &Path, log: &str, estimators: &str) -> [f64; 3] {
     let begun = Instant::now();
     let mut child = Command::new(env!("CARGO_BIN_EXE_monorig"))
         .args([
@@ -105,8 +105,16 @@ fn replay(folder: &Path, log: &str, estimators: &str) -> (Duration, f64) {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let mut peak_mb = 0.0;
+    let (mut peak_mb, mut cpu_s) = (f64::NAN, f64::NAN);
     loop {
+        // user and system time are the 12th and 13th word behind the name, in hundredths of a second
+        let stat =
+            std::fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap_or_default();
+        if let Some((_, words)) = stat.rsplit_once(')') {
+            let ticks = words.split_whitespace().skip(11).take(2);
+            let ticks: f64 = ticks.filter_map(|w| w.parse::<f64>().ok()).sum();
+            cpu_s = if ticks > 0.0 { ticks / 100.0 } else { cpu_s };
+        }
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
         let line = status.unwrap_or_default();
         let peak = line.lines().find_map(|l| l.strip_prefix("VmHWM:"));
@@ -114,7 +122,7 @@ fn replay(folder: &Path, log: &str, estimators: &str) -> (Duration, f64) {
         peak_mb = kb.map_or(peak_mb, |kb| kb / 1024.0);
         if let Some(status) = child.try_wait().unwrap() {
             assert!(matches!(status.code(), Some(0 | 1)), "{status}");
-            return (begun.elapsed(), peak_mb);
+            return [begun.elapsed().as_secs_f64(), cpu_s, peak_mb];
         }
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -153,11 +161,11 @@ reference: {{mass: {{kg: 20000, sd_kg: 100}}, slope: {{deg: 0, sd_deg: 6}}}}\n",
         ("log.parquet", FOUR, "four estimators"),
         ("log.csv", FOUR, "four estimators"),
     ] {
-        let (took, peak_mb) = replay(dir.path(), log, estimators);
-        let times = seconds as f64 / took.as_secs_f64();
+        let [wall_s, cpu_s, peak_mb] = replay(dir.path(), log, estimators);
+        let (times, times_cpu) = (seconds as f64 / wall_s, seconds as f64 / cpu_s);
+        println!("{log}, {words}: {wall_s:.2} s, {times:.0} times real time");
         println!(
-            "{log}, {words}: {:.2} s, {times:.0} times real time, {peak_mb:.0} MB",
-            took.as_secs_f64()
+            "    {cpu_s:.2} s of processor time ({times_cpu:.0} times real time), {peak_mb:.0} MB"
         );
     }
 }

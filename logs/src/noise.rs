@@ -9,8 +9,8 @@ use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use std::collections::BTreeMap;
 
-/// Noise of the channels: standard deviation of a sample by the differences of successive ones (von Neumann 1941), which motion that is
-/// slow against the rate of the samples does not touch, and vibration does.
+/// Noise of the channels: standard deviation of a sample by the second differences of successive ones (after von Neumann 1941), which motion
+/// that is slow against the rate of the samples does not touch, and vibration does.
 #[derive(Clone, Debug, Default)]
 pub struct Noise {
     channels: Vec<Channel>,
@@ -20,7 +20,9 @@ pub struct Noise {
 struct Channel {
     kind: Kinds,
     index: usize,
+    /// The last sample, and the one before it.
     last: f64,
+    before: Option<f64>,
     n: f64,
     squares: f64,
 }
@@ -86,21 +88,25 @@ impl Noise {
         let mut channels = self.channels.iter_mut();
         match channels.find(|c| c.kind == kind && c.index == index) {
             Some(channel) => {
-                channel.n += 1.0;
-                channel.squares += (x - channel.last).powi(2);
+                if let Some(before) = channel.before {
+                    channel.n += 1.0;
+                    channel.squares += (x - 2.0 * channel.last + before).powi(2);
+                }
+                channel.before = Some(channel.last);
                 channel.last = x;
             }
             None => self.channels.push(Channel {
                 kind,
                 index,
                 last: x,
+                before: None,
                 n: 0.0,
                 squares: 0.0,
             }),
         }
     }
 
-    /// The figures of all channels with two samples.
+    /// The figures of all channels with three samples.
     pub fn figures(&self) -> Vec<ChannelNoise> {
         let figure = |c: &Channel| {
             let (name, unit) = match c.kind {
@@ -117,12 +123,13 @@ impl Noise {
                     .to_owned(),
                 _ => (c.index + 1).to_string(),
             };
-            let sd = (c.squares / (2.0 * c.n)).sqrt();
+            // of white noise the mean square is 1 + 4 + 1 times the variance
+            let sd = (c.squares / (6.0 * c.n)).sqrt();
             ChannelNoise {
                 channel: format!("{name} {which}"),
                 sd,
-                // each difference shares a sample with its neighbour: variance of the variance 3 σ⁴ / n instead of 2 σ⁴ / n
-                sd_of_sd: sd * (0.75 / c.n).sqrt(),
+                // neighbours share samples (correlations −2/3 and 1/6): the variance of the variance is 2 (1 + 2 · 17/36) σ⁴ / n
+                sd_of_sd: sd * (35.0 / (36.0 * c.n)).sqrt(),
                 unit,
                 kind: c.kind,
                 index: c.index,

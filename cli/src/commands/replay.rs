@@ -26,7 +26,7 @@ use std::time::Duration;
 const REPLAY_EXAMPLES: &str = "\
 Examples:
   monorig replay --map drive.map.yaml                    the files and the estimators that the map names
-  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion_robust,dffrls_aekf_robust
+  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion,dffrls_aekf_robust
   monorig replay --map drive.map.yaml --check            what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit out/replay.xml
 
