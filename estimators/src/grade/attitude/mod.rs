@@ -250,7 +250,7 @@ impl AttitudeFilter {
             speed_noise_mps: self.speed_noise(),
             acceleration_mps2: motion.v_dot,
             pitch_rad: x[THETA],
-            pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]),
+            pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]).max(self.least_sd_rad()),
             roll_rad: x[PHI],
             bias_mps2: x[BIAS_X],
             sum_sd: self.sum_sd(),
@@ -431,6 +431,17 @@ impl AttitudeFilter {
     /// Whether it has started.
     pub fn started(&self) -> bool {
         self.started
+    }
+
+    /// Least standard deviation of the pitch that is told, rad: of an IMU that is not calibrated that of its bias, whatever the covariance makes of bends and
+    /// grades, where askew axes read one turn as another.
+    fn least_sd_rad(&self) -> Real {
+        let [bias_sd, _] = self.bias_sd;
+        if self.accel_scale_sd > 0.0 {
+            bias_sd / GRAVITY
+        } else {
+            0.0
+        }
     }
 
     fn speed_noise(&self) -> Real {
