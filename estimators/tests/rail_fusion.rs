@@ -181,6 +181,28 @@ fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     assert!(without > 0.9 * BIAS_SD, "without f_z {without}");
 }
 
+/// Of an instrument that is not calibrated the mount may be as askew as its bias is large, for which |f| = g tells nothing: the grade stays as
+/// uncertain as it was at the start, on the slope too.
+#[test]
+fn a_mount_that_may_be_askew_is_said_in_the_standard_deviation() {
+    for name in ["rail_fusion", "attitude"] {
+        for seed in 0..6 {
+            let told = ("accel_bias_sd_mps2", Setting::Number(0.25));
+            let mut estimator = build(name, &[told]);
+            let mut world = World::new(60 + seed, 10_000.0, 0.14);
+            world.bias[0] = 0.25 * if seed % 2 == 0 { 1.0 } else { -1.5 };
+            let grade = world.run(&mut estimator, 45.0).grade_rad;
+            assert!(grade.sd > 0.8 * 0.25 / G, "{name}: {}", grade.sd);
+            let error = (grade.value - world.theta).abs();
+            assert!(
+                error < 3.0 * grade.sd,
+                "{name} {seed}: {error} {}",
+                grade.sd
+            );
+        }
+    }
+}
+
 #[test]
 fn one_start_on_the_level_weighs_a_load_that_swings() {
     for load_kg in [2_000.0, 7_000.0, 14_000.0] {

@@ -11,10 +11,10 @@ use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 
 /// Nodes remembered.
-pub const NODES: usize = 300;
+pub const NODES: usize = 250;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 36.0;
+const SPARE_M: Real = 30.0;
 /// Share of what a later visit reads.
 const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.

@@ -76,6 +76,9 @@ const CALIBRATED_SD: Real = 0.03;
 /// Standard deviation of the scale of another, and change of the pitch over which it counts as one error, rad.
 const UNCALIBRATED_SCALE_SD: Real = 0.0075;
 const RAMP_RAD: Real = 0.2;
+/// How far axes of such an IMU are askew against each other, rad, and time over which a bend turns to one side, s.
+const ASKEW_RAD: Real = 0.025;
+const BEND_S: Real = 3.0;
 /// Largest speed, m/s, and angle, rad, that the state may have.
 const MAX_SPEED_MPS: Real = 100.0;
 const MAX_ANGLE_RAD: Real = MAX_GRADE_RAD;
@@ -219,7 +222,8 @@ impl AttitudeFilter {
         let motion = kinematics::motion(&self.belief.x, &inputs, self.lever);
         let seen = [self.gravity.seen_walk(), self.seen_turn_walk()];
         kinematics::predict(&mut self.belief, &motion, &inputs, &self.params, seen, dt);
-        self.doubt_scale(motion.theta_dot * dt);
+        let [_, _, yaw_rate] = inputs.rate.unwrap_or_default();
+        self.doubt_calibration(motion.theta_dot * dt, yaw_rate, dt);
         let lever_mps = self.lever.below_m * motion.theta_dot;
         if inputs.shock {
             self.wheels.shock();
@@ -251,7 +255,7 @@ impl AttitudeFilter {
             speed_noise_mps: self.speed_noise(),
             acceleration_mps2: motion.v_dot,
             pitch_rad: x[THETA],
-            pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]),
+            pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]).max(self.least_sd_rad()),
             roll_rad: x[PHI],
             bias_mps2: x[BIAS_X],
             sum_sd: self.sum_sd(),
@@ -313,11 +317,19 @@ impl AttitudeFilter {
         }
     }
 
-    /// The scale of an accelerometer that is not calibrated changes its bias with the grade. Without it the change of cos θ on a slope would pass for
-    /// a measurement of the bias.
-    fn doubt_scale(&mut self, turn_rad: Real) {
+    /// What the model of an uncalibrated IMU leaves out. Its scale changes its bias with the grade: else the change of cos θ on a slope would pass
+    /// for a measurement of the bias. Its axes are askew: in a bend a share of the yaw rate is read as rates of pitch and roll.
+    fn doubt_calibration(&mut self, turn_rad: Real, yaw_rate_radps: Real, dt: Real) {
+        if self.accel_scale_sd <= 0.0 {
+            return;
+        }
         let scale = self.accel_scale_sd * GRAVITY;
-        self.belief.P[(BIAS_X, BIAS_X)] += scale * scale * RAMP_RAD * turn_rad.abs();
+        let P = &mut self.belief.P;
+        P[(BIAS_X, BIAS_X)] += scale * scale * RAMP_RAD * turn_rad.abs();
+        let askew = ASKEW_RAD * yaw_rate_radps;
+        for angle in [THETA, PHI] {
+            P[(angle, angle)] += askew * askew * BEND_S * dt;
+        }
     }
 
     /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
@@ -424,6 +436,17 @@ impl AttitudeFilter {
     /// Whether it has started.
     pub fn started(&self) -> bool {
         self.started
+    }
+
+    /// Least standard deviation of the pitch that is told, rad: of an IMU that is not calibrated that of its bias, whatever the covariance makes of bends and
+    /// grades, where askew axes read one turn as another.
+    fn least_sd_rad(&self) -> Real {
+        let [bias_sd, _] = self.bias_sd;
+        if self.accel_scale_sd > 0.0 {
+            bias_sd / GRAVITY
+        } else {
+            0.0
+        }
     }
 
     fn speed_noise(&self) -> Real {

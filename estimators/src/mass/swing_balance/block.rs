@@ -33,6 +33,8 @@ pub struct BlockInput {
     pub speed_mps: Real,
     /// Its standard deviation but for what is common to a block, m/s.
     pub speed_noise_mps: Real,
+    /// Total mass by the last block, kg.
+    pub mass_kg: Real,
     /// Acceleration by the accelerometer, m/s².
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
@@ -56,12 +58,10 @@ pub struct Block {
     pub place: Place,
     /// Traction, N.
     pub traction_n: f32,
-    /// Its variance, N².
+    /// Its variance, N², with that of the inertia.
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
-    /// Largest standard deviation of the speed, m/s.
-    pub speed_noise_mps: f32,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, s.
@@ -86,12 +86,6 @@ impl Block {
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
         self.acceleration
             .map(|steps| Real::from(steps) * ACCELERATION_STEP)
-    }
-
-    /// Variance of the mean acceleration beyond that of instruments as they are on the sheet of a train, m²/s⁴.
-    pub fn acceleration_variance(&self) -> Real {
-        let speed = Real::from(self.speed_noise_mps) / self.length_s();
-        (2.0 * speed * speed - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0)
     }
 
     /// Its length, s.
@@ -164,9 +158,8 @@ impl BlockBuilder {
         let block = Block {
             place: rail.between(start, rail.here()),
             traction_n: stored(self.traction / count),
-            variance: stored(self.variance / (count * count)),
+            variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
-            speed_noise_mps: stored(self.noise),
             acceleration: self.parts.map(|a| quantised(a + shift)),
             substep_s: stored(self.length_s / SUBSTEPS as Real),
             brake: stored(self.brake),
@@ -183,13 +176,22 @@ impl BlockBuilder {
     }
 }
 
+impl BlockBuilder {
+    /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise covers, N².
+    fn inertia_variance(&self, mass_kg: Real) -> Real {
+        let noise = self.noise / self.length_s.max(SUBSTEP_S);
+        let beyond = (2.0 * noise * noise - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0);
+        mass_kg * mass_kg * beyond
+    }
+}
+
 impl Blank for Place {
     fn blank() -> Self {
         Self::default()
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, speed_noise_mps, acceleration, substep_s, brake, sound, slip, doubt; });
+state!(Block { place, traction_n, variance, speed_mps, acceleration, substep_s, brake, sound, slip, doubt; });
 state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
