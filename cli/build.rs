@@ -1,4 +1,5 @@
 //! Tells the program from which git revision it is built: `MONORIG_REVISION`, `-dirty` behind it if a source file was changed since.
+//! `MONORIG_BUILD`: for which system and by which compiler.
 //! Without git, or outside of a checkout of monorig, the variable is not set, and the program says `unknown`.
 
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ const SOURCES: &[&str] = &[
     "../estimators",
     "../sim",
     "../lab",
+    "../logs",
     "../viz",
     "src",
     "build.rs",
@@ -18,6 +20,7 @@ const SOURCES: &[&str] = &[
 ];
 
 fn main() {
+    built_by();
     // a package that was published: cargo has put the revision into it
     if let Ok(text) = std::fs::read_to_string(".cargo_vcs_info.json") {
         println!("cargo::rerun-if-changed=.cargo_vcs_info.json");
@@ -39,6 +42,18 @@ fn main() {
     if let Some(revision) = revision() {
         println!("cargo::rustc-env=MONORIG_REVISION={revision}");
     }
+}
+
+/// `MONORIG_BUILD`: for which system, and by which compiler.
+fn built_by() {
+    let variable = |name: &str| std::env::var(name).unwrap_or_default();
+    let rustc = Command::new(variable("RUSTC")).arg("--version").output();
+    let rustc = rustc.ok().and_then(|o| String::from_utf8(o.stdout).ok());
+    let rustc = rustc.as_deref().map_or("unknown rustc", str::trim);
+    println!(
+        "cargo::rustc-env=MONORIG_BUILD={}, {rustc}",
+        variable("TARGET")
+    );
 }
 
 fn revision() -> Option<String> {

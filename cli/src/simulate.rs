@@ -3,10 +3,11 @@
 use crate::identity::identity;
 use crate::pace::Pace;
 use crate::ui::errors::CliError;
-use crate::ui::note::note;
+use crate::ui::note::{detail, note};
 use crate::viewer;
 use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
+use monorig_logs::export::{SAMPLES, SampleRecorder};
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
 use monorig_sim::closed_loop::{Registry, Simulation, resolved};
@@ -42,6 +43,8 @@ pub struct RecordOptions<'a> {
     pub no_rerun: bool,
     /// Record long runs at the full rate too.
     pub full_rate: bool,
+    /// Keep every sample in `samples.parquet`.
+    pub keep_samples: bool,
     /// What was changed against the scenario file, as `path=value`; the scenario's name tells the variant already.
     pub changes: &'a [String],
     /// Where estimators and controller are from: their defaults go into the manifest.
@@ -61,6 +64,15 @@ pub fn simulate(
     let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
     let folder = RunFolder::create(options.out, &scenario.name, seed)?;
     let (inputs, name) = (scenario.input_digests(), &scenario.name);
+    for (file, sum) in &inputs {
+        detail(&format!(
+            "read {file} (SHA-256 {})",
+            sum.get(..12).unwrap_or(sum)
+        ));
+    }
+    for (name, settings) in &scenario.file.estimators {
+        detail(&format!("estimator {name}: {}", settings.type_name(name)));
+    }
     let resolved = resolved(&scenario, options.registry);
     let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
     manifest.changes = options.changes.to_vec();
@@ -88,11 +100,21 @@ pub fn simulate(
     }
     let mut pace = options.pace.map(Pace::new);
     let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
+    let mut samples = SampleRecorder::new(folder.path().join(SAMPLES));
+    if options.keep_samples {
+        observers.push(&mut samples);
+    }
     if let Some(pace) = &mut pace {
         observers.push(pace);
     }
     let outcome = run::run(&mut simulation, &mut observers, go_on)?;
     let wall_s = started.elapsed().as_secs_f64();
+    detail(&format!(
+        "{} steps of {} ms in {wall_s:.2} s, recording included: {:.0} times real time",
+        outcome.steps,
+        scenario.file.physics.dt_ms.get(),
+        outcome.simulated_s / wall_s
+    ));
 
     let summary = metrics.summary(&scenario, seed, &outcome);
     folder.write("metrics.json", summary.to_json().as_bytes())?;

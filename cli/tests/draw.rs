@@ -86,5 +86,6 @@ fn the_bound_of_a_scenario() {
         "{told}"
     );
     let csv = rig.read("b.csv");
-    assert_eq!(csv.lines().count(), 1 + 600, "{csv}");
+    // the first step, and every tenth of a second to the 60th
+    assert_eq!(csv.lines().count(), 1 + 1 + 600, "{csv}");
 }

@@ -318,3 +318,148 @@ fn of_nothing_that_can_be_reported() {
     std::fs::remove_file(file("channels.parquet")).unwrap();
     refused(RUN, "no channels.parquet");
 }
+
+#[test]
+fn two_runs_compared() {
+    let rig = with_run();
+    let more = [
+        "run",
+        "quick & dirty.yaml",
+        "--no-rerun",
+        "--name",
+        "light",
+        "--set",
+        "load.mass_kg=500",
+    ];
+    let (code, out, err) = rig.monorig(&more);
+    assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+    let light = "runs/quick & dirty@light/1";
+    let (code, out, err) = rig.monorig(&["report", RUN, light]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let html = rig.read("runs/quick & dirty/1/against_quick & dirty@light-1.html");
+    self_contained(&html);
+    let text = text(&html);
+    for part in [
+        "quick & dirty@light, seed 1 against quick & dirty, seed 1",
+        "load.mass_kg",
+        "500",
+        "B minus A",
+        "dffrls_aukf_robust",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    // the difference of a metric is that of what the two runs measured
+    let metrics = |run: &str| -> serde_json::Value {
+        serde_json::from_str(&rig.read(&format!("{run}/metrics.json"))).unwrap()
+    };
+    let slope = |run: &str| {
+        metrics(run)["estimators"]["rls_ekf_robust"]["slope_rmse_deg"]
+            .as_f64()
+            .unwrap()
+    };
+    let difference = number(slope(light) - slope(RUN));
+    assert!(text.contains(&difference), "{difference}");
+    // a run against itself has no difference
+    let (code, _, err) = rig.monorig(&["report", RUN, RUN, "--out", "same.html"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(
+        rig.read("same.html")
+            .contains("Both runs were made from the same")
+    );
+    let told = rig.refused(&["report", RUN, "runs"]);
+    assert!(told.contains("not the folder of a run"), "{told}");
+}
+
+#[test]
+fn a_page_with_the_viewer_needs_a_recording_and_the_viewer() {
+    let rig = with_run();
+    let told = rig.refused(&["report", RUN, "--view"]);
+    assert!(
+        told.contains("no recording for the viewer (run.rrd)"),
+        "{told}"
+    );
+    // a program that is no viewer
+    let with = ["report", RUN, "--view", "--viewer", "track.yaml"];
+    assert!(rig.refused(&with).contains("run.rrd"));
+}
+
+#[test]
+fn an_error_budget_is_in_the_report() {
+    let rig = with_run();
+    let explain = ["explain", RUN, "--seeds", "1..2"];
+    let (code, out, err) = rig.monorig(&explain);
+    assert_eq!(code, Some(0), "{out}{err}");
+    for part in [
+        "slope_rmse_deg, °",
+        "without noise",
+        "without all of these",
+        "with more excitation",
+        "2 seeds",
+    ] {
+        assert!(out.contains(part), "{part}\n{out}");
+    }
+    assert!(out.lines().all(|l| l.chars().count() <= 80), "{out}");
+    let budget: serde_json::Value =
+        serde_json::from_str(&rig.read("runs/quick & dirty/1/explain.json")).unwrap();
+    let sources = budget["sources"].as_array().unwrap();
+    assert!(sources.iter().all(|s| s["failed"].is_null()), "{sources:?}");
+    // without errors of instruments and model next to nothing is left of those that the errors make
+    let at = |name: &str| sources.iter().position(|s| s["name"] == name).unwrap();
+    let slope = budget["errors"].as_array().unwrap().iter();
+    let mut slope =
+        slope.filter(|e| e["metric"] == "slope_rmse_deg" && e["estimator"] == "rls_ekf_robust");
+    let slope = slope.next().unwrap();
+    let (all, none) = (
+        slope["with_all"].as_f64().unwrap(),
+        slope["without"][at("all of these")].as_f64().unwrap(),
+    );
+    assert!(none < all, "{none} {all}");
+    // what is explained is the run: the first seed with everything is its own metric
+    let one = ["explain", RUN, "--seeds", "1"];
+    assert_eq!(rig.monorig(&one).0, Some(0));
+    let budget: serde_json::Value =
+        serde_json::from_str(&rig.read("runs/quick & dirty/1/explain.json")).unwrap();
+    let metrics: serde_json::Value =
+        serde_json::from_str(&rig.read("runs/quick & dirty/1/metrics.json")).unwrap();
+    for error in budget["errors"].as_array().unwrap() {
+        let [name, metric] = ["estimator", "metric"].map(|k| error[k].as_str().unwrap());
+        let measured = metrics["estimators"][name][metric].as_f64().unwrap();
+        let explained = error["with_all"].as_f64().unwrap();
+        assert!(
+            (measured - explained).abs() < 1e-9 * measured.abs().max(1.0),
+            "{name} {metric}"
+        );
+    }
+    let text = text(&rig.read("runs/quick & dirty/1/report.html"));
+    assert!(
+        text.contains("Error budget") && text.contains("share of mean square error"),
+        "{text}"
+    );
+    let (code, out, err) = rig.monorig(&[
+        "check",
+        "runs/quick & dirty/1/explain.json",
+        "runs/quick & dirty/1/report.html",
+    ]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(
+        out.contains("error budget ok") && out.contains("page ok"),
+        "{out}"
+    );
+    // a scenario file that was changed since must be named
+    rig.write(
+        "quick & dirty.yaml",
+        QUICK.replace("1 < 2", "1 < 3").as_bytes(),
+    );
+    assert!(rig.refused(&one).contains("--scenario"));
+    let named = [
+        "explain",
+        RUN,
+        "--seeds",
+        "1",
+        "--scenario",
+        "quick & dirty.yaml",
+    ];
+    let (code, _, err) = rig.monorig(&named);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("were changed since"), "{err}");
+}

@@ -101,7 +101,7 @@ impl World {
     }
 
     fn measure(&mut self, a: Real, theta_dot: Real, force: Real) -> (Measurements, Command) {
-        let t = Time::from_s(self.t as f64);
+        let t = Time::from_s(self.t);
         let mut z = Measurements::at(t);
         let noise = VRW / DT.sqrt();
         let (sine, cosine) = self.theta.sin_cos();

@@ -8,6 +8,7 @@
 //! | [`made_from`] | what results were made from and by |
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
 //! | [`bound`] | what no estimator can be better than |
+//! | [`explain`] | how much of the errors each source of error makes |
 //! | [`draw`] | courses drawn at random, as scenario files |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
 //! | [`tuning`] | parameters found by search |
@@ -18,9 +19,11 @@
 pub mod batch;
 pub mod bound;
 pub mod draw;
+pub mod explain;
 pub mod hidden;
 pub mod html;
 pub mod made_from;
+pub mod mapping;
 pub mod metrics;
 pub mod plot;
 pub mod recordings;

@@ -66,7 +66,9 @@ fn recording() -> ReplayData {
                 value: [0.1, 0.0, 9.8],
             }),
             wheel_speed_mps: std::array::from_fn(|i| {
-                (k as usize % (i + 2) == 0).then_some(Sample { t, value: 1.0 })
+                (k as usize)
+                    .is_multiple_of(i + 2)
+                    .then_some(Sample { t, value: 1.0 })
             }),
             ..Measurements::default()
         };

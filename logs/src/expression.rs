@@ -90,6 +90,11 @@ impl Expression {
         }
     }
 
+    /// Whether it is a column by itself.
+    pub fn is_column(&self) -> bool {
+        self.root == Node::Column(0)
+    }
+
     /// Its value, given those of [`Expression::columns`].
     pub fn value(&self, columns: &[f64]) -> f64 {
         evaluate(&self.root, columns)

@@ -8,6 +8,10 @@
 //! | [`map`] | the map file: which column is which measurement |
 //! | [`drive`] | rows through the map into steps of measurements, references and commands |
 //! | [`replay`] | a log and its map as a [`Simulation`](monorig_sim::Simulation): the loop of a run, with a plant and instruments that play back |
+//! | [`export`] | a run out as a log, with its map |
+//! | [`identify`] | parameters of vehicle and instruments from a log whose mass and slope are known |
+//! | [`noise`] | noise of a log, and the parameters of estimators that stand for it |
+//! | [`judge`] | estimates made elsewhere, played back beside those in the loop |
 //! | [`inspect`] | what is in a log, and a map proposed for it |
 //! | [`check`] | what is wrong with a log and its map, from the log alone |
 //!
@@ -25,11 +29,14 @@
 
 pub mod check;
 pub mod drive;
+pub mod export;
 pub mod expression;
+pub mod identify;
 pub mod inspect;
-
+pub mod judge;
 pub mod map;
 pub mod merge;
+pub mod noise;
 pub mod read;
 pub mod replay;
 pub mod time;

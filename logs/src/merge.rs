@@ -1,7 +1,7 @@
 //! Rows of several files in the order of time: a thread reads each file, a heap chooses the earliest row.
 
 use crate::read::{self, Chunk, Format, Part, ReadOptions, Row, Table};
-use crate::time::NS;
+use crate::time::{NS, TimeUnit};
 use crate::wrong;
 use monorig_sim::error::Error;
 use std::cmp::Reverse;
@@ -34,6 +34,8 @@ pub struct Source {
     pub path: PathBuf,
     /// How it is read.
     pub options: ReadOptions,
+    /// Column of when the values were taken, and its unit, where the time of a row is when they were recorded.
+    pub stamp: Option<(String, TimeUnit)>,
     /// Added to its stamps, ns.
     pub offset_ns: i64,
     /// How much its clock is too slow, parts per million: stamps grow by it from its first one on.
@@ -72,6 +74,7 @@ struct Stream {
     at: usize,
     ended: bool,
     by: By,
+    stamp: Option<(String, TimeUnit)>,
     offset_ns: i64,
     drift_ppm: f64,
     /// First stamp of this part, before the correction.
@@ -109,12 +112,14 @@ impl Ord for WaitingRow {
 impl Stream {
     fn open(part: Part, number: usize, source: &Source, by: By) -> Result<Self, Error> {
         let (send, rows) = sync_channel(AHEAD);
+        let bus = matches!(
+            part.format,
+            Format::Mcap | Format::Candump | Format::Asc | Format::Blf
+        );
+        // rows that are recorded in the order of one time are not in the order of another
         let (path, sorts) = (
             part.path.clone(),
-            matches!(
-                part.format,
-                Format::Mcap | Format::Candump | Format::Asc | Format::Blf
-            ),
+            bus || (source.stamp.is_some() && by == By::Stamp),
         );
         let format = part.format;
         let thread = std::thread::Builder::new()
@@ -136,6 +141,7 @@ impl Stream {
             at: 0,
             ended: false,
             by,
+            stamp: source.stamp.clone(),
             offset_ns: source.offset_ns,
             drift_ppm: source.drift_ppm,
             first_ns: None,
@@ -186,6 +192,20 @@ impl Stream {
         into.values.extend_from_slice(self.chunk.values_of(&row));
         into.tables = self.chunk.tables.clone();
         self.at += 1;
+        if let Some((name, unit)) = &self.stamp {
+            let table = into.tables.get(row.table as usize);
+            let column = table.and_then(|t| t.columns.iter().position(|c| c.name == *name));
+            let taken = column.and_then(|c| into.values.get(c)).copied();
+            let Some(ns) = taken.and_then(|x| unit.of_f64(x)) else {
+                let message = match column {
+                    None => format!("there is no column `{name}` for when values were taken"),
+                    Some(_) => format!("row {} does not say when it was taken", row.place),
+                };
+                let help = "`time: {stamp: COLUMN}` names a column that every table has";
+                return Err(wrong(&self.path, None, message, help));
+            };
+            row.stamp_ns = ns;
+        }
         if row.piece != self.piece {
             // a piece begins a second after the one before it has ended, whatever its own clock says
             self.piece = row.piece;

@@ -1,7 +1,9 @@
 //! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play back.
 
 use crate::drive::{Drive, Found, Plan, Reference, Step, Target, calibrate};
+use crate::judge::EstimatesFile;
 use crate::map::Map;
+use crate::noise::Noise;
 use crate::wrong;
 use monorig_estimators::Real;
 use monorig_estimators::api::aid::AidStatus;
@@ -29,6 +31,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct ReplayOptions {
     /// Estimators by their names in the registry, instead of those of the map.
     pub estimators: Vec<String>,
+    /// Estimates made elsewhere, by the name under which they are judged.
+    pub judged: Vec<(String, EstimatesFile)>,
+    /// Give estimators the noise of the log where the map does not set it: a parameter so given is among what was found.
+    pub noise_from_log: bool,
 }
 
 /// A log being played: shared by what says the time and what delivers the samples.
@@ -38,7 +44,7 @@ struct Playback {
     reference: Reference,
     step: Step,
     next: Option<Step>,
-    /// Last measured torques, which stand for the command: logs of a vehicle rarely have one.
+    /// The command of the next step; in a log without commands the last measured torques.
     command: Command,
 }
 
@@ -85,20 +91,22 @@ impl Plant for RecordedPlant {
         self.over = next.is_none();
         *step = now;
         self.segment.store(now.segment, Ordering::Relaxed);
-        for (torque, sample) in command
-            .motor_torque_nm
-            .iter_mut()
-            .zip(&now.z.motor_torque_nm)
-        {
-            *torque = sample.map_or(*torque, |s| s.value);
+        if now.command.is_none() {
+            let torques = command.motor_torque_nm.iter_mut();
+            for (torque, sample) in torques.zip(&now.z.motor_torque_nm) {
+                *torque = sample.map_or(*torque, |s| s.value);
+            }
         }
+        let effective = reference.effective_at(now.t_ns);
         let (slope, mass) = reference.at(now.t_ns);
         let t = &mut self.truth;
         t.t_s = now.t_ns as f64 * 1e-9;
         t.total_mass_kg = mass;
         t.grade_at_imu_rad = slope;
-        if self.point {
-            t.grade_effective_rad = slope;
+        match effective {
+            Some(effective) => t.grade_effective_rad = effective,
+            None if self.point => t.grade_effective_rad = slope,
+            None => {}
         }
         Ok(())
     }
@@ -218,14 +226,21 @@ fn sample(
     slots.get(i).copied().flatten().map(|s| s.value)
 }
 
-/// The controller of a replay: what was measured of the torque stands for what was commanded.
+/// The controller of a replay: the command that was recorded, else what was measured of the torque.
 struct RecordedCommand(Shared);
 
 impl Controller for RecordedCommand {
     fn control(&mut self, _: &Asked, _: &Perception, _: f64) -> Command {
-        lock(&self.0).command
+        let mut play = lock(&self.0);
+        if let Some(command) = play.next.as_ref().and_then(|next| next.command) {
+            play.command = command;
+        }
+        play.command
     }
 }
+
+/// A first sample later than this after zero of the log's clock is of a clock that has run before, s.
+const MAX_FIRST_STEP_S: f64 = 1.0;
 
 /// An estimator that is reset where a new segment of the log begins.
 struct Segmented {
@@ -246,6 +261,8 @@ impl Estimator for Segmented {
         match self.known.replace(segment) {
             Some(known) if known == segment => return self.inner.step(z, u, dt),
             Some(_) => self.inner.reset(),
+            // a log whose clock began with it
+            None if dt > 0.0 && dt <= MAX_FIRST_STEP_S => return self.inner.step(z, u, dt),
             None => {}
         }
         // the first step of a segment: the time before it does not count
@@ -283,14 +300,14 @@ pub fn simulation(
     build(map, options, registry).map(|(simulation, _)| simulation)
 }
 
-/// The same, with what was found by calibration.
+/// The same, with what was found by calibration and of noise.
 pub fn build(
     map: &Map,
     options: &ReplayOptions,
     registry: &Registry,
 ) -> Result<(Simulation, Vec<Found>), Error> {
     let mut plan = Plan::new(map)?;
-    let found = calibrate(map, &mut plan)?;
+    let mut found = calibrate(map, &mut plan)?;
     let mut drive = Drive::open(map, &plan)?;
     let reference = Reference::load(map, drive.origin_ns())?;
     let next = drive.next(map)?;
@@ -311,6 +328,15 @@ pub fn build(
             .map(|name| (name.clone(), Settings::default()))
             .collect(),
     };
+    let (mut estimators, mut registry) = (estimators, registry.clone());
+    for (name, file) in &options.judged {
+        let added = file.add(&mut registry, name, drive.origin_ns());
+        added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
+        estimators.insert(name.clone(), Settings::default());
+    }
+    if options.noise_from_log {
+        found.extend(Noise::of_log(map, &plan)?.give(&mut estimators, &registry));
+    }
     if estimators.is_empty() {
         return Err(map.error(
             "estimators",
@@ -319,7 +345,8 @@ pub fn build(
         ));
     }
     let mut digests = BTreeMap::new();
-    for path in map.files.values().chain(&map.dbc) {
+    let judged = options.judged.iter().map(|(_, file)| &file.path);
+    for path in map.files.values().chain(&map.dbc).chain(judged) {
         let name = path
             .file_name()
             .unwrap_or_default()
@@ -387,5 +414,5 @@ pub fn build(
         }),
         dt_s: step_s,
     };
-    Ok((Simulation::recorded(recorded, registry)?, found))
+    Ok((Simulation::recorded(recorded, &registry)?, found))
 }

@@ -54,13 +54,13 @@ pub fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         overrides.push(("seeds".into(), seeds.clone()));
     }
     let scenario = prepare::simulation(&task.file, &overrides, registry)?.scenario;
-    let noise = noise(&scenario)?;
+    bounded(&scenario)?;
     interrupt::listen();
     scenario.inputs().seal();
     let mut progress = ProgressDisplay::new(&scenario.name);
     let seeds = scenario.seeds();
     let mut runs = Vec::new();
-    let one = |seed: u64| of_seed(&scenario, registry, noise, seed);
+    let one = |seed: u64| of_seed(&scenario, registry, seed);
     in_order(task.jobs.get(), seeds.iter().copied(), one, |done| {
         runs.push(done?.ok_or(CliError::Interrupted)?);
         progress.at(runs.len() as f64 / seeds.len() as f64);
@@ -76,14 +76,14 @@ pub fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, Cl
 }
 
 /// What the sheet says; one without accelerometer or wheel speed bounds nothing.
-fn noise(scenario: &Scenario) -> Result<SheetNoise, Error> {
+fn bounded(scenario: &Scenario) -> Result<(), Error> {
     let builder = SimulationBuilder::from_scenario(scenario.clone())?;
     let noise = builder
         .instruments()
         .map(SheetNoise::of)
         .unwrap_or_default();
     match noise.accelerometer.and(noise.wheel_speed) {
-        Some(_) => Ok(noise),
+        Some(_) => Ok(()),
         None => Err(scenario.error(
             "sensors",
             "there is no bound without an accelerometer and wheel speeds",
@@ -93,14 +93,9 @@ fn noise(scenario: &Scenario) -> Result<SheetNoise, Error> {
 }
 
 /// The bound of a run; none if it was interrupted.
-fn of_seed(
-    scenario: &Scenario,
-    registry: &Registry,
-    noise: SheetNoise,
-    seed: u64,
-) -> Result<Option<RunBound>, Error> {
+fn of_seed(scenario: &Scenario, registry: &Registry, seed: u64) -> Result<Option<RunBound>, Error> {
     let mut simulation = Simulation::build(scenario.clone(), registry, seed)?;
-    let mut observer = BoundObserver::new(noise);
+    let mut observer = BoundObserver::default();
     let outcome = run::run(&mut simulation, &mut [&mut observer], &mut |_| {
         interrupt::go_on()
     })?;

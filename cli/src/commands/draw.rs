@@ -47,14 +47,14 @@ pub fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     })?;
     for seed in (task.seed..=u64::MAX).take(task.count as usize) {
         let course = draw::course(&ranges, &task.file, &task.out, seed)?;
-        let places = course.files.iter().map(|f| task.out.join(&f.path));
+        let mut places = course.files.iter().map(|f| task.out.join(&f.path));
         for (place, drawn) in places.clone().zip(&course.files) {
             keep(&place, &drawn.text)?;
         }
         for (place, drawn) in places.clone().zip(&course.files) {
             output::write(&place, &drawn.text)?;
         }
-        if let Some(scenario) = places.last() {
+        if let Some(scenario) = places.next_back() {
             prepare::simulation(&scenario, &[], registry)?;
         }
     }

@@ -1,12 +1,17 @@
 //! The commands, a file each: its arguments with their help, and what it does.
 
 pub mod bound;
+pub mod calibrate;
 pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod draw;
+pub mod explain;
+pub mod export;
 pub mod inspect;
+pub mod judge;
 pub mod list;
+pub mod map;
 pub mod merge;
 pub mod replay;
 pub mod report;
@@ -52,12 +57,19 @@ pub struct Arguments {
     pub command: Command,
 }
 
-/// What `--version` says: the version, the git revision, and the hash of the program, computed only if it is asked for.
+/// What `--version` says: the version, the git revision, and the hash of the program, computed only if it is asked for; system, compiler
+/// and viewer it is built with.
 pub fn version() -> &'static str {
     static VERSION: OnceLock<String> = OnceLock::new();
     let asked = std::env::args_os().any(|a| a == "--version" || a == "-V");
     match asked {
-        true => VERSION.get_or_init(|| identity().to_string()),
+        true => VERSION.get_or_init(|| {
+            let viewer = match cfg!(feature = "viewer") {
+                true => "with the viewer (Rerun 0.36.3)",
+                false => "without the viewer",
+            };
+            format!("{}\n{}, {viewer}", identity(), env!("MONORIG_BUILD"))
+        }),
         false => env!("CARGO_PKG_VERSION"),
     }
 }
@@ -92,8 +104,12 @@ pub enum Command {
     Tune(tune::TuneArgs),
     /// Write a report as one HTML file
     Report(report::ReportArgs),
+    /// Which source of error makes how much of a run's errors
+    Explain(explain::ExplainArgs),
     /// Draw scenarios at random: courses that no estimator was tuned on
     Draw(draw::DrawArgs),
+    /// Write the profile of the rail that a run or a recorded log went over, as a track file
+    Map(map::MapArgs),
     /// Figures of real instruments from their recordings
     Sensors(sensors::SensorsArgs),
     /// List the runs in the folder for results, with what tells variants apart
@@ -102,6 +118,12 @@ pub enum Command {
     List(list::ListArgs),
     /// Run estimators over a recorded log, mapped by a map file
     Replay(replay::ReplayArgs),
+    /// Write a run as a recorded log, with the map that replays it
+    Export(export::ExportArgs),
+    /// Judge estimates made elsewhere beside ours, over a run or a log
+    Judge(judge::JudgeArgs),
+    /// Find parameters of vehicle and instruments from a log whose mass and slope are known
+    Calibrate(calibrate::CalibrateArgs),
     /// Show what is in a recorded log, and propose a map file for it
     Inspect(inspect::InspectArgs),
     /// Check files without running anything
@@ -126,11 +148,16 @@ impl Command {
             Self::Merge(args) => merge::merge(args),
             Self::Tune(args) => tune::tune(args, registry),
             Self::Report(args) => report::report(args),
+            Self::Explain(args) => explain::explain(args, registry),
             Self::Draw(args) => draw::draw(args, registry),
+            Self::Map(args) => map::map(args),
             Self::Sensors(args) => sensors::sensors(args),
             Self::Runs(args) => runs::runs(args),
             Self::List(args) => list::list(args, registry),
             Self::Replay(args) => replay::replay(args, registry),
+            Self::Export(args) => export::export(args),
+            Self::Judge(args) => judge::judge(args, registry),
+            Self::Calibrate(args) => calibrate::calibrate(args),
             Self::Inspect(args) => inspect::run(args),
             Self::Check(args) => check::check(args, registry),
             Self::Completions(args) => completions::completions(args, registry),

@@ -11,6 +11,7 @@ use crate::ui::note::note;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::{output, summary, tables};
 use crate::variant::Variant;
+use clap::ValueEnum;
 use monorig_lab::batch::RunResult;
 use monorig_lab::verdicts::expected;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
@@ -19,7 +20,7 @@ use monorig_logs::map::Map;
 use monorig_logs::replay::{ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 const REPLAY_EXAMPLES: &str = "\
@@ -44,6 +45,9 @@ pub struct ReplayArgs {
     /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
+    /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
+    #[arg(long, value_name = "SOURCE")]
+    pub noise: Option<NoiseSource>,
     /// Only say what is wrong with the log: each check with a number and a verdict
     #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
     pub check: bool,
@@ -67,27 +71,72 @@ pub struct ReplayArgs {
     pub sets: Vec<(String, String)>,
 }
 
+/// Where the noise of the measurements is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NoiseSource {
+    /// Successive differences of the log's samples
+    FromLog,
+}
+
 /// Play the log to the estimators, and judge them.
 pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
     if task.check {
         return check_log(&map);
     }
-    if let Some(path) = &task.junit {
-        output::clear(path)?;
-    }
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
+        judged: Vec::new(),
+        noise_from_log: task.noise == Some(NoiseSource::FromLog),
     };
-    let (mut simulation, found) = build(&map, &options, registry)?;
+    let playing = Playing {
+        options: &options,
+        out: &task.out.get(),
+        live: task.live,
+        no_rerun: task.no_rerun,
+        full_rate: task.full_rate,
+        junit: task.junit.as_deref(),
+        sets: &task.sets,
+    };
+    play(&map, &playing, registry)
+}
+
+/// How a log is played.
+pub struct Playing<'a> {
+    /// What is run over it.
+    pub options: &'a ReplayOptions,
+    /// Folder of the results.
+    pub out: &'a Path,
+    /// Also stream to the viewer at this address.
+    pub live: Option<SocketAddr>,
+    /// Do not write `run.rrd`.
+    pub no_rerun: bool,
+    /// Record long logs at the full rate too.
+    pub full_rate: bool,
+    /// Write the verdicts as JUnit XML here.
+    pub junit: Option<&'a Path>,
+    /// What was changed in the map.
+    pub sets: &'a [(String, String)],
+}
+
+/// Play a log, judge the estimators, and show the verdicts.
+pub fn play(
+    map: &Map,
+    task: &Playing<'_>,
+    registry: &Registry,
+) -> Result<CommandOutcome, CliError> {
+    if let Some(path) = task.junit {
+        output::clear(path)?;
+    }
+    let out = task.out;
+    let (mut simulation, found) = build(map, task.options, registry)?;
     expected::check(&simulation.scenario)?;
-    let variant = Variant::new(&task.sets, None);
+    let variant = Variant::new(task.sets, None);
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
-    let out = task.out.get();
-    prepare_out(&out)?;
+    prepare_out(out)?;
     for f in &found {
         note(&format!(
-            "calibrated: {} = {} ± {} {}",
+            "found: {} = {} ± {} {}",
             f.what,
             tables::number(f.value),
             tables::number(f.sd),
@@ -97,11 +146,12 @@ pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, 
     interrupt::listen();
     let mut progress = ProgressDisplay::new(&format!("replay of {}", map.name));
     let options = RecordOptions {
-        out: &out,
+        out,
         live: task.live,
         pace: None,
         no_rerun: task.no_rerun,
         full_rate: task.full_rate,
+        keep_samples: false,
         changes: &variant.changes,
         registry,
     };
@@ -116,7 +166,7 @@ pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, 
         return Err(CliError::Interrupted);
     }
     let good = run.summary.good();
-    if let Some(path) = &task.junit {
+    if let Some(path) = task.junit {
         let result = RunResult {
             index: 0,
             scenario: map.name.clone(),

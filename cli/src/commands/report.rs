@@ -1,49 +1,137 @@
 //! `monorig report`: what was run, as an HTML file to read and to hand on.
 
+mod view;
+mod web_viewer;
+
 use crate::CommandOutcome;
+use crate::files::results;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
+use monorig_lab::report::pair::Pair;
 use monorig_lab::report::{run, study};
+use monorig_sim::config::file::{input_error, regular};
+use monorig_sim::error::Error;
+use monorig_sim::record::manifest::{self, Manifest};
 use std::path::{Component, Path, PathBuf};
+use view::Recording;
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/minimal.yaml                     leaves the folder runs/minimal/1
   monorig report runs/minimal/1                          writes runs/minimal/1/report.html
+  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --name 5t
+  monorig report runs/minimal/1 runs/minimal@5t/1        two runs compared: runs/minimal/1/against_minimal@5t-1.html
   monorig test scenarios/minimal.yaml --json out/verdicts.json
   monorig report out/verdicts.json                       writes out/verdicts.html
   monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
   monorig report out/compared.json                       writes out/compared.html
 
 In the same way the results of a study, such as runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by itself.
-The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper.";
+The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper. With --view it is a page with
+the Rerun viewer and the recordings inside, runs/minimal/1/view.html, for a current browser on a computer; the viewer is taken from the
+Python package rerun-sdk, which must be installed.";
 
 /// `monorig report`
 #[derive(Debug, clap::Args)]
 #[command(after_help = REPORT_EXAMPLES)]
 pub struct ReportArgs {
-    /// Folder of a run, results of `monorig test --json`, of `monorig compare --json`, or of a study
-    pub path: PathBuf,
+    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or of a study
+    #[arg(required = true, num_args = 1..=2, value_name = "PATH")]
+    pub paths: Vec<PathBuf>,
     /// Write the report here instead of into or beside what it is about
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Write a page with the Rerun viewer and the recordings inside instead
+    #[arg(long)]
+    pub view: bool,
+    /// Take the viewer from this program `rerun` instead of the installed one
+    #[arg(long, value_name = "FILE", requires = "view")]
+    pub viewer: Option<PathBuf>,
 }
 
 /// Write a report. Its exit code says whether it could be written, not whether what it is about held.
 pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
-    let path = &task.path;
-    let (page, out) = if path.is_dir() {
-        let out = task.out.clone().unwrap_or(path.join("report.html"));
-        let folder = out.parent().unwrap_or(Path::new(""));
-        (run::page(path, &link(folder, path))?, out)
-    } else {
-        let out = task.out.clone().unwrap_or(path.with_extension("html"));
-        (study::page(path)?, out)
+    let (html, out) = match task.paths.as_slice() {
+        _ if task.view => view(task)?,
+        [path] if path.is_dir() => {
+            let out = task.out.clone().unwrap_or(path.join("report.html"));
+            (
+                run::page(path, &link(folder_of(&out), path))?.to_html(),
+                out,
+            )
+        }
+        [path] => {
+            let out = task.out.clone().unwrap_or(path.with_extension("html"));
+            (study::page(path)?.to_html(), out)
+        }
+        [a, b, ..] => {
+            let pair = Pair::read(a, b)?;
+            let name = format!("against_{}.html", recording_name(b)?);
+            let out = task.out.clone().unwrap_or(a.join(name));
+            let links = [a, b].map(|run| link(folder_of(&out), run));
+            (pair.page([&links[0], &links[1]])?.to_html(), out)
+        }
+        [] => return Ok(CommandOutcome::Held),
     };
-    output::write(&out, &page.to_html())?;
+    output::write(&out, &html)?;
     note(&format!("report in {}", out.display()));
     Ok(CommandOutcome::Held)
+}
+
+/// The page with the viewer and the recordings of the runs, and where it goes.
+fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
+    let recordings = task.paths.iter().map(|folder| recording(folder));
+    let recordings = recordings.collect::<Result<Vec<_>, CliError>>()?;
+    if let [a, b] = recordings.as_slice()
+        && a.name == b.name
+    {
+        return Err(CliError::Name {
+            message: format!(
+                "both recordings are called {}: the viewer would take them for one",
+                a.name
+            ),
+            help: "run one of them again with --name".into(),
+        });
+    }
+    let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
+    let file = match names.as_slice() {
+        [_, b] => format!("against_{b}_view.html"),
+        _ => "view.html".into(),
+    };
+    let beside = task.paths.first().map(|run| run.join(file));
+    let out = task.out.clone().or(beside).unwrap_or_default();
+    let viewer = web_viewer::find(task.viewer.as_deref())?;
+    let page = view::page(&names.join(" and "), &viewer, &recordings)?;
+    Ok((page, out))
+}
+
+/// The recording of a run, as the run left it.
+fn recording(run: &Path) -> Result<Recording, CliError> {
+    let path = run.join("run.rrd");
+    if !path.is_file() {
+        let message = "there is no recording for the viewer (run.rrd) here";
+        let help = "the folder of a run, made by a `monorig` with the viewer built in and without --no-rerun";
+        return Err(CliError::Sim(input_error(run, "", message, help)));
+    }
+    regular(&path)?;
+    results::verify(&path)?;
+    let bytes = std::fs::read(&path).map_err(|source| Error::Io { path, source })?;
+    Ok(Recording {
+        name: recording_name(run)?,
+        bytes,
+    })
+}
+
+/// What the recording of a run is called: scenario with variant, and seed.
+fn recording_name(run: &Path) -> Result<String, CliError> {
+    let manifest = Manifest::read(&run.join(manifest::NAME))?;
+    Ok(format!("{}-{}", manifest.scenario, manifest.seed))
+}
+
+/// The folder that a file is in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
 }
 
 /// Write the report of a run into its folder; returns where it is.
@@ -60,6 +148,12 @@ fn link(from: &Path, to: &Path) -> String {
     let up = from.iter().skip(common).map(|_| "..".to_owned());
     let down = to.iter().skip(common).cloned();
     up.chain(down).map(|part| part + "/").collect()
+}
+
+/// How a file in a folder names another file; both absolute.
+pub fn relative(folder: &Path, file: &Path) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    link(folder, file.parent().unwrap_or(Path::new("/"))) + &name
 }
 
 /// Names of the folders from the root on, links followed as far as the folder exists.

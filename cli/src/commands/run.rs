@@ -62,6 +62,9 @@ pub struct RunArgs {
     /// Record long runs at the full rate too, instead of at half of it after two hours (360 000 rows), a quarter after four …
     #[arg(long)]
     pub full_rate: bool,
+    /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it
+    #[arg(long)]
+    pub keep_samples: bool,
     /// Move the train with this plant instead of the scenario's
     #[arg(long, value_name = "PLANT")]
     pub plant: Option<PlantChoice>,
@@ -129,6 +132,7 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         pace: task.pace,
         no_rerun: task.no_rerun,
         full_rate: task.full_rate,
+        keep_samples: task.keep_samples,
         changes: &variant.changes,
         registry,
     };

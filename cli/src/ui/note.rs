@@ -12,6 +12,13 @@ pub fn note(text: &str) {
     }
 }
 
+/// The same of what only those want to know who ask for more, with -v.
+pub fn detail(text: &str) {
+    if terminal::verbose() {
+        error(text);
+    }
+}
+
 /// The same of an error, which is always written.
 pub fn error(text: &str) {
     drawn(&spelled_out(text));

@@ -22,6 +22,9 @@ pub struct TerminalArgs {
     /// Say nothing on standard error but errors: no progress, no notes
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Say more on standard error: which files were read, what runs, and how fast
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
     /// Draw errors in colour
     #[arg(
         long,
@@ -45,6 +48,11 @@ pub fn set(wanted: TerminalArgs) {
 /// Whether notes and progress are left out.
 pub fn quiet() -> bool {
     WANTED.get().is_some_and(|w| w.quiet)
+}
+
+/// Whether more is said than usual.
+pub fn verbose() -> bool {
+    WANTED.get().is_some_and(|w| w.verbose)
 }
 
 /// Whether errors are drawn.

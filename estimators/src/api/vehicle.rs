@@ -207,6 +207,11 @@ impl Vehicle {
         given_mps.unwrap_or(if self.road.is_some() { road } else { rail })
     }
 
+    /// Whether its masses are at one place, so that its effective grade is that under it.
+    pub fn is_point(&self) -> bool {
+        self.tare_span_m == [0.0; 2] && self.load_span_m == [0.0; 2]
+    }
+
     /// Standard deviation of the accelerometer's bias, m/s²: the one given, that of the sheet, or `otherwise`.
     pub fn accel_bias_sd(&self, given_mps2: Option<Real>, otherwise: Real) -> Real {
         given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)

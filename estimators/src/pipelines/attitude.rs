@@ -50,14 +50,14 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
         lean: params.lean,
         mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
-        point: vehicle.tare_span_m == [0.0; 2] && vehicle.load_span_m == [0.0; 2],
+        point: vehicle.is_point(),
         validity: Validity::new(
             vehicle,
             params.integrity,
             Instruments {
                 accelerometer: true,
                 // As in rail_fusion.
-                gyro: false,
+                gyro: vehicle.road.is_some(),
             },
         ),
         filter: AttitudeFilter::new(
@@ -78,6 +78,10 @@ impl Pipeline for AttitudePipeline {
         Internal::new("gyro_bias_radps", "rad/s"),
         Internal::new("wheel_scale", "-"),
         Internal::new("lean_rad", "rad"),
+        Internal::new("accel_bias_sd_mps2", "m/s²"),
+        Internal::new("read_sd", "-"),
+        Internal::new("wheel_scale_sd", "-"),
+        Internal::new("imu_arm_m", "m"),
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
@@ -129,7 +133,22 @@ impl Pipeline for AttitudePipeline {
 
     fn internal_values(&self, values: &mut [Real]) {
         let x = &self.filter.belief().x;
-        copy_into(values, &[x[1], x[2], x[3], x[7], x[8], self.lean_rad()]);
+        let [bias_sd, read_sd, scale_sd, arm_m] = self.filter.reading();
+        copy_into(
+            values,
+            &[
+                x[1],
+                x[2],
+                x[3],
+                x[7],
+                x[8],
+                self.lean_rad(),
+                bias_sd,
+                read_sd,
+                scale_sd,
+                arm_m,
+            ],
+        );
     }
 
     const AID_SOURCES: &'static [&'static str] = AttitudeFilter::AID_SOURCES;

@@ -54,6 +54,7 @@ pub struct ComplementaryFilter {
     standstill_mps: Real,
     bias_sd_mps2: Real,
     mass: Value,
+    point: bool,
     force: MatchedFilter,
     speed: MatchedFilter,
     sine: MatchedFilter,
@@ -81,6 +82,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
         standstill_mps: vehicle.standstill_mps(None),
         bias_sd_mps2: vehicle.accel_bias_sd(own.accel_bias_sd_mps2, 0.05),
         mass: no_mass(vehicle),
+        point: vehicle.is_point(),
         force: filter,
         speed: filter,
         sine: filter,
@@ -181,7 +183,11 @@ impl Pipeline for ComplementaryFilter {
             t,
             total_mass_kg: self.mass,
             grade_rad,
-            effective_grade_rad: grade_rad,
+            // The effective grade of a long train is another; nothing here finds it.
+            effective_grade_rad: Value {
+                valid: grade_rad.valid && self.point,
+                ..grade_rad
+            },
             speed_mps: Value {
                 value: self.speed.value().unwrap_or(0.0),
                 sd: 0.05,
@@ -216,4 +222,4 @@ impl Pipeline for ComplementaryFilter {
 }
 
 state!(ComplementaryFilter { force, speed, sine, theta, bias, gate, validity, corrected_s, clamped, residual, aids;
-    params, standstill_mps, bias_sd_mps2, mass });
+    params, standstill_mps, bias_sd_mps2, mass, point });

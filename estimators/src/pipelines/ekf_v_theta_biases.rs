@@ -123,6 +123,7 @@ pub struct EkfVThetaBiases {
     params: Own,
     standstill_mps: Real,
     mass: Value,
+    point: bool,
     ekf: Ekf<BiasModel, 4>,
     gate: Gate,
     validity: Validity,
@@ -156,6 +157,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
         params: own,
         standstill_mps: vehicle.standstill_mps(None),
         mass: no_mass(vehicle),
+        point: vehicle.is_point(),
         ekf: Ekf::new(model, Gaussian::independent(x, sd)),
         gate: Gate::new(&Integrity {
             gate_sd: own.reject_sd,
@@ -235,7 +237,11 @@ impl Pipeline for EkfVThetaBiases {
             t,
             total_mass_kg: self.mass,
             grade_rad,
-            effective_grade_rad: grade_rad,
+            // The effective grade of a long train is another; nothing here finds it.
+            effective_grade_rad: Value {
+                valid: grade_rad.valid && self.point,
+                ..grade_rad
+            },
             speed_mps: Value {
                 value: x.x,
                 sd: sqrt(P.m11),
@@ -270,4 +276,4 @@ impl Pipeline for EkfVThetaBiases {
     }
 }
 
-state!(EkfVThetaBiases { ekf, gate, validity, started, clamped, last, wheel_speed; params, standstill_mps, mass });
+state!(EkfVThetaBiases { ekf, gate, validity, started, clamped, last, wheel_speed; params, standstill_mps, mass, point });

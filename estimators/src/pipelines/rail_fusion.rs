@@ -5,10 +5,15 @@
 //! 1. [attitude filter](crate::grade::attitude): pitch, roll, speed and biases from IMU and wheels, at every sample
 //! 2. [rail memory](crate::models::rail_memory): what was read of the rail, by place
 //! 3. [force balance](crate::mass::swing_balance) with a swinging load: mass and running resistance, twice a second
-//! 4. [effective grade](effective): mean over the masses, and by the force where the rail was not read
+//! 4. effective grade: mean over the masses, and by the force where the rail was not read
 //!
 //! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
 //! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below their number"
+)]
 
 mod effective;
 
@@ -75,9 +80,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let [front, rear] = train.span_m();
     let uses = Instruments {
         accelerometer: true,
-        // The filter's own monitor contradicts a wrong gyro; the regression of the plausibility check takes the pitch rate for that of the
-        // grade, which it is not in bends.
-        gyro: false,
+        // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check takes the pitch rate for that of
+        // the grade, which it is not in the bends of a roadway.
+        gyro: vehicle.road.is_some(),
     };
     RailFusion {
         validity: Validity::new(vehicle, params.integrity, uses),
@@ -140,6 +145,7 @@ impl RailFusion {
             .is_some_and(|v| v.abs() < self.standstill_mps);
         let input = BlockInput {
             speed_mps: v,
+            speed_noise_mps: attitude.speed_noise_mps,
             acceleration_mps2: attitude.acceleration_mps2,
             traction,
             bend_per_m: bend,
@@ -234,6 +240,9 @@ impl Pipeline for RailFusion {
         Internal::new("load_filter_sd_kg", "kg"),
         Internal::new("gyro_monitor", "-"),
         Internal::new("load_changes", "-"),
+        Internal::new("read_sd", "-"),
+        Internal::new("wheel_scale_sd", "-"),
+        Internal::new("imu_arm_m", "m"),
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
@@ -252,14 +261,14 @@ impl Pipeline for RailFusion {
         let found = self.attitude.found();
         let belief = self.mass.filter().belief();
         let (x, P) = (&belief.x, &belief.P);
-        let bias_variance = self.attitude.belief().P[(3, 3)];
+        let [bias_sd, read_sd, scale_sd, arm_m] = self.attitude.reading();
         copy_into(
             values,
             &[
                 found.pitch_rad,
                 found.roll_rad,
                 found.bias_mps2,
-                sqrt(bias_variance),
+                bias_sd,
                 found.curvature_per_m,
                 self.mass.resistance_n(&self.nominal, found.speed_mps),
                 x[R0],
@@ -270,6 +279,9 @@ impl Pipeline for RailFusion {
                 sqrt(P[(MASS, MASS)]),
                 self.attitude.monitor(),
                 self.mass.changes() as Real,
+                read_sd,
+                scale_sd,
+                arm_m,
             ],
         );
     }

@@ -9,6 +9,8 @@ use std::f64::consts::TAU;
 const G: Real = 9.81;
 /// Friction at standstill is not the running resistance, m/s.
 const MIN_SPEED_MPS: Real = 0.1;
+/// Standard deviation of the grade of the whole train where only that under the IMU is known, rad.
+const GRADE_ALONG_TRAIN_SD_RAD: Real = 0.06;
 
 params! {
     /// Parameters of [`Complementary`].
@@ -81,7 +83,9 @@ impl Complementary {
         let mean = |i: usize| self.window.iter().map(|w| w[i]).sum::<Real>() / n;
         let (y, h, [low, high]) = (mean(0), mean(1), v.mass_range_kg);
         let residual = y - h * self.mass_kg;
-        let gain = self.variance * h / (h * self.variance * h + self.residual2);
+        // averages over n steps overlap: n of them say what one says
+        let noise = n * self.residual2;
+        let gain = self.variance * h / (h * self.variance * h + noise);
         self.mass_kg = (self.mass_kg + gain * residual).clamp(low, high);
         let variance = (1.0 - gain * h) * self.variance / self.params.forgetting;
         self.variance = variance.min((high - low).powi(2));
@@ -109,7 +113,7 @@ impl Estimator for Complementary {
         let mut estimate = Estimate::at(z.t);
         estimate.speed_mps = value(self.speed_mps, 0.02, true);
         estimate.grade_rad = value(self.grade_rad, 0.01, moving);
-        estimate.effective_grade_rad = estimate.grade_rad;
+        estimate.effective_grade_rad = value(self.grade_rad, GRADE_ALONG_TRAIN_SD_RAD, moving);
         estimate.total_mass_kg = value(self.mass_kg, sd, sd < 0.1 * self.mass_kg);
         (estimate.flags.moving, estimate.innovation) = (moving, error);
         Ok(estimate)

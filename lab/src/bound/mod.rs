@@ -9,17 +9,15 @@
 
 mod attitude;
 mod mass;
+mod running;
 mod sheet;
 
+pub use running::RunningBound;
 pub use sheet::SheetNoise;
 
-use attitude::{AttitudeBound, Motion};
-use mass::MassBound;
-use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
-use monorig_sim::plant::Truth;
 use std::collections::VecDeque;
 
 /// Errors count from here on, s: before, nothing has been measured.
@@ -62,14 +60,11 @@ pub struct RunBound {
     pub estimators: Vec<(String, MeanSquares)>,
 }
 
-/// Computes the bound while a run goes on.
+/// Computes the bound while a run goes on, and the errors of the estimators beside it.
+#[derive(Default)]
 pub struct BoundObserver {
-    attitude: AttitudeBound,
-    mass: MassBound,
-    vehicle: Option<Vehicle>,
-    gravity: f64,
-    /// When the next step of the attitude and the next row are due, s.
-    next_s: f64,
+    bound: Option<RunningBound>,
+    /// When the next row is due, s.
     next_row_s: f64,
     counted: f64,
     /// Relative errors of the mass in the last second.
@@ -78,21 +73,6 @@ pub struct BoundObserver {
 }
 
 impl BoundObserver {
-    /// For a run with instruments of this noise.
-    pub fn new(noise: SheetNoise) -> Self {
-        Self {
-            attitude: AttitudeBound::new(noise),
-            mass: MassBound::new(noise),
-            vehicle: None,
-            gravity: 0.0,
-            next_s: 0.0,
-            next_row_s: 0.0,
-            counted: 0.0,
-            last_second: Vec::new(),
-            run: RunBound::default(),
-        }
-    }
-
     /// What came out of it.
     pub fn into_run(self) -> RunBound {
         let mut run = self.run;
@@ -111,26 +91,11 @@ impl BoundObserver {
         }
         run
     }
-
-    fn now(&self, truth: &Truth, drives: usize) -> Option<BoundSample> {
-        let (tilt, bias) = self.attitude.sd()?;
-        let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);
-        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail not read
-        let (mass_rel, unseen) = self.mass.sd(drives).unwrap_or((f64::NAN, 0.0));
-        Some(BoundSample {
-            t_s: truth.t_s,
-            slope_rad: tilt,
-            effective_rad: (bias / (self.gravity * cos)).hypot(unseen),
-            mass_rel,
-        })
-    }
 }
 
 impl Observer for BoundObserver {
     fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
-        self.vehicle = Some(simulation.vehicle);
-        self.gravity = simulation.scenario.file.physics.gravity_mps2.get();
-        self.attitude.drives(simulation.vehicle.drives);
+        self.bound = RunningBound::of(simulation);
         let names = simulation.estimators.iter().map(|e| e.name.clone());
         self.run.estimators = names.map(|name| (name, MeanSquares::default())).collect();
         self.last_second = vec![VecDeque::new(); self.run.estimators.len()];
@@ -138,24 +103,14 @@ impl Observer for BoundObserver {
     }
 
     fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error> {
-        let (Some(vehicle), truth) = (self.vehicle, frame.truth) else {
+        let truth = frame.truth;
+        let Some(bound) = &mut self.bound else {
             return Ok(());
         };
-        self.mass.step(truth, &vehicle, self.gravity);
-        let Some(step_s) = self.attitude.step_s() else {
-            return Ok(());
-        };
-        if truth.t_s + 1e-9 < self.next_s {
+        if !bound.step(truth) {
             return Ok(());
         }
-        self.next_s += step_s;
-        self.attitude.step(Motion {
-            speed_mps: truth.speed_at_imu_mps,
-            grade_rad: truth.grade_at_imu_rad,
-            grade_rate_radps: truth.curvature_vertical_1pm * truth.speed_mps,
-            gravity_mps2: self.gravity,
-        });
-        let Some(sample) = self.now(truth, vehicle.drives) else {
+        let (Some(sample), Some(step_s)) = (bound.now(), bound.step_s()) else {
             return Ok(());
         };
         if truth.t_s + 1e-9 >= self.next_row_s {

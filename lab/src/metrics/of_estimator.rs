@@ -116,6 +116,9 @@ mod tests {
             effective_valid: valid,
             nis: 16.0 * e * e,
             running_resistance: f64::NAN,
+            mass_bound: 0.1,
+            slope_bound: 0.1 * DEGREE,
+            effective_bound: 0.1 * DEGREE,
         }
     }
 

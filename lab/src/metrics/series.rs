@@ -1,5 +1,6 @@
 //! Errors of every estimator, sample by sample.
 
+use crate::bound::{BoundSample, RunningBound};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -26,12 +27,15 @@ pub struct Target {
     pub mass_sd_kg: f64,
     /// See above.
     pub grade_sd_rad: f64,
+    /// The Cramér-Rao bound now; none where there is none, as of a recorded drive.
+    pub bound: Option<BoundSample>,
 }
 
 impl Target {
-    /// Of this truth.
-    pub fn of(truth: &Truth) -> Self {
+    /// Of this truth, with the bound of the run.
+    pub fn of(truth: &Truth, bound: Option<BoundSample>) -> Self {
         Self {
+            bound,
             t_s: truth.t_s,
             total_mass_kg: truth.total_mass_kg,
             grade_at_imu_rad: truth.grade_at_imu_rad,
@@ -74,6 +78,12 @@ pub struct ErrorSample {
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
     pub running_resistance: f64,
+    /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
+    pub mass_bound: f64,
+    /// Of the slope, rad.
+    pub slope_bound: f64,
+    /// Of the effective slope, rad.
+    pub effective_bound: f64,
 }
 
 impl ErrorSample {
@@ -100,6 +110,9 @@ impl ErrorSample {
             running_resistance: member
                 .internal(RESISTANCE)
                 .map_or(f64::NAN, |mu| mu - t.running_resistance),
+            mass_bound: t.bound.map_or(f64::NAN, |b| b.mass_rel),
+            slope_bound: t.bound.map_or(f64::NAN, |b| b.slope_rad),
+            effective_bound: t.bound.map_or(f64::NAN, |b| b.effective_rad),
         }
     }
 }
@@ -165,7 +178,7 @@ impl Geometry {
 
 /// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about 10 MB per hour and
 /// estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
@@ -173,6 +186,8 @@ pub struct ErrorSeries {
     pub tracking: Vec<Tracking>,
     /// When a valid sample is misleading.
     pub limits: IntegrityLimits,
+    /// The Cramér-Rao bound of the run, if there is one.
+    pub bound: Option<RunningBound>,
 }
 
 impl ErrorSeries {
@@ -199,10 +214,15 @@ fn normalised(error: f64, sd: f64, reference_sd: f64) -> f64 {
 impl Observer for ErrorSeries {
     fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
         self.limits = IntegrityLimits::of(&s.scenario.file);
+        self.bound = RunningBound::of(s);
         Ok(())
     }
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        let bound = self.bound.as_mut().and_then(|bound| {
+            bound.step(f.truth);
+            bound.now()
+        });
         if !f.sampled {
             return Ok(());
         }
@@ -213,7 +233,7 @@ impl Observer for ErrorSeries {
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
         }
-        let target = Target::of(f.truth);
+        let target = Target::of(f.truth, bound);
         for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
             samples.push(ErrorSample::new(m, &target));
         }

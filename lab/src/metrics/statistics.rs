@@ -77,6 +77,39 @@ pub fn rms<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
     })
 }
 
+/// Root mean square of an error over that of its bound, over the samples that have a bound.
+pub fn rms_over<T: 'static>(of: fn(&T) -> f64, bound: fn(&T) -> f64) -> Running<T> {
+    Box::new(Ratio {
+        of,
+        bound,
+        squares: [Mean::default(); 2],
+    })
+}
+
+/// An accumulator of two values of each sample.
+struct Ratio<T> {
+    of: fn(&T) -> f64,
+    bound: fn(&T) -> f64,
+    /// Mean squares of the value and of its bound.
+    squares: [Mean; 2],
+}
+
+impl<T> Accumulator<T> for Ratio<T> {
+    fn add(&mut self, x: &T) {
+        let (value, bound) = ((self.of)(x), (self.bound)(x));
+        if bound.is_finite() {
+            let [values, bounds] = &mut self.squares;
+            values.add(value * value);
+            bounds.add(bound * bound);
+        }
+    }
+
+    fn value(&self) -> f64 {
+        let [values, bounds] = self.squares.map(|mean| mean.value());
+        (values / bounds).sqrt()
+    }
+}
+
 /// Largest magnitude.
 pub fn max<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
     Box::new(Of {
@@ -132,6 +165,21 @@ mod tests {
         let mut share = Mean::default();
         x.iter().for_each(|x| share.add_bool(*x > 0.0));
         assert_eq!(share.value(), 0.5);
+    }
+
+    /// √((3² + 4²)/(1² + 2²)), whatever the sample without a bound is; of nothing bounded, nothing.
+    #[test]
+    fn a_ratio_counts_what_is_bounded() {
+        let ratio = |x: &[[f64; 2]]| {
+            let mut ratio = rms_over(|x: &[f64; 2]| x[0], |x: &[f64; 2]| x[1]);
+            x.iter().for_each(|x| ratio.add(x));
+            ratio.value()
+        };
+        assert_eq!(
+            ratio(&[[3.0, 1.0], [9.0, f64::NAN], [-4.0, 2.0]]),
+            5f64.sqrt()
+        );
+        assert!(ratio(&[[3.0, f64::NAN]]).is_nan());
     }
 
     /// χ²₁ is the square of a standard normal: 1.96² bounds 95 % of it.

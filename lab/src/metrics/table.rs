@@ -3,7 +3,7 @@
 use crate::metrics::of_estimator::{DEGREE, converged_max, convergence, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
 use crate::metrics::percentile::p95;
-use crate::metrics::statistics::{max, mean, rms, share_in_band};
+use crate::metrics::statistics::{max, mean, rms, rms_over, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 
 /// From one list of errors, each of all samples and of those marked valid, and the lists of the others: the table.
@@ -73,6 +73,8 @@ table! {
             = mean(|x| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
             = share_in_band(|x| x.mass_nees);
+        Mass "mass_rmse_over_bound" ["1", Least] "root mean square relative error of the total mass over its Cramér-Rao bound, over the same samples"
+            = rms_over(|x| x.mass_rel, |x| x.mass_bound);
         Slope "slope_rmse_deg" ["°", Least] "root mean square error of the slope against the grade at the IMU"
             = rms(|x| x.slope / DEGREE);
         Slope "slope_mae_deg" ["°", Least] "mean absolute error of the slope"
@@ -89,6 +91,8 @@ table! {
             = mean(|x| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
             = share_in_band(|x| x.slope_nees);
+        Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, over the same samples"
+            = rms_over(|x| x.slope, |x| x.slope_bound);
         EffectiveSlope "effective_slope_rmse_deg" ["°", Least] "root mean square error of the effective slope against the effective grade of the whole vehicle"
             = rms(|x| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_mae_deg" ["°", Least] "mean absolute error of the effective slope"
@@ -101,6 +105,8 @@ table! {
             = mean(|x| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
             = share_in_band(|x| x.effective_nees);
+        EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, over the same samples"
+            = rms_over(|x| x.slope_effective, |x| x.effective_bound);
         Slope "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
             = mean(|x| x.nis);
         Slope "nis_in_band" ["1", InBand] "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent"

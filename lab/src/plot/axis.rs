@@ -224,6 +224,29 @@ pub fn without_outliers(
     ))
 }
 
+/// Of several kinds of values the range that shows nearly all of most of them: one that reaches further than so many times as far as the
+/// middle one does not flatten the others.
+const FURTHER: f64 = 4.0;
+
+/// The common range of several kinds of values, and whether some of them reach beyond it.
+pub fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> {
+    let widest = |r: &(f64, f64)| r.0.abs().max(r.1.abs());
+    let mut reach: Vec<f64> = ranges.iter().map(widest).collect();
+    reach.sort_unstable_by(f64::total_cmp);
+    // of two the smaller one
+    let middle = *reach.get(reach.len().checked_sub(1)? / 2)?;
+    let limit = FURTHER * middle;
+    let cut = reach.last().is_some_and(|most| *most > limit) && middle > 0.0;
+    let all = ranges
+        .iter()
+        .copied()
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    Some(match cut {
+        true => ((all.0.max(-limit), all.1.min(limit)), true),
+        false => (all, false),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -273,6 +296,24 @@ mod tests {
             (names.label(1.0), names.label(0.5)),
             ("b".into(), "".into())
         );
+    }
+
+    #[test]
+    fn one_bad_kind_does_not_flatten_the_others() {
+        let good = [(-1.0, 1.0), (-0.5, 2.0), (-1.0, 1.5)];
+        assert_eq!(common_range(&good), Some(((-1.0, 2.0), false)));
+        let with_bad = [good.as_slice(), &[(-2.0, 90.0)]].concat();
+        assert_eq!(common_range(&with_bad), Some(((-2.0, 6.0), true)));
+        assert_eq!(
+            common_range(&[(-1.0, 1.0), (0.0, 50.0)]),
+            Some(((-1.0, 4.0), true))
+        );
+        assert_eq!(common_range(&[(0.0, 50.0)]), Some(((0.0, 50.0), false)));
+        assert_eq!(
+            common_range(&[(0.0, 0.0), (0.0, 3.0)]),
+            Some(((0.0, 3.0), false))
+        );
+        assert_eq!(common_range(&[]), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Histograms: how often values fall into classes, several kinds of values as outlines over each other.
 
-use crate::plot::axis::{Axis, without_outliers};
+use crate::plot::axis::{Axis, common_range, without_outliers};
 use crate::plot::canvas;
 use crate::plot::{Figure, LegendEntry, Look, ValueGroup};
 
@@ -20,8 +20,10 @@ const CLASSES: usize = 60;
 impl Histogram {
     /// Draw it: the share of values per class. A few values may lie outside.
     pub fn figure(self) -> Figure {
-        let all = self.groups.iter().flat_map(|g| g.values.iter().copied());
-        let range = without_outliers(all, 0.002, 0.1);
+        let each = self.groups.iter();
+        let each = each.filter_map(|g| without_outliers(g.values.iter().copied(), 0.002, 0.1));
+        let common = common_range(&each.collect::<Vec<_>>());
+        let range = common.map(|c| c.0);
         let counted: Vec<_> = self
             .groups
             .iter()
@@ -50,7 +52,10 @@ impl Histogram {
             svg,
             legend: keys.collect(),
             title: self.title,
-            note: String::new(),
+            note: match common {
+                Some((_, true)) => "Values beyond the axis are counted and not drawn.".into(),
+                _ => String::new(),
+            },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Box plots: median, quartiles, 5th and 95th percentile of several kinds of values side by side.
 
-use crate::plot::axis::Axis;
+use crate::plot::axis::{Axis, common_range};
 use crate::plot::canvas;
 use crate::plot::theme::Ink;
 use crate::plot::{Figure, LegendEntry, Look, ValueGroup};
@@ -40,7 +40,20 @@ impl Boxes {
             [quantile(v, low), quantile(v, high)]
         });
         let references = self.references.iter().map(|r| r.2);
-        let y = self.y.fix(shown.chain(references), 0.06);
+        let each = sorted.iter().filter(|v| !v.is_empty());
+        let each = each.map(|v| (quantile(v, 0.05), quantile(v, 0.95)));
+        let common = common_range(&each.collect::<Vec<_>>()).filter(|c| c.1 && !self.y.is_log());
+        let y = match common {
+            Some(((low, high), _)) => {
+                let (low, high) = references.fold((low, high), |(a, b), x| (a.min(x), b.max(x)));
+                let room = 0.06 * (high - low);
+                self.y
+                    .clone()
+                    .between(low - room, high + room)
+                    .fix([low, high].into_iter(), 0.0)
+            }
+            None => self.y.fix(shown.chain(references), 0.06),
+        };
         // names would run into each other: the legend says them
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
@@ -79,7 +92,10 @@ impl Boxes {
         Figure {
             svg,
             legend: groups.chain(references).collect(),
-            note: "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.".into(),
+            note: match common {
+                Some(_) => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. Cut where the axis ends.".into(),
+                None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.".into(),
+            },
             title: self.title,
         }
     }

@@ -6,6 +6,7 @@ pub mod boxes;
 pub mod canvas;
 pub mod cdf;
 pub mod consistency;
+pub mod grouped;
 pub mod heat;
 pub mod history;
 pub mod line;

@@ -1,5 +1,6 @@
 //! Recordings on disk: found again by a hash of all that made them, written whole or not at all, checked when read.
 
+use crate::bound::BoundSample;
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
 use monorig_estimators::api::mass_layout::MassLayout;
@@ -14,7 +15,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 2";
+const MAGIC: &[u8; 16] = b"monorig replay 3";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -83,7 +84,7 @@ pub fn load(place: &Path) -> Option<ReplayData> {
 }
 
 fn encode(columns: &ReplayData) -> Vec<u8> {
-    let mut body = Vec::with_capacity(40 * columns.len() + 8 * columns.values.len() + 256);
+    let mut body = Vec::with_capacity(72 * columns.len() + 8 * columns.values.len() + 256);
     for count in [columns.masks.len(), columns.values.len()] {
         body.extend((count as u64).to_le_bytes());
     }
@@ -97,6 +98,7 @@ fn encode(columns: &ReplayData) -> Vec<u8> {
         put(t.grade_at_imu_rad);
         put(t.grade_effective_rad);
         put(t.running_resistance);
+        numbers_of(t.bound).into_iter().for_each(&mut put);
     }
     columns.values.iter().copied().for_each(&mut put);
     for mask in &columns.masks {
@@ -134,11 +136,28 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
             // a recording of a simulation: its truth is exact
             mass_sd_kg: 0.0,
             grade_sd_rad: 0.0,
+            bound: bound_of([get()?, get()?, get()?, get()?]),
         });
     }
     columns.values = numbers.take(values).collect();
     columns.masks = words.collect();
     (columns.masks.len() == steps && columns.values.len() == values).then_some(columns)
+}
+
+/// Numbers of a bound; not numbers where there is none.
+fn numbers_of(bound: Option<BoundSample>) -> [f64; 4] {
+    bound.map_or([f64::NAN; 4], |b| {
+        [b.t_s, b.slope_rad, b.effective_rad, b.mass_rel]
+    })
+}
+
+fn bound_of([t_s, slope_rad, effective_rad, mass_rel]: [f64; 4]) -> Option<BoundSample> {
+    (!t_s.is_nan()).then_some(BoundSample {
+        t_s,
+        slope_rad,
+        effective_rad,
+        mass_rel,
+    })
 }
 
 /// Number of a standard deviation that is not known.

@@ -1,5 +1,6 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
+use crate::bound::RunningBound;
 use crate::metrics::series::Target;
 use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
@@ -15,6 +16,7 @@ pub struct ReplayRecorder {
     /// What was recorded so far.
     pub columns: ReplayData,
     last: Command,
+    bound: Option<RunningBound>,
 }
 
 impl ReplayRecorder {
@@ -23,16 +25,21 @@ impl ReplayRecorder {
         Self {
             columns: ReplayData::new(simulation.vehicle),
             last: Command::default(),
+            bound: RunningBound::of(simulation),
         }
     }
 }
 
 impl Observer for ReplayRecorder {
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        let bound = self.bound.as_mut().and_then(|bound| {
+            bound.step(f.truth);
+            bound.now()
+        });
         if f.sampled {
             let change = (*f.command != self.last).then_some(f.command);
-            self.columns
-                .push(f.measurements, change, Target::of(f.truth));
+            let truth = Target::of(f.truth, bound);
+            self.columns.push(f.measurements, change, truth);
             self.last = *f.command;
         }
         Ok(())

@@ -17,6 +17,7 @@
 
 mod findings;
 pub mod page;
+pub mod pair;
 mod parameters;
 pub mod run;
 pub mod study;
@@ -24,7 +25,7 @@ pub mod table;
 
 /// What reports can be made of, for who named something else.
 const TAKES: &str = "name one of these:
-    the folder of a run, such as runs/minimal/1
+    the folder of a run, such as runs/minimal/1, or two of them
     a file that `monorig test --json FILE` or `monorig compare --json FILE` has written
     the results of a study, such as runs/vehicle_test_spread/results.jsonl
   `monorig tune` writes its report by itself: report.html beside its results";

@@ -60,7 +60,10 @@ pub fn sensitivity(
         let n = names.len().min(points.map_parameters as usize);
         n * n.saturating_sub(1) / 2
     };
-    let all = names.len() * points.curve as usize + pairs * (points.map as usize).pow(2);
+    let defaults = study.defaults();
+    let marked = [winner, &defaults];
+    let curve = points.curve as usize + marked.len();
+    let all = names.len() * curve + pairs * (points.map as usize).pow(2);
     let mut done = 0;
     let mut loss = |values: &Values| {
         done += 1;
@@ -75,7 +78,8 @@ pub fn sensitivity(
 
     let mut found = Sensitivity::default();
     for name in &names {
-        let values = axis(&space, winner, name, points.curve);
+        let mut values = axis(&space, winner, name, points.curve);
+        with_marked(&mut values, marked.iter().filter_map(|m| m.get(name)));
         let mut losses = Vec::new();
         for x in &values {
             let Some(loss) = loss(&with(winner, &[(name, x)]))? else {
@@ -160,10 +164,59 @@ fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<Paramete
     values
 }
 
+/// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range: so the curve goes
+/// through the marks.
+fn with_marked<'a>(
+    values: &mut Vec<ParameterValue>,
+    marked: impl Iterator<Item = &'a ParameterValue>,
+) {
+    let number = |value: &ParameterValue| match value {
+        ParameterValue::Number(x) => Some(x.get()),
+        _ => None,
+    };
+    let Some(mut all) = values.iter().map(number).collect::<Option<Vec<f64>>>() else {
+        return;
+    };
+    let (low, high) = (
+        all.iter().copied().fold(f64::INFINITY, f64::min),
+        all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    );
+    for value in marked {
+        if let Some(x) = number(value)
+            && (low..=high).contains(&x)
+            && !all.contains(&x)
+        {
+            values.push(value.clone());
+            all.push(x);
+        }
+    }
+    let order = |value: &ParameterValue| number(value).unwrap_or(f64::NAN);
+    values.sort_by(|a, b| order(a).total_cmp(&order(b)));
+}
+
 fn with(winner: &Values, changes: &[(&String, &ParameterValue)]) -> Values {
     let mut values = winner.clone();
     for (name, x) in changes {
         values.insert((*name).clone(), (*x).clone());
     }
     values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_sim::config::checked::Finite;
+
+    #[test]
+    fn a_curve_goes_through_winner_and_default() {
+        let number = |x: f64| ParameterValue::Number(Finite::try_from(x).unwrap());
+        let mut values: Vec<_> = [0.0, 1.0, 2.0].map(number).to_vec();
+        let marked = [0.3, 1.0, 1.7, 5.0].map(number);
+        with_marked(&mut values, marked.iter());
+        assert_eq!(values, [0.0, 0.3, 1.0, 1.7, 2.0].map(number));
+        let words = vec![ParameterValue::Flag(false), ParameterValue::Flag(true)];
+        let mut same = words.clone();
+        with_marked(&mut same, marked.iter());
+        assert_eq!(same, words);
+    }
 }

@@ -187,13 +187,13 @@ fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Err
 /// Every known failure is about a bound, or about an integrity that `expect` does not bound.
 fn known_failures(scenario: &Scenario) -> Result<(), Error> {
     let bounds = bounds(&scenario.file);
-    for (i, known) in scenario.file.known_failures.iter().enumerate() {
+    for known in &scenario.file.known_failures {
         let integrity = Quantity::ALL
             .map(misleading_share)
             .contains(&known.metric.as_str());
         if !integrity && !bounds.iter().any(|b| b.expectation.is_meant_by(known)) {
             return Err(scenario.error(
-                format!("known_failures[{i}]"),
+                format!("known_failures[{}]", known.entry),
                 format!("nothing bounds `{}` here", known.metric),
                 "`estimator` and `metric` of a bound, or leave it out",
             ));

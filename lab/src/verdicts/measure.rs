@@ -1,5 +1,6 @@
 //! Measures while a run goes on what its [`Summary`] holds, in memory that does not grow with the run.
 
+use crate::bound::RunningBound;
 use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
 use crate::metrics::{
     End, Metric, Wanted, Window, WindowedMetrics, estimator_metrics, run_metrics,
@@ -22,6 +23,7 @@ pub struct SummaryObserver {
     reference: Option<String>,
     reference_at: Option<usize>,
     limits: IntegrityLimits,
+    bound: Option<RunningBound>,
     estimators: Vec<EstimatorSoFar>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
@@ -105,6 +107,7 @@ impl Observer for SummaryObserver {
     fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
         let file = &s.scenario.file;
         self.limits = IntegrityLimits::of(file);
+        self.bound = RunningBound::of(s);
         self.bounds = expected::bounds(file);
         let geometry = Geometry::of(s);
         let of_bound = |bound: &Bound| {
@@ -157,10 +160,14 @@ impl Observer for SummaryObserver {
     }
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        let bound = self.bound.as_mut().and_then(|bound| {
+            bound.step(f.truth);
+            bound.now()
+        });
         if !f.sampled {
             return Ok(());
         }
-        let target = Target::of(f.truth);
+        let target = Target::of(f.truth, bound);
         self.samples.clear();
         let samples = f.estimators.iter().map(|e| ErrorSample::new(e, &target));
         self.samples.extend(samples);

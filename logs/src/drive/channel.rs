@@ -1,5 +1,6 @@
 //! A channel: columns of a file in, samples in SI units out.
 
+use super::faults::ChannelFaults;
 use crate::expression::Expression;
 use crate::map::Many;
 use crate::merge::MergedRow;
@@ -31,11 +32,19 @@ pub enum Target {
     Inclination,
     /// A reading for an estimator of one's own.
     Auxiliary(usize),
+    /// Torque asked of a motor, N·m.
+    CommandTorque(usize),
+    /// Clamp pressure asked for, MPa.
+    CommandClamp,
+    /// Share of the brake force asked for.
+    CommandBrake,
 }
 
 /// What becomes of three columns: bias off, unit, axes and mount in one matrix, lean.
 #[derive(Clone, Debug)]
 pub(super) struct VectorPath {
+    /// Whether it changes nothing: the values of the columns then are those of the channel to the last bit.
+    pub is_identity: bool,
     /// In the unit of the columns.
     pub bias: [f64; 3],
     /// Bias found while standing, SI, in the axes of the vehicle.
@@ -77,6 +86,7 @@ pub(super) struct Channel {
     pub factor: f64,
     pub vector: Option<VectorPath>,
     pub latency_ns: i64,
+    pub faults: Option<ChannelFaults>,
     pub waiting: VecDeque<Waiting>,
 }
 
@@ -84,6 +94,8 @@ pub(super) struct Channel {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Binding {
     pub pairs: Vec<(usize, usize)>,
+    /// Of each pair: whether a new value of it makes a sample.
+    of_value: Vec<bool>,
     /// Whether the table has all columns of the channel: an empty field then is no value, and not the last one.
     whole: bool,
 }
@@ -126,20 +138,22 @@ impl Channel {
             pairs.push((slot, column));
         }
         let whole = pairs.len() == self.slots.len();
-        Ok((!pairs.is_empty()).then_some(Binding { pairs, whole }))
+        let main = || self.formulas.iter().take(self.main);
+        let of_value = |(slot, _): &(usize, usize)| main().any(|(_, slots)| slots.contains(slot));
+        let of_value = pairs.iter().map(of_value).collect();
+        Ok((!pairs.is_empty()).then_some(Binding {
+            pairs,
+            of_value,
+            whole,
+        }))
     }
 
     /// Takes the values of a row; the value of a new sample if it makes one, in SI units and the axes of the vehicle.
     pub fn take(&mut self, binding: &Binding, row: &[f64]) -> Option<[f64; 3]> {
         let mut new = false;
-        for &(slot, column) in &binding.pairs {
+        for (&(slot, column), of_value) in binding.pairs.iter().zip(&binding.of_value) {
             let x = row.get(column).copied().unwrap_or(f64::NAN);
-            let of_value = self
-                .formulas
-                .iter()
-                .take(self.main)
-                .any(|(_, slots)| slots.contains(&slot));
-            new |= of_value && !x.is_nan();
+            new |= *of_value && !x.is_nan();
             if (binding.whole || !x.is_nan())
                 && let Some(place) = self.values.get_mut(slot)
             {
@@ -156,7 +170,7 @@ impl Channel {
         }
         let mut raw = [0.0; 3];
         for (x, (expression, slots)) in raw.iter_mut().zip(self.formulas.iter().take(self.main)) {
-            *x = expression.value(&self.gather(slots));
+            *x = self.evaluate(expression, slots);
         }
         let value = match &self.vector {
             Some(path) => path.apply(raw, &self.unit),
@@ -164,11 +178,19 @@ impl Channel {
                 let ratio = self
                     .formulas
                     .get(self.main)
-                    .map_or(1.0, |(e, slots)| e.value(&self.gather(slots)));
+                    .map_or(1.0, |(e, slots)| self.evaluate(e, slots));
                 [self.unit.to_si(raw[0]) * self.factor * ratio, 0.0, 0.0]
             }
         };
         value.iter().all(|x| x.is_finite()).then_some(value)
+    }
+
+    /// The value of a formula of these slots.
+    fn evaluate(&self, expression: &Expression, slots: &[usize]) -> f64 {
+        match slots {
+            [slot] if expression.is_column() => self.values.get(*slot).copied().unwrap_or(f64::NAN),
+            _ => expression.value(&self.gather(slots)),
+        }
     }
 
     fn gather(&self, slots: &[usize]) -> [f64; MAX_TERMS] {
@@ -216,6 +238,9 @@ pub(super) const MAX_TERMS: usize = 16;
 
 impl VectorPath {
     fn apply(&self, raw: [f64; 3], unit: &Unit) -> [f64; 3] {
+        if self.is_identity {
+            return raw.map(|x| unit.to_si(x));
+        }
         let [a, b, c] = [0, 1, 2].map(|i: usize| {
             let (x, bias) = (
                 raw.get(i).copied().unwrap_or(f64::NAN),

@@ -4,15 +4,19 @@
 //! |---|---|
 //! | `channel` | one channel: which columns it takes, how they become a value, what waits to be delivered |
 //! | `plan` | the channels of a map |
+//! | `faults` | faults put on channels |
 //! | `steps` | rows into steps: latencies, several samples in a step, gaps, segments |
 //! | `calibrate` | biases and mounting found while the vehicle stands |
+//! | `vehicle_file` | what estimators are told about a vehicle, as a file of its own |
 //! | `reference` | slope and mass that estimates are held against |
 
 mod calibrate;
 mod channel;
+mod faults;
 mod plan;
 mod reference;
 mod steps;
+pub mod vehicle_file;
 
 pub use calibrate::{Found, calibrate};
 pub use channel::Target;

@@ -2,8 +2,8 @@
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
 use crate::expression::Expression;
-use crate::map::{Axis, Formula, Map, Mount, Traction, VectorChannel};
-use crate::units::{Quantity, UnitName};
+use crate::map::{Axis, CommandChannel, Formula, Map, Mount, Traction, VectorChannel};
+use crate::units::{Quantity, Unit, UnitName};
 use monorig_estimators::api::signals::{Vehicle, VehicleData};
 use monorig_sim::closed_loop::recorded::nominal_vehicle;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
@@ -23,6 +23,8 @@ pub struct Plan {
     pub wheels: usize,
     /// Motors whose torque is measured.
     pub motors: usize,
+    /// Motors whose commanded torque is recorded; 0 where no command is.
+    pub commanded: usize,
 }
 
 /// Standard gravity, m/s².
@@ -144,6 +146,10 @@ impl Plan {
                 Quantity::Number,
             )?;
         }
+        if let Some(command) = &c.command {
+            commands(map, command, &mut channels)?;
+        }
+        super::faults::add(map, &mut channels)?;
         let bias =
             |v: &Option<VectorChannel>| v.as_ref().and_then(|v| v.bias_sd).map(Positive::get);
         let told = VehicleData {
@@ -163,6 +169,7 @@ impl Plan {
             vehicle,
             wheels,
             motors,
+            commanded: c.command.as_ref().map_or(0, |c| c.torque.len()),
         })
     }
 
@@ -193,13 +200,18 @@ impl Channel {
         unit: &UnitName,
         quantity: Quantity,
     ) -> Result<Self, Error> {
-        let Some(unit) = quantity.unit(unit.as_str()) else {
-            return Err(map.error(
-                format!("{key}.unit"),
-                format!("this is no unit of {}", quantity.words()),
-                quantity.names(),
-            ));
-        };
+        let unit = unit_of(map, key, unit, quantity)?;
+        Self::in_unit(map, key, target, file, formulas, unit)
+    }
+
+    fn in_unit(
+        map: &Map,
+        key: &str,
+        target: Target,
+        file: Option<&str>,
+        formulas: &[&Formula],
+        unit: &Unit,
+    ) -> Result<Self, Error> {
         let mut channel = Self {
             target,
             key: key.to_owned(),
@@ -214,6 +226,7 @@ impl Channel {
             factor: 1.0,
             vector: None,
             latency_ns: 0,
+            faults: None,
             waiting: Default::default(),
         };
         for formula in formulas {
@@ -287,11 +300,18 @@ fn vector(
         v.latency_ms,
         Finite::new(1.0),
     )?;
+    let bias = v.bias.map_or([0.0; 3], |b| b.map(Finite::get));
+    let turn = mount(&v.mount_deg).matrix() * axes(v.axes);
+    let lean = v.lean_deg_per_g.map_or(0.0, |d| d.get().to_radians() / G);
     channel.vector = Some(VectorPath {
-        bias: v.bias.map_or([0.0; 3], |b| b.map(Finite::get)),
+        is_identity: bias == [0.0; 3]
+            && lean == 0.0
+            && turn == Matrix3::identity()
+            && v.calibrate.is_none(),
+        bias,
         found_bias: Vector3::zeros(),
-        turn: mount(&v.mount_deg).matrix() * axes(v.axes),
-        lean: v.lean_deg_per_g.map_or(0.0, |d| d.get().to_radians() / G),
+        turn,
+        lean,
     });
     Ok(channel)
 }
@@ -369,6 +389,59 @@ fn traction(
     Ok(t.torque.as_ref().map_or(0, Vec::len))
 }
 
+/// Nominal values with the changes of a map.
+fn changed(v: VehicleData, changes: NominalVehicle) -> VehicleData {
+    let or = |x: Option<f64>, old: f64| x.unwrap_or(old);
+    VehicleData {
+        tare_kg: or(changes.tare_kg.map(f64::from), v.tare_kg),
+        running_resistance: or(
+            changes.running_resistance.map(f64::from),
+            v.running_resistance,
+        ),
+        wheel_radius_m: or(changes.wheel_radius_m.map(f64::from), v.wheel_radius_m),
+        ..v
+    }
+}
+
+/// The channels of the command.
+fn commands(map: &Map, c: &CommandChannel, channels: &mut Vec<Channel>) -> Result<(), Error> {
+    let key = "channels.command";
+    let mut add = |target, formula: &Formula, unit: &Unit, sign: Finite| {
+        let mut channel = Channel::in_unit(map, key, target, c.file.as_deref(), &[formula], unit)?;
+        channel.factor = sign.get();
+        channels.push(channel);
+        Ok::<(), Error>(())
+    };
+    let torque = unit_of(map, key, &c.unit, Quantity::Torque)?;
+    for (i, formula) in c.torque.iter().enumerate() {
+        add(Target::CommandTorque(i), formula, torque, c.sign)?;
+    }
+    let one = Finite::new(1.0);
+    if let (Some(formula), Some(mpa)) = (&c.clamp_pressure_mpa, Quantity::Pressure.unit("MPa")) {
+        add(Target::CommandClamp, formula, mpa, one)?;
+    }
+    if let (Some(formula), Some(number)) = (&c.brake, Quantity::Number.unit("1")) {
+        add(Target::CommandBrake, formula, number, one)?;
+    }
+    Ok(())
+}
+
+/// The unit of a channel, which must be one of its quantity.
+fn unit_of(
+    map: &Map,
+    key: &str,
+    unit: &UnitName,
+    quantity: Quantity,
+) -> Result<&'static Unit, Error> {
+    quantity.unit(unit.as_str()).ok_or_else(|| {
+        map.error(
+            format!("{key}.unit"),
+            format!("this is no unit of {}", quantity.words()),
+            quantity.names(),
+        )
+    })
+}
+
 /// The nominal vehicle: that of a file, with what the map says of it.
 fn vehicle(map: &Map) -> Result<VehicleData, Error> {
     let n = &map.file.nominal;
@@ -381,7 +454,10 @@ fn vehicle(map: &Map) -> Result<VehicleData, Error> {
     let mut v = match &map.file.vehicle {
         Some(name) => map.inputs.during(|| {
             let file = named(map.document.path(), "vehicle", name)?;
-            nominal_vehicle(&file, changes)
+            match super::vehicle_file::read(&file)? {
+                Some(vehicle) => Ok(changed(vehicle, changes)),
+                None => nominal_vehicle(&file, changes),
+            }
         })?,
         None => {
             let tare = n.tare_kg.map_or(0.0, Positive::get);

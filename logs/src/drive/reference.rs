@@ -27,29 +27,34 @@ pub enum ReferenceSlope {
     Samples(Vec<(i64, f64)>),
 }
 
+/// A slope that is asked for at times that do not fall.
+#[derive(Clone, Debug, Default)]
+struct SlopeOverTime {
+    slope: ReferenceSlope,
+    next: usize,
+}
+
 /// What estimates are held against.
 #[derive(Clone, Debug, Default)]
 pub struct Reference {
-    slope: ReferenceSlope,
+    slope: SlopeOverTime,
+    effective: Option<SlopeOverTime>,
     /// From a time on (ns of the replay), kg.
     masses: Vec<(i64, f64)>,
     /// Standard deviations, rad and kg.
     pub slope_sd_rad: f64,
     /// See above.
     pub mass_sd_kg: f64,
-    next: usize,
 }
 
 /// Adds the columns of the references to those that are wanted of each file.
 pub(super) fn want(map: &Map, wanted: &mut [BTreeSet<String>]) -> Result<(), Error> {
-    let Some(slope) = &map.file.reference.slope else {
-        return Ok(());
-    };
-    if let Some((file, columns)) = columns(map, slope)? {
-        wanted
-            .get_mut(file)
-            .into_iter()
-            .for_each(|w| w.extend(columns.iter().cloned()));
+    let r = &map.file.reference;
+    for slope in [&r.slope, &r.effective_slope].into_iter().flatten() {
+        if let Some((file, columns)) = columns(map, slope)? {
+            let of_file = wanted.get_mut(file).into_iter();
+            of_file.for_each(|w| w.extend(columns.iter().cloned()));
+        }
     }
     Ok(())
 }
@@ -95,20 +100,26 @@ impl Reference {
         }
         if let Some(s) = &r.slope {
             reference.slope_sd_rad = s.sd_deg.get().to_radians();
-            reference.slope = match s.deg {
-                Some(deg) => ReferenceSlope::Constant(Finite::get(deg).to_radians()),
-                None => ReferenceSlope::Samples(samples(map, s, origin_ns)?),
-            };
+            reference.slope = SlopeOverTime::load(map, s, origin_ns)?;
         }
+        let effective = r.effective_slope.as_ref();
+        reference.effective = effective
+            .map(|s| SlopeOverTime::load(map, s, origin_ns))
+            .transpose()?;
         Ok(reference)
     }
 
     /// Whether there is one of the slope, and one of the mass.
     pub fn known(&self) -> (bool, bool) {
         (
-            !matches!(self.slope, ReferenceSlope::None),
+            !matches!(self.slope.slope, ReferenceSlope::None),
             !self.masses.is_empty(),
         )
+    }
+
+    /// The effective slope (rad) at a time, which must not fall; none if there is no reference of it.
+    pub fn effective_at(&mut self, t_ns: i64) -> Option<f64> {
+        self.effective.as_mut().map(|slope| slope.at(t_ns))
     }
 
     /// Slope (rad) and mass (kg) at a time, which must not fall; not a number where they are not known.
@@ -119,7 +130,22 @@ impl Reference {
             .take_while(|(from, _)| *from <= t_ns)
             .last()
             .map_or(f64::NAN, |m| m.1);
-        let slope = match &self.slope {
+        (self.slope.at(t_ns), mass)
+    }
+}
+
+impl SlopeOverTime {
+    fn load(map: &Map, s: &SlopeReference, origin_ns: i64) -> Result<Self, Error> {
+        let slope = match s.deg {
+            Some(deg) => ReferenceSlope::Constant(Finite::get(deg).to_radians()),
+            None => ReferenceSlope::Samples(samples(map, s, origin_ns)?),
+        };
+        Ok(Self { slope, next: 0 })
+    }
+
+    /// The slope at a time, rad.
+    fn at(&mut self, t_ns: i64) -> f64 {
+        match &self.slope {
             ReferenceSlope::None => f64::NAN,
             ReferenceSlope::Constant(slope) => *slope,
             ReferenceSlope::Samples(all) => {
@@ -135,8 +161,7 @@ impl Reference {
                     _ => f64::NAN,
                 }
             }
-        };
-        (slope, mass)
+        }
     }
 }
 
@@ -300,7 +325,10 @@ mod tests {
     fn samples_are_linear_in_between_and_unknown_in_gaps() {
         let s = 1_000_000_000;
         let mut r = Reference {
-            slope: ReferenceSlope::Samples(vec![(0, 0.0), (s, 0.1), (10 * s, 0.2)]),
+            slope: SlopeOverTime {
+                slope: ReferenceSlope::Samples(vec![(0, 0.0), (s, 0.1), (10 * s, 0.2)]),
+                next: 0,
+            },
             masses: vec![(0, 100.0), (2 * s, 200.0)],
             ..Reference::default()
         };

@@ -5,7 +5,7 @@ use super::plan::Plan;
 use crate::map::{Many, Map, Origin};
 use crate::merge::{Merged, MergedRow};
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
 use std::collections::HashMap;
 
@@ -19,6 +19,8 @@ pub struct Step {
     pub t_ns: i64,
     /// What was delivered in it; stamps are in the time of the replay.
     pub z: Measurements,
+    /// The last command recorded until its end; none of a log without.
+    pub command: Option<Command>,
     /// Segment of the log, from 0: gaps and runs begin new ones.
     pub segment: u32,
 }
@@ -27,13 +29,16 @@ pub struct Step {
 pub struct Drive {
     merged: Merged,
     channels: Vec<Channel>,
-    /// Per table of a part: the channels that take something of it. None until a row of it is seen.
-    bindings: HashMap<(usize, u32), Vec<(usize, Binding)>>,
+    /// By part and table: the channels that take something of it. None until a row of it is seen.
+    bindings: Vec<Vec<Option<Vec<(usize, Binding)>>>>,
     row: MergedRow,
     many: Many,
     vehicle: Vehicle,
     wheels_mps: Vec<f64>,
     torques_nm: Vec<f64>,
+    /// Torques asked for, and the rest of the command.
+    commanded_nm: Vec<f64>,
+    command: Command,
     origin_ns: i64,
     step_ns: i64,
     gap_ns: i64,
@@ -61,12 +66,14 @@ impl Drive {
             },
             merged,
             channels: plan.channels.clone(),
-            bindings: HashMap::new(),
+            bindings: Vec::new(),
             row: MergedRow::default(),
             many: map.file.step.many,
             vehicle: plan.vehicle,
             wheels_mps: vec![f64::NAN; plan.wheels],
             torques_nm: vec![f64::NAN; plan.motors],
+            commanded_nm: vec![0.0; plan.commanded],
+            command: Command::default(),
             step_ns: map.step_ns(),
             gap_ns: map.segment_gap_ns(),
             // the first step ends at time zero, with the row that stands there
@@ -137,9 +144,11 @@ impl Drive {
         let mut step = Step {
             t_ns: until_ns,
             z: Measurements::at(Time::from_ns(until_ns)),
+            command: None,
             segment: self.segment,
         };
         self.fill(&mut step.z, until_ns);
+        step.command = (!self.commanded_nm.is_empty()).then(|| self.command());
         Ok(Some(step))
     }
 
@@ -150,8 +159,9 @@ impl Drive {
             *piece = row.row.piece;
             self.segment += 1;
         }
-        let key = (row.part, row.row.table);
-        if !self.bindings.contains_key(&key) {
+        let (part, table) = (row.part, row.row.table as usize);
+        let known = self.bindings.get(part).and_then(|tables| tables.get(table));
+        if !matches!(known, Some(Some(_))) {
             let mut bound = Vec::new();
             for (i, channel) in self
                 .channels
@@ -168,20 +178,39 @@ impl Drive {
                 })?;
                 bound.extend(binding.map(|b| (i, b)));
             }
-            self.bindings.insert(key, bound);
+            if self.bindings.len() <= part {
+                self.bindings.resize_with(part + 1, Vec::new);
+            }
+            if let Some(tables) = self.bindings.get_mut(part) {
+                if tables.len() <= table {
+                    tables.resize_with(table + 1, || None);
+                }
+                if let Some(place) = tables.get_mut(table) {
+                    *place = Some(bound);
+                }
+            }
         }
         let stamp_ns = row.row.stamp_ns.saturating_sub(self.origin_ns);
         let time_ns = match self.by_arrival {
             true => row.row.arrival_ns.saturating_sub(self.origin_ns),
             false => stamp_ns,
         };
-        for (i, binding) in self.bindings.get(&key).into_iter().flatten() {
+        let bound = self.bindings.get(part).and_then(|tables| tables.get(table));
+        for (i, binding) in bound.and_then(Option::as_ref).into_iter().flatten() {
             let Some(channel) = self.channels.get_mut(*i) else {
                 continue;
             };
             let Some(value) = channel.take(binding, &row.values) else {
                 continue;
             };
+            let (mut stamp_ns, mut value) = (stamp_ns, value);
+            if let Some(faults) = &mut channel.faults {
+                let is_vector = channel.vector.is_some();
+                let Some(left) = faults.apply(stamp_ns, value, is_vector) else {
+                    continue;
+                };
+                (stamp_ns, value) = left;
+            }
             self.samples += 1;
             let deliver_ns = time_ns.saturating_add(channel.latency_ns);
             channel.waiting.push_back(Waiting {
@@ -193,12 +222,33 @@ impl Drive {
         Ok(())
     }
 
+    /// The command: a torque for each drive unit, or the sum of all in equal shares.
+    fn command(&self) -> Command {
+        let mut command = self.command;
+        let (drives, sum_nm) = (self.vehicle.drives, self.commanded_nm.iter().sum::<f64>());
+        let each = self.commanded_nm.len() == drives;
+        let torques = command.motor_torque_nm.iter_mut().take(drives).enumerate();
+        for (i, torque) in torques {
+            *torque = match self.commanded_nm.get(i) {
+                Some(own) if each => *own,
+                _ => sum_nm / drives as f64,
+            };
+        }
+        command
+    }
+
     /// Puts what is delivered until `until_ns` into `z`.
     fn fill(&mut self, z: &mut Measurements, until_ns: i64) {
         let drives = self.vehicle.drives;
         let mut shared_torque = None;
         for channel in &mut self.channels {
-            let Some(w) = channel.deliver(until_ns, self.many) else {
+            let many = match channel.target {
+                Target::CommandTorque(_) | Target::CommandClamp | Target::CommandBrake => {
+                    Many::Newest
+                }
+                _ => self.many,
+            };
+            let Some(w) = channel.deliver(until_ns, many) else {
                 continue;
             };
             let t = Time::from_ns(w.stamp_ns);
@@ -242,6 +292,13 @@ impl Drive {
                 Target::Steering => z.steering_angle_rad = one,
                 Target::Inclination => z.inclination_rad = one,
                 Target::Auxiliary(i) => put(&mut z.auxiliary, i),
+                Target::CommandTorque(i) => {
+                    if let Some(torque) = self.commanded_nm.get_mut(i) {
+                        *torque = x;
+                    }
+                }
+                Target::CommandClamp => self.command.clamp_pressure_mpa = x,
+                Target::CommandBrake => self.command.brake = x,
             }
         }
         // a force of the whole vehicle, or motors that are not one a drive unit, in equal shares

@@ -1,6 +1,6 @@
 //! What a map file must keep to beyond the type of each value: key, what is wrong, what would be right.
 
-use super::file::{Channels, MapFile, References, Traction, VectorChannel};
+use super::file::{Channels, MapFile, References, SlopeReference, Traction, VectorChannel};
 use crate::units::{Quantity, UnitName};
 use monorig_estimators::api::signals::{MAX_AUXILIARY, MAX_DRIVES};
 
@@ -95,6 +95,18 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
     }
     if let Some(t) = &c.traction {
         traction("channels.traction", t)?;
+    }
+    if let Some(command) = &c.command {
+        let key = "channels.command";
+        unit(key, &command.unit, Quantity::Torque)?;
+        sign(key, command.sign.get())?;
+        if command.torque.is_empty() || command.torque.len() > MAX_DRIVES {
+            return wrong(
+                format!("{key}.torque"),
+                format!("there are {} motors", command.torque.len()),
+                format!("1 to {MAX_DRIVES}"),
+            );
+        }
     }
     let lists = [
         (
@@ -241,8 +253,17 @@ fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
 }
 
 fn references(r: &References) -> Result<(), Wrong> {
-    if let Some(s) = &r.slope {
-        let key = "reference.slope";
+    for (key, slope) in [
+        ("reference.slope", &r.slope),
+        ("reference.effective_slope", &r.effective_slope),
+    ] {
+        slope_reference(key, slope.as_ref())?;
+    }
+    mass_reference(r)
+}
+
+fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wrong> {
+    if let Some(s) = slope {
         let given = [s.deg.is_some(), s.column.is_some(), s.altitude.is_some()];
         if given.iter().filter(|g| **g).count() != 1 {
             return wrong(
@@ -273,6 +294,10 @@ fn references(r: &References) -> Result<(), Wrong> {
             unit(&format!("{key}.altitude"), &a.unit, Quantity::Length)?;
         }
     }
+    Ok(())
+}
+
+fn mass_reference(r: &References) -> Result<(), Wrong> {
     if let Some(m) = &r.mass {
         let key = "reference.mass";
         match (&m.kg, &m.steps) {

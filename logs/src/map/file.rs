@@ -5,7 +5,8 @@ use crate::time::TimeUnit;
 use crate::units::UnitName;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::scenario::{
-    Availability, Expectation, Integrity, KnownFailure, Record, Settings,
+    Availability, Expectation, FaultKind, Integrity, KnownFailure, KnownFailureEntry, Record,
+    Settings, known_failures,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -38,7 +39,8 @@ pub struct MapFile {
     /// The steps of the estimators.
     #[serde(default)]
     pub step: StepSettings,
-    /// Train or car file, relative to this file: what estimators are told about the vehicle.
+    /// Train file, car file or file of nominal values (as `monorig export` writes it), relative to this file: what estimators are told about
+    /// the vehicle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vehicle: Option<String>,
     /// Nominal values where they differ from the vehicle's file, or all there is without one.
@@ -46,6 +48,9 @@ pub struct MapFile {
     pub nominal: Nominal,
     /// What the columns measure.
     pub channels: Channels,
+    /// Faults put on the channels, as events of a scenario put them on sensors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<LogFault>,
     /// What estimates are held against.
     #[serde(default)]
     pub reference: References,
@@ -62,7 +67,12 @@ pub struct MapFile {
     #[serde(default)]
     pub integrity: Integrity,
     /// Bounds that do not hold, for reasons of physics, as in a scenario.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "known_failures"
+    )]
+    #[schemars(with = "Vec<KnownFailureEntry>")]
     pub known_failures: Vec<KnownFailure>,
     /// Recording rates.
     #[serde(default)]
@@ -90,6 +100,10 @@ pub struct TimeSettings {
     /// Unit of that column; without it by its name or type, else seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<TimeUnit>,
+    /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53 ns), where the time
+    /// above is when they were recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<String>,
     /// By which time samples are given to the estimators.
     pub order: Order,
     /// What is time zero.
@@ -109,7 +123,7 @@ pub enum Order {
     /// When they were taken.
     #[default]
     Stamp,
-    /// When they were recorded (MCAP has this time beside the stamp; elsewhere it is the stamp).
+    /// When they were recorded: MCAP has this time beside the stamp, and so has a log with `stamp`; elsewhere it is the stamp.
     Arrival,
 }
 
@@ -215,6 +229,9 @@ pub struct Channels {
     pub traction: Option<Traction>,
     /// Clamp cylinder pressure of each drive unit.
     pub clamp_pressure: Vec<ScalarChannel>,
+    /// What the controller asked for. Without it the measured torque stands for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<CommandChannel>,
     /// Steering angle of a car, + left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steering_angle: Option<ScalarChannel>,
@@ -397,6 +414,128 @@ pub struct Traction {
     pub latency_ms: Option<NonNegative>,
 }
 
+/// A fault put on a channel of a log.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LogFault {
+    /// s of the replay.
+    pub from_s: NonNegative,
+    /// s; none = to the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_s: Option<Positive>,
+    /// What it is put on.
+    pub channel: FaultedChannel,
+    /// Which wheel, motor, … counted from 0; none = all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<usize>,
+    /// What fails.
+    pub fault: LogFaultKind,
+    /// Size of the fault, in the unit that it needs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<Finite>,
+}
+
+/// A channel that a fault can be put on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultedChannel {
+    /// Specific force and angular rate.
+    Imu,
+    /// Specific force.
+    SpecificForce,
+    /// Angular rate.
+    AngularRate,
+    /// Wheel speeds.
+    WheelSpeed,
+    /// Torque, force or power.
+    Traction,
+    /// Clamp pressures.
+    ClampPressure,
+    /// Steering angle.
+    SteeringAngle,
+    /// Inclinometer.
+    Inclination,
+    /// Readings of one's own.
+    Auxiliary,
+}
+
+/// What can fail on a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LogFaultKind {
+    /// No samples.
+    Off,
+    /// The last value again and again.
+    Stuck,
+    /// Bias that grows, `size` SI units per second.
+    Drift,
+    /// Values multiplied by `size`.
+    Scale,
+    /// Rare outliers of `size` SI units.
+    Spikes,
+    /// Speeds in km/h, read as m/s.
+    KmPerH,
+    /// Accelerations in g, read as m/s².
+    InG,
+    /// Angles or angular rates in degrees, read as radians.
+    InDegrees,
+    /// Values of the wrong sign, on all axes.
+    WrongSign,
+    /// Forward and left exchanged.
+    AxesXySwapped,
+    /// Forward and up exchanged.
+    AxesXzSwapped,
+    /// Left and up exchanged.
+    AxesYzSwapped,
+    /// Stamps are off by up to `size` ms, evenly spread to both sides.
+    Jitter,
+    /// Samples are lost, a share of `size`.
+    Loss,
+}
+
+impl LogFaultKind {
+    /// The fault of the rig's sensors that it is; none of those of a log alone.
+    pub fn of_rig(self) -> Option<FaultKind> {
+        Some(match self {
+            Self::Off => FaultKind::Off,
+            Self::Stuck => FaultKind::Stuck,
+            Self::Drift => FaultKind::Drift,
+            Self::Scale => FaultKind::Scale,
+            Self::Spikes => FaultKind::Spikes,
+            Self::KmPerH => FaultKind::KmPerH,
+            Self::InG => FaultKind::InG,
+            Self::InDegrees => FaultKind::InDegrees,
+            Self::WrongSign => FaultKind::WrongSign,
+            Self::AxesXySwapped => FaultKind::AxesXySwapped,
+            Self::AxesXzSwapped => FaultKind::AxesXzSwapped,
+            Self::AxesYzSwapped => FaultKind::AxesYzSwapped,
+            Self::Jitter | Self::Loss => return None,
+        })
+    }
+}
+
+/// What the controller asked for: in a step the last command that was recorded until its end.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandChannel {
+    /// File, by its name under `files`; not needed where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares.
+    pub torque: Vec<Formula>,
+    /// Unit of the torques.
+    pub unit: UnitName,
+    /// 1, or −1 where the log counts the torques the other way.
+    #[serde(default = "plus")]
+    pub sign: Finite,
+    /// Clamp cylinder pressure, MPa; none = 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clamp_pressure_mpa: Option<Formula>,
+    /// Share of the brake force, 0 to 1; none = 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brake: Option<Formula>,
+}
+
 /// What estimates are held against, with its standard deviation.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -404,6 +543,10 @@ pub struct References {
     /// The slope under the vehicle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<SlopeReference>,
+    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle where it is a point, else not
+    /// known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effective_slope: Option<SlopeReference>,
     /// The total mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<MassReference>,

@@ -155,9 +155,13 @@ impl Map {
                         .or_else(|| time.column.clone()),
                     unit: clock.and_then(|c| c.unit).or(time.unit),
                     pieces: time.pieces.clone(),
-                    wanted: Some(wanted.clone()),
+                    wanted: Some(wanted.iter().chain(&time.stamp).cloned().collect()),
                     dbc: self.dbc.clone(),
                 },
+                stamp: time
+                    .stamp
+                    .clone()
+                    .map(|column| (column, time.unit.unwrap_or_default())),
                 offset_ns: (own(|c| c.offset_s) * NS as f64).round() as i64,
                 drift_ppm: own(|c| c.drift_ppm),
             }

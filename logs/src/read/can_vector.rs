@@ -5,6 +5,8 @@ use super::can::{Frame, Source};
 use crate::wrong;
 use blf_asc::{AscReader, BlfReader, Message};
 use monorig_sim::error::Error;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The frames of a file.
@@ -25,7 +27,10 @@ impl Frames {
         let refused = |e: blf_asc::BlfError| broken(path, 0, &e);
         let reader = match format {
             Format::Asc => Reader::Asc(Box::new(AscReader::open(path).map_err(refused)?)),
-            _ => Reader::Blf(Box::new(BlfReader::open(path).map_err(refused)?)),
+            _ => {
+                lengths_fit(path)?;
+                Reader::Blf(Box::new(BlfReader::open(path).map_err(refused)?))
+            }
         };
         Ok(Self {
             path: path.into(),
@@ -33,6 +38,52 @@ impl Frames {
             frame: 0,
         })
     }
+}
+
+/// Longest header of a BLF file and longest object in it, bytes: Vector's containers are of 128 kB.
+const MAX_HEADER: u64 = 1 << 20;
+const MAX_OBJECT: u64 = 8 << 20;
+/// Magic, size, version and type in front of each object.
+const OBJECT_HEADER: u64 = 16;
+
+/// That no length which a BLF file declares goes beyond the file: the library makes room for them before it reads, so that a damaged one ends
+/// the process. The objects of the file are gone through by their headers.
+fn lengths_fit(path: &Path) -> Result<(), Error> {
+    let failed = |e| crate::io(path, e);
+    let mut file = BufReader::new(File::open(path).map_err(failed)?);
+    let length = file.get_ref().metadata().map_err(failed)?.len();
+    let beyond = |at: u64, declared: u64| {
+        wrong(
+            path,
+            None,
+            format!("at byte {at} this BLF file declares {declared} bytes, of {length}"),
+            "a whole file",
+        )
+    };
+    let mut head = [0u8; OBJECT_HEADER as usize];
+    file.read_exact(&mut head)
+        .map_err(|_| beyond(0, OBJECT_HEADER))?;
+    let word = |head: &[u8], at: usize| {
+        let bytes = head.get(at..at + 4).and_then(|b| b.try_into().ok());
+        u64::from(bytes.map_or(0, u32::from_le_bytes))
+    };
+    let mut at = word(&head, 4);
+    if at > length.min(MAX_HEADER) {
+        return Err(beyond(4, at));
+    }
+    while at + OBJECT_HEADER <= length {
+        file.seek(SeekFrom::Start(at)).map_err(failed)?;
+        file.read_exact(&mut head).map_err(failed)?;
+        let size = word(&head, 8);
+        if !head.starts_with(b"LOBJ") || size < OBJECT_HEADER {
+            return Ok(()); // refused by the library, with its reason
+        }
+        if size > (length - at).min(MAX_OBJECT) {
+            return Err(beyond(at, size));
+        }
+        at += size + size % 4;
+    }
+    Ok(())
 }
 
 fn broken(path: &Path, frame: u64, e: &dyn std::fmt::Display) -> Error {

@@ -22,8 +22,10 @@ fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
 }
 
 fn open(path: &Path) -> Result<Mf4File, Error> {
-    let mut options = OpenOptions::default();
-    options.max_decompressed = MAX_BLOCK;
+    let options = OpenOptions {
+        max_decompressed: MAX_BLOCK,
+        ..OpenOptions::default()
+    };
     let file = Mf4File::open_with_options(path, options).map_err(|e| broken(path, &e))?;
     let version = file.version().to_string();
     if version.contains("4.30") || version.contains("4.3.0") {

@@ -166,6 +166,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         train,
         plant,
         sensors,
+        instruments: specs,
         vehicle,
         estimators,
         in_loop,

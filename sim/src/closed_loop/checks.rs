@@ -133,8 +133,11 @@ pub fn windows(scenario: &Scenario, rail: &Rail) -> Result<(), Error> {
     let file = &scenario.file;
     let of_bounds = file.expect.iter().enumerate();
     let of_bounds = of_bounds.map(|(i, e)| (format!("expect[{i}]"), [&e.after, &e.until]));
-    let known = file.known_failures.iter().enumerate();
-    let known = known.map(|(i, k)| (format!("known_failures[{i}]"), [&k.after, &k.until]));
+    let known = file.known_failures.iter();
+    let known = known.map(|k| {
+        let at = format!("known_failures[{}]", k.entry);
+        (at, [&k.after, &k.until])
+    });
     for (at, ends) in of_bounds.chain(known) {
         for (key, moment) in ["after", "until"].into_iter().zip(ends) {
             let Some(moment) = moment else { continue };

@@ -79,6 +79,7 @@ impl Simulation {
         let mass_kg = vehicle.tare_kg;
         Ok(Self {
             seed: 1,
+            instruments: InstrumentSpecs::default(),
             rail: Arc::new(no_rail()),
             plant,
             sensors,

@@ -10,6 +10,7 @@ use crate::plant::Plant;
 use crate::plant::obstacles::ObstacleBox;
 use crate::rail::{Rail, RailFrame};
 use crate::sensors::Suite;
+use crate::sensors::spec::InstrumentSpecs;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
 use std::sync::Arc;
@@ -29,6 +30,8 @@ pub struct Simulation {
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
+    /// What the instruments are made after; of a recorded drive nothing is known.
+    pub instruments: InstrumentSpecs,
     /// Nominal vehicle given to estimators and controller.
     pub vehicle: Vehicle,
     /// The estimators.

@@ -16,7 +16,7 @@ mod seeds;
 
 pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
 pub use event::{Event, FaultKind};
-pub use expect::{Availability, Expectation, KnownFailure};
+pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use integrity::{Integrity, IntegrityLimits};
 pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, Part};
@@ -97,7 +97,12 @@ pub struct ScenarioFile {
     #[serde(default)]
     pub integrity: Integrity,
     /// Bounds of `expect` that do not hold, for reasons of physics.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "known_failures"
+    )]
+    #[schemars(with = "Vec<KnownFailureEntry>")]
     pub known_failures: Vec<KnownFailure>,
     /// Figures that others have published for this set-up (shown by `monorig compare`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

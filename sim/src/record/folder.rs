@@ -137,13 +137,11 @@ fn prefix(seed: u64) -> String {
 }
 
 /// Put back an older run whose replacement was killed between two steps, and remove what else killed processes left of this seed. A
-/// process that still runs keeps its folder.
+/// process that still runs keeps its folder. Where the system does not list its processes in `/proc`, that is what has changed within a day.
 fn clear_orphans(parent: &Path, seed: u64) {
     let prefix = prefix(seed);
     let processes = Path::new("/proc");
-    if !processes.join("self").exists() {
-        return;
-    }
+    let listed = processes.join("self").exists();
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let Some(owner) = name.to_str().and_then(|n| n.strip_prefix(&prefix)) else {
@@ -151,7 +149,7 @@ fn clear_orphans(parent: &Path, seed: u64) {
         };
         let mut parts = owner.split(['-', '.']);
         let (pid, where_it_counts) = (parts.next().unwrap_or_default(), parts.next());
-        let alive = match where_it_counts == Some(whole::processes()) {
+        let alive = match listed && where_it_counts == Some(whole::processes()) {
             true => processes.join(pid).exists(),
             false => recently_changed(&entry.path()), // of another container on the same disk?
         };

@@ -2,7 +2,8 @@
 //!
 //! One row group per [`Chunk`], one column per channel, after a column `time` (s). The unit of a column is its Arrow
 //! field metadata under `unit`; scenario and seed are schema metadata. NaN (no value in this row) is stored as null.
-//! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`.
+//! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`; with scenario and seed also where pandas
+//! (2.1 or later) keeps the attributes of a table, `df.attrs`, so that they outlive reading and writing by it.
 //! The same chunks give the same bytes: nothing in the file comes from a clock.
 
 use super::{Channel, Chunk, Layout, Sink, whole};
@@ -10,12 +11,13 @@ use crate::error::Error;
 use arrow::array::{ArrayRef, Float64Array};
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
 use arrow::record_batch::RecordBatch;
-use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
+use parquet::arrow::{ARROW_SCHEMA_META_KEY, ArrowWriter, encode_arrow_schema};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,6 +26,8 @@ use std::sync::Arc;
 pub const UNIT: &str = "unit";
 /// Key of the events in the file metadata.
 pub const EVENTS: &str = "events";
+/// Key under which pandas keeps the attributes of a table, as JSON, in the schema's metadata.
+pub const PANDAS: &str = "PANDAS_ATTRS";
 
 /// Writes a Parquet file under a temporary name beside its place, and moves it there when it is whole.
 ///
@@ -60,7 +64,10 @@ impl Sink for ParquetSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
         let file = File::create(&self.partial).map_err(io(&self.partial))?;
         let schema = schema(layout);
-        let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties()?))
+        // the schema goes into the file at the end, when the events are known that it tells pandas
+        let options = ArrowWriterOptions::new().with_properties(properties()?);
+        let options = options.with_skip_arrow_metadata(true);
+        let writer = ArrowWriter::try_new_with_options(file, schema.clone(), options)
             .map_err(broken_write(&self.path))?;
         self.open = Some(Open {
             writer,
@@ -100,8 +107,11 @@ impl Sink for ParquetSink {
             path: self.path.clone(),
             source: e.into(),
         })?;
-        open.writer
-            .append_key_value_metadata(KeyValue::new(EVENTS.into(), events));
+        let schema = encode_arrow_schema(&for_pandas(&open.schema, &open.events));
+        for (key, value) in [(ARROW_SCHEMA_META_KEY, schema), (EVENTS, events)] {
+            open.writer
+                .append_key_value_metadata(KeyValue::new(key.into(), value));
+        }
         open.writer.close().map_err(broken_write(&self.path))?;
         std::fs::rename(&self.partial, &self.path).map_err(io(&self.path))
     }
@@ -135,6 +145,18 @@ fn schema(layout: &Layout<'_>) -> SchemaRef {
         ("seed".to_owned(), layout.seed.to_string()),
     ]);
     Arc::new(Schema::new_with_metadata(fields, about))
+}
+
+/// The schema with what it says of the run, and the events, as attributes of pandas.
+fn for_pandas(schema: &Schema, events: &[(i64, String)]) -> Schema {
+    let mut attributes = serde_json::json!({ EVENTS: events });
+    // in order: the same run, the same bytes
+    for (key, value) in schema.metadata().iter().collect::<BTreeMap<_, _>>() {
+        attributes[key] = value.clone().into();
+    }
+    let mut metadata = schema.metadata().clone();
+    metadata.insert(PANDAS.to_owned(), attributes.to_string());
+    Schema::new_with_metadata(schema.fields().clone(), metadata)
 }
 
 /// NaN becomes null.
@@ -208,6 +230,39 @@ mod tests {
             sink.chunk(chunk).unwrap();
         }
         sink.finish().unwrap();
+    }
+
+    /// pandas keeps the attributes of a table and nothing else of the metadata.
+    #[test]
+    fn events_outlive_pandas() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, by_pandas) = (dir.path().join("a.parquet"), dir.path().join("b.parquet"));
+        let chunk = sample_chunk(5, 0, 40);
+        record(&path, &channels(5), std::slice::from_ref(&chunk));
+        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(&path).unwrap()).unwrap();
+        let kept = HashMap::from([(
+            PANDAS.to_owned(),
+            reader.schema().metadata()[PANDAS].clone(),
+        )]);
+        let fields = reader.schema().fields().iter();
+        let fields: Vec<Field> = fields
+            .map(|f| f.as_ref().clone().with_metadata(HashMap::new()))
+            .collect();
+        let schema = Arc::new(Schema::new_with_metadata(fields, kept));
+        let mut writer =
+            ArrowWriter::try_new(File::create(&by_pandas).unwrap(), schema.clone(), None).unwrap();
+        for batch in reader.build().unwrap() {
+            let columns = batch.unwrap().columns().to_vec();
+            writer
+                .write(&RecordBatch::try_new(schema.clone(), columns).unwrap())
+                .unwrap();
+        }
+        writer.close().unwrap();
+        let there = crate::record::readback::read(&path).unwrap();
+        let back = crate::record::readback::read(&by_pandas).unwrap();
+        assert_eq!(there.events, chunk.events);
+        assert_eq!((&back.events, back.rows), (&there.events, there.rows));
+        assert_eq!((&back.scenario, &back.seed), (&there.scenario, &there.seed));
     }
 
     /// What was sent is what is read: every bit of every value, nulls for NaN, units, one row group a chunk, events.

@@ -1,12 +1,13 @@
 //! Reading `channels.parquet` back: what is in it, whether all of it can be read, and its columns.
 
 use super::decoder::guarded;
-use super::parquet::EVENTS;
+use super::parquet::{EVENTS, PANDAS};
 use crate::config::file::nearest;
 use crate::error::{Error, InputError};
 use arrow::array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -118,23 +119,32 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
     })?;
     let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, e))?;
     let schema = reader.schema().clone();
-    let about = |key: &str| match schema.metadata().get(key) {
-        Some(value) => Ok(value.clone()),
-        None => Err(broken(path, format!("it does not name its {key}"))),
+    // what pandas leaves of it when it writes a table that it has read
+    let kept = schema.metadata().get(PANDAS);
+    let kept: Value = kept.map_or(Value::Null, |text| {
+        serde_json::from_str(text).unwrap_or_default()
+    });
+    let about = |key: &str| {
+        let value = schema.metadata().get(key).map(String::as_str);
+        match value.or_else(|| kept[key].as_str()) {
+            Some(value) => Ok(value.to_owned()),
+            None => Err(broken(path, format!("it does not name its {key}"))),
+        }
     };
     let pairs = reader.metadata().file_metadata().key_value_metadata();
     let events = pairs
         .into_iter()
         .flatten()
         .find(|kv| kv.key == EVENTS)
-        .and_then(|kv| kv.value.as_deref())
+        .and_then(|kv| kv.value.clone())
+        .or_else(|| kept.get(EVENTS).map(Value::to_string))
         .ok_or_else(|| broken(path, "it does not tell its events"))?;
     let contents = Contents {
         scenario: about("scenario")?,
         seed: about("seed")?,
         columns: schema.fields().iter().map(|f| f.name().clone()).collect(),
         rows: 0,
-        events: serde_json::from_str(events).map_err(|e| broken(path, e))?,
+        events: serde_json::from_str(&events).map_err(|e| broken(path, e))?,
     };
     Ok((contents, reader))
 }

@@ -54,7 +54,7 @@ impl Recorder<'static> {
 
 impl<'a> Recorder<'a> {
     /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less often; and after
-    /// [`FULL_RATE_ROWS`] it records at half the rate, and so on.
+    /// 360 000 rows it records at half the rate, and so on.
     pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         Self {
             sinks,

@@ -102,17 +102,7 @@ impl<const N: usize> Faults<N> {
             match w.fault {
                 Fault::Drift(rate) => value.iter_mut().for_each(|x| *x += rate * (t_s - w.from_s)),
                 Fault::Scale(factor) => value.iter_mut().for_each(|x| *x *= factor),
-                Fault::Spikes(height) => {
-                    if self.stream.uniform() < SPIKE_PROBABILITY {
-                        for x in value.iter_mut() {
-                            *x += if self.stream.uniform() < 0.5 {
-                                height
-                            } else {
-                                -height
-                            };
-                        }
-                    }
-                }
+                Fault::Spikes(height) => spike(&mut self.stream, height, value),
                 _ => {}
             }
         }
@@ -147,6 +137,19 @@ impl<const N: usize> Faults<N> {
         };
         self.last = Some(output);
         (!off).then_some(output)
+    }
+}
+
+/// Adds the height to all components, each with a sign of its own, with [`SPIKE_PROBABILITY`].
+fn spike(stream: &mut Stream, height: f64, value: &mut [f64]) {
+    if stream.uniform() < SPIKE_PROBABILITY {
+        for x in value {
+            *x += if stream.uniform() < 0.5 {
+                height
+            } else {
+                -height
+            };
+        }
     }
 }
 

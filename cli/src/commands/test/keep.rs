@@ -33,6 +33,7 @@ pub fn worst_run(
         pace: None,
         no_rerun: false,
         full_rate: false,
+        keep_samples: false,
         changes: &variant.changes,
         registry,
     };

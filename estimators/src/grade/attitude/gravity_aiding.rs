@@ -7,16 +7,20 @@
 //!
 //! with Δ the change of the body rates, behind a low-pass of 20 ms, over the window. Without l_x Δr the roll is thrown by 0.4° at both ends
 //! of each bend, and by the turn the pitch with it. Residuals beyond three standard deviations are deweighted (Huber 1964).
+//!
+//! The noise of a window is that of the sheet or that seen, whichever is larger: an accelerometer that is shaken tells less than its sheet. It is
+//! learnt from the means of windows and not from samples, so that bounce, whose mean is small, counts for little.
 
 use nalgebra::{SVector, Vector3};
 
 use super::params::AttitudeParams;
-use super::{BIAS_Y, BIAS_Z, Lever, N, PHI, THETA, V};
+use super::{BIAS_Y, BIAS_Z, GYRO_Z, Lever, N, PHI, THETA, V};
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
-use crate::api::real::{GRAVITY, cos, sin};
+use crate::api::real::{GRAVITY, cos, sin, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
+use crate::preprocess::noise_learning::NoiseLearning;
 
 /// Length of a window, s, and low-pass of the rates in the lever's term, s.
 const WINDOW_S: Real = 0.05;
@@ -25,6 +29,8 @@ const RATE_LAG_S: Real = 0.02;
 const HUBER_SD: Real = 3.0;
 /// Factor on the noise of f_y: impacts of the guide wheels.
 const LATERAL_NOISE_FACTOR: Real = 25.0;
+/// Velocity random walk that is assumed until that of the instrument has been seen, m/s/√s: of a shaken robot.
+const UNSEEN_WALK: Real = 0.1;
 
 /// Measurements across the rail.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,22 +38,55 @@ pub struct GravityAiding {
     random_walk: Real,
     lateral_sd_mps2: Real,
     vertical_factor: Real,
-    sums: [Real; 2],
+    learns: bool,
+    noise: [NoiseLearning; 4],
+    sums: [Real; 4],
     length_s: Real,
     rates: Option<[Vector3<Real>; 2]>,
 }
 
 impl GravityAiding {
-    /// From the sensor sheet.
-    pub fn new(params: &AttitudeParams) -> Self {
+    /// From the sensor sheet; with `learns` the noise is never below that seen.
+    pub fn new(params: &AttitudeParams, learns: bool) -> Self {
         Self {
             random_walk: params.velocity_random_walk,
             lateral_sd_mps2: params.lateral_force_sd_mps2,
             vertical_factor: params.force_noise_factor,
-            sums: [0.0; 2],
+            learns,
+            noise: [NoiseLearning::of_acceleration(); 4],
+            sums: [0.0; 4],
             length_s: 0.0,
             rates: None,
         }
+    }
+
+    /// Velocity random walk seen along the body, m/s/√s; 0 if it is not learnt, or there are no windows for want of a gyro.
+    pub fn seen_walk(&self) -> Real {
+        let [forward, ..] = &self.noise;
+        self.walk(forward)
+    }
+
+    /// Angle random walk seen about y, rad/√s; 0 if it is not learnt.
+    pub fn seen_turn_walk(&self) -> Real {
+        let [.., turn] = &self.noise;
+        if self.learns {
+            turn.sd().map_or(0.0, |sd| sd * sqrt(WINDOW_S))
+        } else {
+            0.0
+        }
+    }
+
+    fn walk(&self, noise: &NoiseLearning) -> Real {
+        if !self.learns || self.rates.is_none() {
+            return 0.0;
+        }
+        noise.sd().map_or(UNSEEN_WALK, |sd| sd * sqrt(WINDOW_S))
+    }
+
+    /// Variance of the mean of a window of `T` seconds on axis 1 (left) or 2 (up): `factor` times that of the sheet, or that seen.
+    fn variance(&self, axis: usize, factor: Real, T: Real) -> Real {
+        let seen = self.noise.get(axis).map_or(0.0, |noise| self.walk(noise));
+        (factor * self.random_walk * self.random_walk).max(seen * seen) / T
     }
 
     /// Takes one sample; at the end of a window corrects the belief and tells what became of f_y and f_z.
@@ -65,8 +104,10 @@ impl GravityAiding {
         self.rates = Some([now, first]);
         let x = &belief.x;
         let g_phi = GRAVITY * cos(x[THETA]);
-        let [y, z] = &mut self.sums;
+        let [x_sum, y, z, turn_sum] = &mut self.sums;
         let q = rate.y;
+        *x_sum += force.x * dt;
+        *turn_sum += q * dt;
         *y += (force.y - x[V] * rate.z - g_phi * sin(x[PHI])) * dt;
         *z += (force.z + x[V] * q - g_phi * cos(x[PHI]) - lever.below_m * q * q) * dt;
         self.length_s += dt;
@@ -74,20 +115,22 @@ impl GravityAiding {
             return None;
         }
         let (T, turn) = (self.length_s, now - first);
-        let [y, z] = self.sums.map(|sum| sum / T);
-        (self.sums, self.length_s, self.rates) = ([0.0; 2], 0.0, Some([now, now]));
+        let [forward, y, z, nod] = self.sums.map(|sum| sum / T);
+        (self.sums, self.length_s, self.rates) = ([0.0; 4], 0.0, Some([now, now]));
         let lateral = y - (lever.ahead_m * turn.z + lever.below_m * turn.x) / T;
         let upward = z + lever.ahead_m * turn.y / T;
-        let noise = self.random_walk * self.random_walk / T;
+        for (noise, mean) in self.noise.iter_mut().zip([forward, lateral, upward, nod]) {
+            noise.observe(mean, T);
+        }
         let side = self.lateral_sd_mps2;
         let lateral = fuse_lateral(
             belief,
             lateral,
             rate.z,
-            LATERAL_NOISE_FACTOR * noise + side * side,
+            self.variance(1, LATERAL_NOISE_FACTOR, T) + side * side,
         );
         let upward = match vertical {
-            true => fuse_vertical(belief, upward, q, self.vertical_factor * noise),
+            true => fuse_vertical(belief, upward, q, self.variance(2, self.vertical_factor, T)),
             false => AidStatus::default(),
         };
         Some([lateral, upward])
@@ -99,6 +142,7 @@ fn fuse_lateral(belief: &mut Gaussian<N>, residual: Real, yaw_rate: Real, R: Rea
     let x = belief.x;
     let mut h = SVector::<Real, N>::zeros();
     h[V] = yaw_rate;
+    h[GYRO_Z] = -x[V];
     h[THETA] = -GRAVITY * sin(x[PHI]) * sin(x[THETA]);
     h[PHI] = GRAVITY * cos(x[PHI]) * cos(x[THETA]);
     h[BIAS_Y] = 1.0;
@@ -134,4 +178,4 @@ fn huber(belief: &mut Gaussian<N>, y: Real, h: &SVector<Real, N>, R: Real) -> Ai
     }
 }
 
-state!(GravityAiding { sums, length_s, rates; random_walk, lateral_sd_mps2, vertical_factor });
+state!(GravityAiding { noise, sums, length_s, rates; random_walk, lateral_sd_mps2, vertical_factor, learns });

@@ -2,13 +2,13 @@
 //!
 //! v̇ = f_x − b_x − g sin θ + l_x (q² + r²),  θ̇ = −(q cos φ − r sin φ),  φ̇ = p − tan θ (q sin φ + r cos φ)
 //!
-//! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), the biases of p and q
+//! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), their biases
 //! taken off. Without a gyro θ̇ = κ v with a curvature κ that is a first-order process in way. l_x is how far the IMU is ahead of the unit's middle: its centripetal share is 0.08° of slope in a bend of 6 m.
 
 use nalgebra::{SMatrix, SVector};
 
 use super::params::AttitudeParams;
-use super::{BIAS_X, GYRO_X, GYRO_Y, KAPPA, Lever, N, PHI, THETA, V};
+use super::{BIAS_X, GYRO_X, GYRO_Y, GYRO_Z, KAPPA, Lever, N, PHI, THETA, V};
 use crate::Real;
 use crate::api::real::{GRAVITY, cos, exp, sin};
 use crate::filters::gaussian::Gaussian;
@@ -81,10 +81,12 @@ fn jacobian(motion: &Motion, u: &Inputs) -> SMatrix<Real, 3, N> {
         let (turn, nod) = (q * sp + r * cp, q * cp - r * sp);
         A[(THETA, PHI)] = turn;
         A[(THETA, GYRO_Y)] = cp;
+        A[(THETA, GYRO_Z)] = -sp;
         A[(PHI, THETA)] = -turn / (ct * ct);
         A[(PHI, PHI)] = -tan * nod;
         A[(PHI, GYRO_X)] = -1.0;
         A[(PHI, GYRO_Y)] = tan * sp;
+        A[(PHI, GYRO_Z)] = tan * cp;
     } else {
         A[(THETA, KAPPA)] = motion.speed_mps;
         A[(THETA, V)] = motion.curvature_per_m;
@@ -92,14 +94,17 @@ fn jacobian(motion: &Motion, u: &Inputs) -> SMatrix<Real, 3, N> {
     A
 }
 
-/// Time update over `dt`: x ← x + ẋ dt, P ← F P Fᵀ + Q, where only three rows of F are not those of 1.
+/// Time update over `dt`: x ← x + ẋ dt, P ← F P Fᵀ + Q, where only three rows of F are not those of 1. `seen` are the velocity
+/// and angle random walks seen (m/s/√s, rad/√s): those of the model are not below them.
 pub fn predict(
     belief: &mut Gaussian<N>,
     motion: &Motion,
     u: &Inputs,
     params: &AttitudeParams,
+    seen: [Real; 2],
     dt: Real,
 ) {
+    let [seen_walk, seen_turn] = seen;
     let A = jacobian(motion, u) * dt;
     let AP = A * belief.P;
     let APA = AP * A.transpose();
@@ -116,7 +121,7 @@ pub fn predict(
     corner += APA;
     let walk = |sd: Real| sd * sd;
     let [q_pitch, q_roll] = match u.rate {
-        Some(_) => [walk(params.angle_random_walk); 2],
+        Some(_) => [walk(params.angle_random_walk.max(seen_turn)); 2],
         None => {
             let way = (BLIND_CREEP_MPS + speed) * dt / params.curvature_length_m;
             let keep = exp(-way);
@@ -128,7 +133,10 @@ pub fn predict(
         }
     };
     let q_v = match u.force {
-        Some(_) => walk(params.velocity_random_walk) + walk(params.speed_walk),
+        Some(_) => {
+            let nominal = walk(params.velocity_random_walk) + walk(params.speed_walk);
+            nominal.max(walk(seen_walk))
+        }
         None => BLIND_SPEED_WALK,
     };
     let (bias, gyro) = (walk(params.accel_bias_walk), walk(params.gyro_bias_walk));
@@ -143,6 +151,7 @@ pub fn predict(
         gyro,
         0.0,
         0.0,
+        gyro,
     ];
     for (i, q) in Q.iter().enumerate() {
         if let Some(p) = belief.P.get_mut((i, i)) {

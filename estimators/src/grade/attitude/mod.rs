@@ -1,13 +1,18 @@
 //! Attitude and speed of the body that carries the IMU, from gyro, accelerometer and wheels: an extended Kalman filter with biases.
 //!
-//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w, κ]: speed along the body, pitch (nose up), roll (left side up), accelerometer biases, gyro
-//! biases of roll and pitch rate, mean scale error of the wheels, and for times without a gyro the curvature of the way. The gyro is the input of the attitude, the accelerometer that of the
+//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w, κ, g_z]: speed along the body, pitch (nose up), roll (left side up), accelerometer biases, gyro
+//! biases of roll, pitch and yaw rate (which a standstill tells), mean scale error of the wheels, and for times without a gyro the curvature of the way. The gyro is the input of the attitude, the accelerometer that of the
 //! speed ([`kinematics`]); wheels ([`wheel_aiding`]), f_y and f_z ([`gravity_aiding`]) are the measurements.
 //!
 //! It uses no force: no fault of torque, load or running resistance can reach the slope. What makes the accelerometer's bias observable is
 //! |f| = g: on a slope f_z = g cos θ + b_z tells θ without the integral of the gyro, once b_z is known from the level, and with θ
 //! f_x = v̇ + g sin θ + b_x tells b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those of common practice
 //! (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below their number"
+)]
 
 pub mod arm_error;
 pub mod gravity_aiding;
@@ -56,18 +61,29 @@ pub const GYRO_Y: usize = 7;
 pub const SCALE: usize = 8;
 /// Vertical curvature of the rail or road, in use without a gyro.
 pub const KAPPA: usize = 9;
+/// Gyro bias of the yaw rate.
+pub const GYRO_Z: usize = 10;
 /// Number of states.
-pub const N: usize = 10;
+pub const N: usize = 11;
 
 /// Standard deviation of the pitch up to which the arm's error is measured, rad.
 const MAX_ARM_SD_RAD: Real = 0.003;
 /// Standard deviation of the curvature when the gyro is lost, 1/m.
 const LOST_CURVATURE_SD_PER_M: Real = 0.005;
+/// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. What a sheet says beyond it may as well be
+/// the pitch of the mount or an error of scale, for neither of which |f| = g tells anything: f_z is not used then.
+const CALIBRATED_SD: Real = 0.03;
+/// Standard deviation of the scale of another, and change of the pitch over which it counts as one error, rad.
+const UNCALIBRATED_SCALE_SD: Real = 0.0075;
+const RAMP_RAD: Real = 0.2;
 /// Largest speed, m/s, and angle, rad, that the state may have.
 const MAX_SPEED_MPS: Real = 100.0;
 const MAX_ANGLE_RAD: Real = MAX_GRADE_RAD;
 /// Largest standard deviations of the state.
-const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3];
+const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1];
+/// Noise of the gyro with the vibration of a standing vehicle, rad/√s, and time of standing before it tells its bias, s.
+const STANDING_NOISE: Real = 3e-4;
+const QUIET_S: Real = 0.3;
 /// Uncertainty of v̇ at the first sample, m/s²: of a vehicle that stands, and of one that runs.
 const FIRST_ACCELERATION_SD_MPS2: [Real; 2] = [0.02, 0.5];
 
@@ -87,6 +103,8 @@ pub struct Attitude {
     pub speed_mps: Real,
     /// See above.
     pub speed_sd_mps: Real,
+    /// Standard deviation of the speed but for the scale of the wheels, which differences do not see, m/s.
+    pub speed_noise_mps: Real,
     /// Acceleration along the body, m/s²; 0 without an accelerometer.
     pub acceleration_mps2: Real,
     /// Pitch of the body, rad, and its standard deviation.
@@ -117,9 +135,11 @@ pub struct AttitudeFilter {
     params: AttitudeParams,
     bias_sd: [Real; 2],
     supervision: AttitudeSupervision,
+    accel_scale_sd: Real,
     lever: Lever,
     standstill_mps: Real,
     started: bool,
+    quiet_s: Real,
     belief: Gaussian<N>,
     health: ImuHealth,
     wheels: WheelAiding,
@@ -146,20 +166,32 @@ impl AttitudeFilter {
         integrity: &Integrity,
     ) -> Self {
         let drives = vehicle.drives;
+        let bias_sd = params.bias_sd(vehicle);
+        let calibrated = bias_sd.iter().all(|sd| *sd <= CALIBRATED_SD);
+        let supervision = AttitudeSupervision {
+            vertical_force: supervision.vertical_force && calibrated,
+            ..supervision
+        };
         Self {
             params,
-            bias_sd: params.bias_sd(vehicle),
+            bias_sd,
             supervision,
+            accel_scale_sd: if calibrated {
+                0.0
+            } else {
+                UNCALIBRATED_SCALE_SD
+            },
             lever: Lever {
                 ahead_m: vehicle.imu_arm_m,
                 below_m: vehicle.layout.map_or(0.0, |layout| layout.imu_depth_m),
             },
             standstill_mps: vehicle.standstill_mps(None),
             started: false,
+            quiet_s: 0.0,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelAiding::new(drives, &params, &supervision, integrity),
-            gravity: GravityAiding::new(&params),
+            gravity: GravityAiding::new(&params, supervision.noise_learning),
             curvature: RailCurvature::default(),
             arm: ArmError::new(vehicle.imu_arm_m),
             found: Attitude::default(),
@@ -178,14 +210,16 @@ impl AttitudeFilter {
         let x = self.belief.x;
         let inputs = self.health.step(
             z,
-            [x[GYRO_X], x[GYRO_Y], 0.0],
+            [x[GYRO_X], x[GYRO_Y], x[GYRO_Z]],
             x[V],
             self.supervision.gyro,
             dt,
         );
         self.carry_curvature(inputs.rate.is_some());
         let motion = kinematics::motion(&self.belief.x, &inputs, self.lever);
-        kinematics::predict(&mut self.belief, &motion, &inputs, &self.params, dt);
+        let seen = [self.gravity.seen_walk(), self.seen_turn_walk()];
+        kinematics::predict(&mut self.belief, &motion, &inputs, &self.params, seen, dt);
+        self.doubt_scale(motion.theta_dot * dt);
         let lever_mps = self.lever.below_m * motion.theta_dot;
         if inputs.shock {
             self.wheels.shock();
@@ -196,6 +230,7 @@ impl AttitudeFilter {
             .filter(|_| outcome.used > 0 && outcome.rejected == 0)
             .map(|_| self.nis);
         self.aid_by_gravity(&inputs, dt);
+        self.aid_by_standstill(&inputs, outcome.used > 0, dt);
         self.limit(z, dt)?;
         let x = self.belief.x;
         let speed = x[V] - lever_mps;
@@ -213,6 +248,7 @@ impl AttitudeFilter {
         self.found = Attitude {
             speed_mps: speed,
             speed_sd_mps: sqrt(self.belief.P[(V, V)]),
+            speed_noise_mps: self.speed_noise(),
             acceleration_mps2: motion.v_dot,
             pitch_rad: x[THETA],
             pitch_sd_rad: sqrt(self.belief.P[(THETA, THETA)]),
@@ -255,9 +291,9 @@ impl AttitudeFilter {
         let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
         let scale = p.wheel_scale_sd / sqrt(count);
         let speed = 2.0 * p.wheel_speed_sd_mps + scale * v.abs();
-        let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let sd = SVector::from([
-            speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0,
+            speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0, gyro,
         ]);
         self.belief = Gaussian::independent(x, sd);
         for (angle, bias_at) in [(THETA, BIAS_X), (PHI, BIAS_Y)] {
@@ -266,6 +302,22 @@ impl AttitudeFilter {
         }
         self.started = true;
         Some(())
+    }
+
+    /// Angle random walk seen, rad/√s, of a gyro that is not calibrated; of another a body that rocks would pass for noise.
+    fn seen_turn_walk(&self) -> Real {
+        if self.accel_scale_sd > 0.0 {
+            self.gravity.seen_turn_walk()
+        } else {
+            0.0
+        }
+    }
+
+    /// The scale of an accelerometer that is not calibrated changes its bias with the grade. Without it the change of cos θ on a slope would pass for
+    /// a measurement of the bias.
+    fn doubt_scale(&mut self, turn_rad: Real) {
+        let scale = self.accel_scale_sd * GRAVITY;
+        self.belief.P[(BIAS_X, BIAS_X)] += scale * scale * RAMP_RAD * turn_rad.abs();
     }
 
     /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
@@ -298,6 +350,26 @@ impl AttitudeFilter {
             }
         }
         outcome
+    }
+
+    /// What stands does not turn: the gyro reads its biases (zero-rate update).
+    fn aid_by_standstill(&mut self, inputs: &Inputs, wheels: bool, dt: Real) {
+        let stands = self.belief.x[V].abs() < 0.4 * self.standstill_mps;
+        self.quiet_s = match (stands, wheels) {
+            (true, true) => self.quiet_s + dt,
+            (true, false) => self.quiet_s,
+            (false, _) => 0.0,
+        };
+        let Some(rate) = inputs.rate.filter(|_| self.quiet_s > QUIET_S) else {
+            return;
+        };
+        let R = STANDING_NOISE * STANDING_NOISE / dt;
+        for (bias, rate) in [GYRO_X, GYRO_Y, GYRO_Z].into_iter().zip(rate) {
+            let mut h = SVector::<Real, N>::zeros();
+            h[bias] = 1.0;
+            // a rate that is not to be taken leaves the belief as it is
+            let _ = self.belief.update_scalar(rate, &h, R);
+        }
     }
 
     fn aid_by_gravity(&mut self, inputs: &Inputs, dt: Real) {
@@ -354,6 +426,12 @@ impl AttitudeFilter {
         self.started
     }
 
+    fn speed_noise(&self) -> Real {
+        let P = &self.belief.P;
+        let scale = P[(SCALE, SCALE)].max(Real::MIN_POSITIVE);
+        sqrt((P[(V, V)] - P[(V, SCALE)] * P[(V, SCALE)] / scale).max(0.0))
+    }
+
     fn sum_sd(&self) -> Real {
         let (P, c) = (&self.belief.P, cos(self.belief.x[THETA]));
         let by_bias = 1.0 / GRAVITY;
@@ -362,6 +440,19 @@ impl AttitudeFilter {
                 + 2.0 * P[(THETA, BIAS_X)] * c * by_bias
                 + P[(BIAS_X, BIAS_X)] * by_bias * by_bias,
         )
+    }
+
+    /// What a map of the rail is made with: standard deviations of the accelerometer's bias (m/s²), of sin θ + b/g with that of the mounting, of
+    /// the scale of the wheels; how far the IMU is ahead of the place whose pitch is told (m).
+    pub fn reading(&self) -> [Real; 4] {
+        let P = &self.belief.P;
+        let (read, mount) = (self.found.sum_sd, self.mount_sd_rad());
+        [
+            sqrt(P[(BIAS_X, BIAS_X)]),
+            sqrt(read * read + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD),
+            sqrt(P[(SCALE, SCALE)]),
+            self.lever.ahead_m,
+        ]
     }
 
     /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
@@ -412,16 +503,18 @@ impl AttitudeFilter {
 /// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
 const MODEL_SD_RAD: Real = 0.0003;
 
-state!(Attitude { speed_mps, speed_sd_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels; });
+state!(Attitude { speed_mps, speed_sd_mps, speed_noise_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels; });
 impl State for AttitudeFilter {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             params: _,
             bias_sd: _,
             supervision: _,
+            accel_scale_sd: _,
             lever: _,
             standstill_mps: _,
             started,
+            quiet_s,
             belief,
             health,
             wheels,
@@ -435,6 +528,7 @@ impl State for AttitudeFilter {
             status,
         } = self;
         started.visit(archive);
+        quiet_s.visit(archive);
         belief.visit_lower(archive);
         health.visit(archive);
         wheels.visit(archive);

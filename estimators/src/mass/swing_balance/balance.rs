@@ -316,7 +316,7 @@ impl SwingBalance {
         let e = measured - predicted;
         let of = |sd: Real| sd * sd;
         let mut R = Real::from(block.variance)
-            + of(p.model_sd_mps2 * mass)
+            + (of(p.model_sd_mps2) + block.acceleration_variance()) * of(mass)
             + of(AHEAD_SD_PER_M * mass * GRAVITY * means.ahead_kgm / n.tare_kg)
             + of(p.swing_model_sd * hanging * (a.abs() + a_load.abs()));
         let mut S = h.dot(&(self.belief.P * h)) + R;

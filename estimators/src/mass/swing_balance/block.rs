@@ -12,6 +12,9 @@ use crate::models::swing::SUBSTEPS;
 /// Length of a part, s.
 const SUBSTEP_S: Real = 0.1;
 
+/// Noise of the acceleration of a block that the model's noise covers, m/s².
+const NOMINAL_MPS2: Real = 2.5e-3;
+
 /// Step of the accelerations kept, m/s²: an eighth of their noise.
 const ACCELERATION_STEP: Real = 2e-4;
 
@@ -28,6 +31,8 @@ fn quantised(acceleration_mps2: Real) -> i16 {
 pub struct BlockInput {
     /// Speed by the attitude filter, m/s.
     pub speed_mps: Real,
+    /// Its standard deviation but for what is common to a block, m/s.
+    pub speed_noise_mps: Real,
     /// Acceleration by the accelerometer, m/s².
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
@@ -55,6 +60,8 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
+    /// Largest standard deviation of the speed, m/s.
+    pub speed_noise_mps: f32,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, s.
@@ -81,6 +88,12 @@ impl Block {
             .map(|steps| Real::from(steps) * ACCELERATION_STEP)
     }
 
+    /// Variance of the mean acceleration beyond that of instruments as they are on the sheet of a train, m²/s⁴.
+    pub fn acceleration_variance(&self) -> Real {
+        let speed = Real::from(self.speed_noise_mps) / self.length_s();
+        (2.0 * speed * speed - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0)
+    }
+
     /// Its length, s.
     pub fn length_s(&self) -> Real {
         Real::from(self.substep_s) * SUBSTEPS as Real
@@ -97,6 +110,7 @@ pub struct BlockBuilder {
     traction: Real,
     variance: Real,
     speed: Real,
+    noise: Real,
     brake: Real,
     unsound: bool,
     slip: bool,
@@ -120,6 +134,7 @@ impl BlockBuilder {
         self.last_mps = z.speed_mps;
         self.samples += 1;
         self.speed += z.speed_mps * dt;
+        self.noise = self.noise.max(z.speed_noise_mps);
         if let Some([traction, variance]) = z.traction {
             self.with_traction += 1;
             self.traction += traction;
@@ -148,12 +163,13 @@ impl BlockBuilder {
         let count = self.with_traction.max(1) as Real;
         let block = Block {
             place: rail.between(start, rail.here()),
-            traction_n: (self.traction / count) as f32,
-            variance: (self.variance / (count * count)) as f32,
-            speed_mps: (self.speed / self.length_s) as f32,
+            traction_n: stored(self.traction / count),
+            variance: stored(self.variance / (count * count)),
+            speed_mps: stored(self.speed / self.length_s),
+            speed_noise_mps: stored(self.noise),
             acceleration: self.parts.map(|a| quantised(a + shift)),
-            substep_s: (self.length_s / SUBSTEPS as Real) as f32,
-            brake: self.brake as f32,
+            substep_s: stored(self.length_s / SUBSTEPS as Real),
+            brake: stored(self.brake),
             sound: !self.unsound,
             slip: self.slip,
             doubt: self.doubt,
@@ -173,5 +189,11 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, acceleration, substep_s, brake, sound, slip, doubt; });
-state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+state!(Block { place, traction_n, variance, speed_mps, speed_noise_mps, acceleration, substep_s, brake, sound, slip, doubt; });
+state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+
+/// The figure as a block keeps it: single precision halves what a memory of blocks takes.
+#[allow(clippy::unnecessary_cast)] // not with double precision
+fn stored(figure: Real) -> f32 {
+    figure as f32
+}

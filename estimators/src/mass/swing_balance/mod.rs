@@ -4,6 +4,11 @@
 //! The load on chains is a pendulum driven by the measured acceleration: every start weighs it (its pull against the train is m_L a_L, known in
 //! time but for m_L), so the mass is there after the first start and not only after a change of grade. Source: ours.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below their number"
+)]
+
 pub mod balance;
 pub mod block;
 pub mod params;

@@ -1,6 +1,8 @@
 //! Errors over time and their distributions; whether the stated uncertainty fits them.
 
-use crate::plot::axis::Axis;
+use crate::metrics::Quantity;
+use crate::metrics::VALID;
+use crate::plot::axis::{Axis, common_range, without_outliers};
 use crate::plot::bars::Histogram;
 use crate::plot::boxes::Boxes;
 use crate::plot::cdf::Cdf;
@@ -9,10 +11,11 @@ use crate::plot::line::{Line, LineChart};
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
+use crate::verdicts::summary::ExpectationVerdict;
 use monorig_sim::error::Error;
 
 /// Errors of one quantity of all estimators that have valid samples of it, each with its times.
-type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
+pub type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
 pub fn section(run: &Recorded) -> Result<Section, Error> {
@@ -24,18 +27,20 @@ pub fn section(run: &Recorded) -> Result<Section, Error> {
             "Estimate minus truth where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
              truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
         ))
-        .figure(over_time("Slope error", "slope error, °", &slope))
-        .figure(over_time("Mass error", "mass error, %", &mass))
+        .figure(over_time("Slope error", "slope error, °", &slope, bounds(run, Quantity::Slope)))
+        .figure(over_time("Mass error", "mass error, %", &mass, bounds(run, Quantity::Mass)))
         .figures(distributions("slope error, °", &slope, after_s))
         .figures(distributions("mass error, %", &mass, after_s)))
 }
 
-fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
+/// Errors of the slope, °.
+pub fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
     let truth = run.column("truth/grade_at_imu")?;
     errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
 }
 
-fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
+/// Errors of the mass, %.
+pub fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
     let truth = run.column("truth/total_mass")?;
     let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
     errors(run, "total_mass", error, truth.len())
@@ -65,13 +70,51 @@ fn errors(
     Ok(groups)
 }
 
-fn over_time(title: &str, axis: &str, errors: &ErrorGroups) -> Figure {
+/// Lines across a plot of errors: the alert limit, and the largest errors that the scenario allows.
+fn bounds(run: &Recorded, quantity: Quantity) -> Vec<(String, f64)> {
+    let (metric, factor) = match quantity {
+        Quantity::Mass => ("mass_error_rel_max", 100.0),
+        Quantity::Slope => ("slope_error_max_deg", 1.0),
+        Quantity::EffectiveSlope => ("effective_slope_error_max_deg", 1.0),
+    };
+    let alert = factor * quantity.alert(&run.summary.limits);
+    let both = |name: String, x: f64| [(name.clone(), x), (name, -x)];
+    let mut all = both("alert limit".into(), alert).to_vec();
+    let of = |v: &&ExpectationVerdict| v.metric.strip_suffix(VALID).unwrap_or(&v.metric) == metric;
+    for expected in run.summary.expectations.iter().filter(of) {
+        if let Some(most) = expected.at_most {
+            all.extend(both(format!("bound of {}", expected.what()), factor * most));
+        }
+    }
+    all
+}
+
+fn over_time(title: &str, axis: &str, errors: &ErrorGroups, bounds: Vec<(String, f64)>) -> Figure {
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
     let lines = errors.iter().cloned();
     chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
+    let each = errors
+        .iter()
+        .filter_map(|g| without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25));
+    if let Some(((low, high), cut)) = common_range(&each.collect::<Vec<_>>()) {
+        // bounds are drawn where they do not flatten the errors themselves
+        let reach = 3.0 * low.abs().max(high.abs());
+        let near: Vec<_> = bounds.into_iter().filter(|b| b.1.abs() <= reach).collect();
+        let ends = near
+            .iter()
+            .fold((low, high), |(a, b), x| (a.min(x.1), b.max(x.1)));
+        chart.y = chart.y.between(ends.0.min(0.0), ends.1.max(0.0) + 1e-9);
+        if cut {
+            chart.note = "Lines are cut where the axis ends.".into();
+        }
+        chart.levels = near;
+    }
     chart.levels.push((String::new(), 0.0));
     chart.figure()
 }
+
+/// One value in so many may lie outside the axis at each end.
+const FAR: f64 = 0.005;
 
 fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> {
     let from = |g: &ValueGroup<(f64, f64)>| {

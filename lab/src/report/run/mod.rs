@@ -1,13 +1,14 @@
 //! The report of one run, from its folder.
 
 mod about;
+mod budget;
 mod control;
-mod errors;
+pub(super) mod errors;
 mod estimates;
 mod integrity;
-mod recorded;
+pub(super) mod recorded;
 mod track;
-mod verdicts;
+pub(super) mod verdicts;
 
 use crate::report::page::Page;
 use monorig_sim::error::Error;
@@ -28,6 +29,7 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     page.sections.push(errors::section(&run)?);
     page.sections.push(errors::consistency(&run)?);
     page.sections.push(integrity::section(&run)?);
+    page.sections.extend(budget::section(&run)?);
     page.sections.push(track::section(&run)?);
     page.sections.push(control::section(&run)?);
     page.sections.push(about::section(&run, link));

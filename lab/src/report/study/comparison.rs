@@ -16,7 +16,7 @@ use crate::verdicts::compare::{
     ComparedMetric, Comparison, OnSamples, differences as run_by_run, values,
 };
 use crate::verdicts::findings;
-use crate::verdicts::interval::Interval;
+use crate::verdicts::interval::{Interval, effect_size};
 use std::collections::BTreeSet;
 
 /// Lay it out.
@@ -150,7 +150,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
     if published {
         numbers.insert(0, "published");
     }
-    numbers.extend([against.as_str(), "95 % interval", "measured"]);
+    numbers.extend([against.as_str(), "95 % interval", "effect size", "measured"]);
     let mut table = Table::new(&["estimator"], &numbers);
     for c in rows() {
         let mut row = vec![Cell::from(c.estimator.as_str())];
@@ -168,6 +168,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
                 difference(metric, i.mean, i.low, i.high)
             }),
             words(c.difference)[1].clone(),
+            Cell::number(effect(all, &c.estimator, metric)),
             format!("{} of {}", c.measured, c.runs).into(),
         ]);
         table.row(row);
@@ -190,6 +191,16 @@ fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
             format!("{:.1} %", 100.0 * s).into()
         }),
     ]
+}
+
+/// Effect size of the differences to the reference; not a number where there is none.
+fn effect(all: &Comparison, estimator: &str, metric: &str) -> f64 {
+    let differences = run_by_run(&all.runs, estimator, metric, &all.reference);
+    let both: Vec<f64> = differences.into_iter().flatten().collect();
+    match estimator == all.reference {
+        true => f64::NAN,
+        false => effect_size(&both).unwrap_or(f64::NAN),
+    }
 }
 
 fn words(interval: Option<Interval>) -> [Cell; 2] {

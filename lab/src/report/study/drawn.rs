@@ -8,6 +8,7 @@ use crate::plot::scatter::Scatter;
 use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
+use crate::report::study::ranks;
 use crate::report::study::values::{estimators, value};
 use crate::verdicts::summary::MAIN;
 use serde_json::Value;
@@ -21,6 +22,9 @@ pub fn section(runs: &[RunResult]) -> Option<Section> {
     }
     let mut section = Section::new("Against what varied")
         .text("Each dot is a run: a metric of an estimator over the value that was drawn.");
+    if let Some(table) = ranks::correlations(runs) {
+        section = section.table(table);
+    }
     for name in names {
         for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
             let figure = plot(runs, name, metric.name, metric.unit);

@@ -5,9 +5,11 @@ mod comparison;
 mod drawn;
 mod overview;
 mod paired;
+mod ranks;
 mod read;
 mod runs;
 mod values;
+mod worst;
 
 use crate::batch::{RunResult, StudyHeader};
 use crate::report::findings;
@@ -84,6 +86,7 @@ fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
     page.sections.push(runs::integrity(section, &judged.runs));
     let section = Section::new("Metrics");
     page.sections.push(runs::metrics(section, &judged.runs));
+    page.sections.extend(worst::section(header, &judged.runs));
     page.sections.extend(drawn::section(&judged.runs));
     page
 }

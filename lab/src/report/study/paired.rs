@@ -5,6 +5,7 @@ use crate::batch::RunResult;
 use crate::metrics::{Metric, estimator_metrics, find};
 use crate::report::study::values::{MetricValues, estimators, value};
 use crate::report::table::{Cell, Table};
+use crate::verdicts::interval::effect_size;
 use crate::verdicts::summary::MAIN;
 
 /// Every other estimator minus the first one; none if there is only one.
@@ -19,12 +20,14 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
         &[
             "mean difference",
             "95 % interval",
+            "effect size",
             "of the runs, larger in",
             "runs",
         ],
     );
     table.caption = format!(
-        "Differences to {reference} over the runs in which both were measured; coloured where zero is not in the interval"
+        "Differences to {reference} over the runs in which both were measured; coloured where zero is not in the interval. Effect \
+         size: mean over standard deviation of the differences (Cohen's d: 0.2 small, 0.5 medium, 0.8 large)"
     );
     for name in others {
         let shown = |m: &&Metric| MAIN.contains(&m.name) && !m.is_of_valid();
@@ -45,6 +48,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
                 metric.name.into(),
                 mean,
                 all.interval_text().into(),
+                Cell::number(effect_size(&all.measured).unwrap_or(f64::NAN)),
                 format!("{:.0} %", 100.0 * larger as f64 / n as f64).into(),
                 n.to_string().into(),
             ]);

@@ -76,8 +76,8 @@ fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
 
 /// A known failure says why, and is about one bound of `expect`, or about what an estimator is held to without it.
 fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
-    for (i, known) in file.known_failures.iter().enumerate() {
-        let key = format!("known_failures[{i}]");
+    for known in &file.known_failures {
+        let key = format!("known_failures[{}]", known.entry);
         if known.why.trim().is_empty() {
             return wrong(
                 format!("{key}.why"),

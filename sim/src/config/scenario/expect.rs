@@ -3,7 +3,7 @@
 use super::Moment;
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A bound on a metric: `metric`, over the time from `after_s` or `after` to `until_s` or `until`, is `at_most` and/or `at_least` so
 /// much.
@@ -68,28 +68,107 @@ impl Expectation {
 }
 
 /// A bound that does not hold, for reasons of physics: shown as a known failure, and an error once it does hold.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownFailure {
+    /// Place of its entry in the file; an entry may be about several bounds.
+    #[serde(skip)]
+    pub entry: usize,
     /// The estimator of the bound.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<String>,
     /// The metric of the bound.
     pub metric: String,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub after_s: Option<NonNegative>,
     /// See above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<Positive>,
     /// See above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub after: Option<Moment>,
     /// See above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub until: Option<Moment>,
     /// Why physics or the method does not allow it.
     pub why: String,
+}
+
+/// Bounds that do not hold for one reason of physics: shown as known failures, and an error once they do hold.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "KnownFailure")] // the name in the JSON schema
+pub struct KnownFailureEntry {
+    /// The estimator of the bound, or a list of them.
+    #[serde(default)]
+    pub estimator: Option<OneOrMore>,
+    /// The metric of the bound, or a list of them: of each of the estimators.
+    pub metric: OneOrMore,
+    /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
+    #[serde(default)]
+    pub after_s: Option<NonNegative>,
+    /// See above.
+    #[serde(default)]
+    pub until_s: Option<Positive>,
+    /// See above.
+    #[serde(default)]
+    pub after: Option<Moment>,
+    /// See above.
+    #[serde(default)]
+    pub until: Option<Moment>,
+    /// Why physics or the method does not allow it.
+    pub why: String,
+}
+
+/// A name, or a list of names.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum OneOrMore {
+    /// A name.
+    One(String),
+    /// Names.
+    More(Vec<String>),
+}
+
+impl OneOrMore {
+    fn names(self) -> Vec<String> {
+        match self {
+            Self::One(name) => vec![name],
+            Self::More(names) => names,
+        }
+    }
+}
+
+impl KnownFailureEntry {
+    /// One for each estimator and metric that it names.
+    fn each(self, entry: usize) -> Vec<KnownFailure> {
+        let estimators = match self.estimator {
+            Some(names) => names.names().into_iter().map(Some).collect(),
+            None => vec![None],
+        };
+        let metrics = self.metric.names();
+        let pairs = estimators
+            .iter()
+            .flat_map(|estimator| metrics.iter().map(move |metric| (estimator, metric)));
+        pairs
+            .map(|(estimator, metric)| KnownFailure {
+                entry,
+                estimator: estimator.clone(),
+                metric: metric.clone(),
+                after_s: self.after_s,
+                until_s: self.until_s,
+                after: self.after.clone(),
+                until: self.until.clone(),
+                why: self.why.clone(),
+            })
+            .collect()
+    }
+}
+
+/// Reads the entries of a file, one known failure for each bound that they name.
+pub fn known_failures<'de, D: Deserializer<'de>>(file: D) -> Result<Vec<KnownFailure>, D::Error> {
+    let entries = Vec::<KnownFailureEntry>::deserialize(file)?.into_iter();
+    Ok(entries.enumerate().flat_map(|(i, e)| e.each(i)).collect())
 }
 
 /// Shares of the time in which estimates must be marked valid wherever an error of theirs is bounded.

@@ -1,5 +1,7 @@
-//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), or in space (x east, y north, z up).
+//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), a map (chainage, grade, its standard deviation), or in
+//! space (x east, y north, z up).
 //!
+//! From grades the height is the integral of their sines by the trapezoidal rule, from 0 on.
 //! From points in space the chainage is the sum of the chords between them and the heading that of the chord round each point.
 
 use crate::config::file::input_error;
@@ -8,6 +10,8 @@ use std::path::Path;
 
 /// Columns along the rail, the last of them if it was surveyed.
 const ALONG: [&str; 3] = ["s_m", "height_m", "heading_deg"];
+/// Columns of a map, as `monorig map` writes them.
+const MAP: [&str; 3] = ["s_m", "grade_deg", "sd_deg"];
 /// Columns in space.
 const SPACE: [&str; 3] = ["x_m", "y_m", "z_m"];
 
@@ -50,6 +54,7 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
     let mut points: Vec<SurveyPoint> = Vec::new();
     let mut last_place: Option<[f64; 3]> = None;
     let mut places: Vec<[f64; 2]> = Vec::new();
+    let mut last_sine: Option<f64> = None;
     for record in reader.records() {
         let record = record.map_err(|e| {
             let line = e.position().map_or(0, csv::Position::line);
@@ -68,11 +73,12 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
         }
         if columns.is_empty() {
             columns = record.iter().map(str::to_owned).collect();
-            if columns != ALONG[..2] && columns != ALONG && columns != SPACE {
+            let known = [&ALONG[..2], &ALONG, &MAP[..2], &MAP, &SPACE];
+            if !known.iter().any(|names| columns == *names) {
                 return Err(at(
                     line,
                     format!("the first line is `{}`", columns.join(",")),
-                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg or x_m,y_m,z_m",
+                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg or s_m,grade_deg,sd_deg or x_m,y_m,z_m",
                 ));
             }
             continue;
@@ -114,6 +120,20 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
             SurveyPoint {
                 s: points.last().map_or(0.0, |p: &SurveyPoint| p.s) + step,
                 height: place[2],
+                heading: None,
+            }
+        } else if columns.get(1).is_some_and(|name| name == MAP[1]) {
+            let (s, sine) = (number(0)?, libm::sin(number(1)?.to_radians()));
+            let before = last_sine.replace(sine).unwrap_or(sine);
+            let rise = points.last().map_or(0.0, |last: &SurveyPoint| {
+                last.height + 0.5 * (before + sine) * (s - last.s)
+            });
+            if columns.len() == MAP.len() {
+                number(2)?;
+            }
+            SurveyPoint {
+                s,
+                height: rise,
                 heading: None,
             }
         } else {

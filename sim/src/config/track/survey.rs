@@ -18,8 +18,8 @@ use std::path::Path;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Survey {
-    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `x_m`, `y_m`, `z_m`; relative to the track
-    /// file; lines that begin with # are comments.
+    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `s_m`, `grade_deg` and perhaps `sd_deg`, or `x_m`,
+    /// `y_m`, `z_m`; relative to the track file; lines that begin with # are comments.
     pub file: String,
     /// Standard deviation of a height, m, such as 0.003; 0 = the rail passes through every point.
     pub height_noise_m: NonNegative,
@@ -203,6 +203,31 @@ mod tests {
             error(&smooth).to_degrees()
         );
         assert!(error(&smooth) < 0.5 * error(&rough));
+    }
+
+    /// A map of grades, as `monorig map` writes it, is the rail with these grades.
+    #[test]
+    fn grades_of_a_map_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let grade_deg = |s: f64| 8.0 * libm::sin(s / 15.0);
+        let mut csv = "s_m,grade_deg,sd_deg\n".to_owned();
+        for i in 0..400 {
+            let s = 0.25 * f64::from(i);
+            csv += &format!("{s},{},0.02\n", grade_deg(s));
+        }
+        std::fs::write(folder.path().join("map.csv"), csv).unwrap();
+        let survey = Survey {
+            file: "map.csv".into(),
+            height_noise_m: NonNegative::new(0.0),
+            heading_noise_deg: exact(),
+        };
+        let (heading, grade) = read(&survey, &folder.path().join("track.yaml")).unwrap();
+        assert!(heading.is_none());
+        for i in 0..190 {
+            let s = 2.0 + 0.5 * f64::from(i);
+            let off = grade.value(s).to_degrees() - grade_deg(s);
+            assert!(off.abs() < 1e-3, "{s}: {off}");
+        }
     }
 
     fn judged(noise_m: f64, heights: &[f64]) -> Result<(), Error> {

@@ -1,0 +1,232 @@
+//! `monorig explain`: which source of error makes how much of a run's errors.
+
+use crate::CommandOutcome;
+use crate::commands::report;
+use crate::commands::shared::{Jobs, seeds};
+use crate::files::prepare;
+use crate::identity::identity;
+use crate::ui::errors::CliError;
+use crate::ui::interrupt;
+use crate::ui::note::{detail, note};
+use crate::ui::output;
+use crate::ui::progress::ProgressDisplay;
+use crate::ui::tables::{lines, number, right, table, within_terminal};
+use monorig_lab::batch::{RunSpec, in_order, run_one};
+use monorig_lab::explain::{self, Budget, METRICS, Source};
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::{Sets, input_error};
+use monorig_sim::config::scenario::{Scenario, Seeds};
+use monorig_sim::record::manifest::{self, Manifest, sum};
+use std::path::{Path, PathBuf};
+
+const EXPLAIN_EXAMPLES: &str = "\
+Examples:
+  monorig run scenarios/liu2023_section1.yaml            leaves the folder runs/liu2023_section1/1
+  monorig explain runs/liu2023_section1/1                where do its errors come from?
+  monorig explain runs/minimal/1 --scenario my/minimal.yaml --seeds 1..20
+
+The run is made again over several seeds: as it was, and without noise, biases, errors of scale, late and lost samples, and
+errors of the model, one at a time and all at once; then with more excitation. The table goes to the terminal, and as
+explain.json into the folder of the run, whose report.html is written anew with table and plots.";
+
+/// `monorig explain`
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXPLAIN_EXAMPLES)]
+pub struct ExplainArgs {
+    /// Folder of a run
+    pub run: PathBuf,
+    /// Its scenario file; without it one with its name and content is looked for here and in the folder scenarios
+    #[arg(long, value_name = "FILE")]
+    pub scenario: Option<PathBuf>,
+    /// Seeds to run; without it five from that of the run on
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+}
+
+/// Seeds without `--seeds`.
+const SEEDS: u64 = 5;
+
+/// Make the runs, and show what each source makes of the errors.
+pub fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let manifest = Manifest::read(&task.run.join(manifest::NAME))?;
+    let file = scenario_file(task, &manifest)?;
+    let changes = changes(task, &manifest)?;
+    let simulation = prepare::simulation(&file, &changes, registry)?;
+    let scenario = &simulation.scenario;
+    if scenario.input_digests() != manifest.inputs {
+        note("files of this run were changed since: explained is what they say now");
+    }
+    let seeds = asked_seeds(task, manifest.seed)?;
+    let sources = explain::sources(scenario)?;
+    interrupt::listen();
+    let runs = runs(task, scenario, &changes, &seeds, &sources, registry)?;
+    let name = manifest.scenario.clone();
+    let budget = Budget::new(identity().to_string(), name, seeds, &sources, &runs);
+    let json = serde_json::to_string_pretty(&budget).map_err(CliError::Json)?;
+    output::write(&task.run.join(explain::NAME), &(json + "\n"))?;
+    let page = report::of_run(&task.run)?;
+    output::print(&text(&budget))?;
+    note(&format!("report in {}", page.display()));
+    Ok(match budget.errors.is_empty() {
+        true => CommandOutcome::Failed,
+        false => CommandOutcome::Held,
+    })
+}
+
+/// What was changed against the scenario file in this run.
+fn changes(task: &ExplainArgs, manifest: &Manifest) -> Result<Vec<(String, String)>, CliError> {
+    let pairs = manifest.changes.iter().map(|change| {
+        let pair = change.split_once('=');
+        let pair = pair.map(|(path, value)| (path.to_owned(), value.to_owned()));
+        pair.ok_or_else(|| {
+            let path = task.run.join(manifest::NAME);
+            let message = format!("`{change}` is not path=value");
+            CliError::Sim(input_error(
+                &path,
+                "changes",
+                message,
+                "run the scenario again",
+            ))
+        })
+    });
+    pairs.collect()
+}
+
+fn asked_seeds(task: &ExplainArgs, first: u64) -> Result<Vec<u64>, CliError> {
+    let Some(text) = &task.seeds else {
+        return Ok((first..first.saturating_add(SEEDS)).collect());
+    };
+    let parsed = Seeds::parse(text).map_err(|message| CliError::Name {
+        message,
+        help: "--seeds 7, 1..20 or 1,5,9".into(),
+    })?;
+    Ok(parsed.as_slice().to_vec())
+}
+
+/// The scenario file of a run: the one named, or one that has its name and, byte for byte, its content.
+fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, CliError> {
+    if !manifest.resolved["log"].is_null() {
+        return Err(CliError::Sim(input_error(
+            &task.run,
+            "",
+            "this run is a recorded log: its errors cannot be switched off",
+            "the folder of a run of `monorig run`",
+        )));
+    }
+    if let Some(file) = &task.scenario {
+        return Ok(file.clone());
+    }
+    let name = manifest.scenario.split('@').next().unwrap_or_default();
+    let name = format!("{name}.yaml");
+    let wanted = manifest.inputs.get(&name);
+    let candidates = [Path::new("."), Path::new("scenarios")]
+        .into_iter()
+        .flat_map(|f| below(f, &name));
+    let mut same = candidates.filter(|file| sum(file).ok().as_ref() == wanted);
+    let found = same.next().ok_or_else(|| CliError::Name {
+        message: format!(
+            "there is no {name} as it was in this run, here or in the folder scenarios"
+        ),
+        help: "name the scenario file with --scenario".into(),
+    })?;
+    detail(&format!("the scenario is {}", found.display()));
+    Ok(found)
+}
+
+/// Files of this name in a folder and in the folders in it.
+fn below(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let inside = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = inside.map(|e| e.path()).filter(|p| p.is_dir()).collect();
+    folders.sort();
+    let all = std::iter::once(folder.to_owned()).chain(folders);
+    all.map(|f| f.join(name)).filter(|p| p.is_file()).collect()
+}
+
+/// All runs: with everything, then without each of the sources.
+fn runs(
+    task: &ExplainArgs,
+    scenario: &Scenario,
+    changes: &[(String, String)],
+    seeds: &[u64],
+    sources: &[Source],
+    registry: &Registry,
+) -> Result<Vec<monorig_lab::batch::RunResult>, CliError> {
+    let nothing = Vec::new();
+    let off = std::iter::once(&nothing).chain(sources.iter().map(|s| &s.changes));
+    let specs = off.flat_map(|off| {
+        let all = Sets::new(&[changes, off.as_slice()].concat());
+        seeds.iter().map(move |seed| (all.clone(), *seed))
+    });
+    let specs = (0..).zip(specs).map(|(index, (changes, seed))| RunSpec {
+        index,
+        scenario: scenario.path().to_owned(),
+        changes,
+        inputs: scenario.inputs().clone(),
+        seed,
+        draws: Default::default(),
+        reference: None,
+    });
+    let specs: Vec<RunSpec> = specs.collect();
+    scenario.inputs().seal();
+    let mut progress = ProgressDisplay::new(&scenario.name);
+    let (mut done, all) = (Vec::new(), specs.len() as f64);
+    let work = |spec: RunSpec| run_one(&spec, registry, &interrupt::go_on);
+    in_order(task.jobs.get(), specs.into_iter(), work, |result| {
+        done.push(result.map_err(|_| CliError::Interrupted)?);
+        progress.at(done.len() as f64 / all);
+        Ok::<(), CliError>(())
+    })?;
+    Ok(done)
+}
+
+/// A table for each error: a row for each source, a column for each estimator; as many tables as fit 80 columns.
+fn text(budget: &Budget) -> String {
+    let mut parts = Vec::new();
+    for metric in METRICS {
+        let all: Vec<_> = budget.of(metric).collect();
+        for some in all.chunks(2) {
+            let title = some.first().map(|e| e.title()).unwrap_or_default();
+            let mut titles = vec![title.as_str()];
+            for error in some {
+                titles.extend([error.estimator.as_str(), "share"]);
+            }
+            let mut table = table(titles);
+            let row = |name: String, value: &dyn Fn(usize) -> [String; 2]| {
+                let cells = (0..some.len()).flat_map(value);
+                std::iter::once(name).chain(cells).collect::<Vec<_>>()
+            };
+            let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
+            table.add_row(row("as it is".into(), &|i| {
+                [shown(some.get(i).and_then(|e| e.with_all)), String::new()]
+            }));
+            for (k, source) in budget.sources.iter().enumerate() {
+                let name = match source.name.as_str() {
+                    "excitation" => "with more excitation".to_owned(),
+                    name => format!("without {name}"),
+                };
+                table.add_row(row(name, &|i| {
+                    let error = some.get(i);
+                    let value = error.and_then(|e| e.without.get(k).copied().flatten());
+                    let share = error.and_then(|e| e.share(k));
+                    let share = share.map_or("-".into(), |s| format!("{:.0} %", 100.0 * s));
+                    [shown(value), share]
+                }));
+            }
+            within_terminal(&mut table);
+            right(&mut table, 1..=2 * some.len());
+            parts.push(lines(&table));
+        }
+    }
+    let failed = budget
+        .sources
+        .iter()
+        .filter_map(|s| Some((&s.name, s.failed.as_ref()?)));
+    parts.extend(failed.map(|(name, why)| format!("without {name}: could not be run: {why}")));
+    parts.push(format!(
+        "share: of the mean square error, over {} seeds, that is gone without the source",
+        budget.seeds.len()
+    ));
+    parts.join("\n\n") + "\n"
+}

@@ -1,0 +1,91 @@
+//! `monorig export`: a run as a log.
+
+use crate::CommandOutcome;
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use crate::ui::output;
+use clap::ValueEnum;
+use monorig_logs::export::{ExportFormat, export as write};
+use std::path::PathBuf;
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  monorig run scenarios/minimal.yaml --keep-samples      keep every sample of the run
+  monorig export runs/minimal/1 --to csv                 exports/minimal/1/csv/ with minimal_1_csv.map.yaml
+  monorig export runs/minimal/1 --to can --out bus       candump and DBC
+  monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml      the estimates of the run again
+
+Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit; CAN signals have steps.";
+
+/// `monorig export`
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXPORT_EXAMPLES)]
+pub struct ExportArgs {
+    /// Folder of a run that has kept its samples
+    pub run: PathBuf,
+    /// Format of the log
+    #[arg(long, value_name = "FORMAT")]
+    pub to: FormatChoice,
+    /// Folder of the log, new; without it exports/SCENARIO/SEED/FORMAT
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+/// Format of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormatChoice {
+    /// A file of text for each instrument
+    Csv,
+    /// A Parquet file for each instrument
+    Parquet,
+    /// One MCAP file, JSON
+    Mcap,
+    /// One MDF 4 file
+    Mf4,
+    /// Frames as candump writes them, and their DBC
+    Can,
+}
+
+impl FormatChoice {
+    fn format(self) -> ExportFormat {
+        match self {
+            Self::Csv => ExportFormat::Csv,
+            Self::Parquet => ExportFormat::Parquet,
+            Self::Mcap => ExportFormat::Mcap,
+            Self::Mf4 => ExportFormat::Mf4,
+            Self::Can => ExportFormat::Can,
+        }
+    }
+}
+
+/// Write the log.
+pub fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
+    let format = task.to.format();
+    let out = task.out.clone().unwrap_or_else(|| {
+        let mut last = task
+            .run
+            .components()
+            .rev()
+            .map(|c| c.as_os_str().to_owned());
+        let seed = last.next().unwrap_or_default();
+        let scenario = last.next().unwrap_or_default();
+        PathBuf::from("exports")
+            .join(scenario)
+            .join(seed)
+            .join(format.name())
+    });
+    let done = write(&task.run, format, &out)?;
+    if done.clipped > 0 {
+        note(&format!(
+            "{} values are beyond the range of their CAN signal and were written as its end",
+            done.clipped
+        ));
+    }
+    output::print(&format!(
+        "{} rows in {}\nmonorig replay --map {}\n",
+        done.rows,
+        done.folder.display(),
+        done.map.display()
+    ))?;
+    Ok(CommandOutcome::Held)
+}

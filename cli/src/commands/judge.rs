@@ -1,0 +1,108 @@
+//! `monorig judge`: estimates made elsewhere, judged beside ours.
+
+use crate::CommandOutcome;
+use crate::commands::replay::{Playing, play};
+use crate::commands::run::{VIEWER, address, prepare_out};
+use crate::commands::shared::{Out, assignment};
+use crate::ui::errors::CliError;
+use clap::Args;
+use monorig_logs::export::{ExportFormat, export};
+use monorig_logs::judge::EstimatesFile;
+use monorig_logs::map::Map;
+use monorig_logs::replay::ReplayOptions;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::record::whole;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+const JUDGE_EXAMPLES: &str = "\
+Examples:
+  monorig judge runs/minimal/1 --estimates mine.csv      a run that has kept its samples (`monorig run --keep-samples`)
+  monorig judge drive.mf4 --map crane.map.yaml --estimates mine.parquet --name filter_7
+
+The table has a time and at least one of mass_kg, slope_deg, effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
+and …_valid (0 or 1) if there are. Times are those of the run or of the log's clock. Results are those of `monorig replay`.";
+
+/// `monorig judge`
+#[derive(Debug, Args)]
+#[command(after_help = JUDGE_EXAMPLES)]
+pub struct JudgeArgs {
+    /// Folder of a run that has kept its samples, or a log
+    #[arg(value_name = "RUN|LOG")]
+    pub what: PathBuf,
+    /// What the columns of a log measure; not of a run
+    #[arg(long, value_name = "MAP")]
+    pub map: Option<PathBuf>,
+    /// Table of the estimates: CSV, Parquet or any format of a log
+    #[arg(long, value_name = "FILE")]
+    pub estimates: PathBuf,
+    /// Name under which they are judged
+    #[arg(long, value_name = "NAME", default_value = "judged")]
+    pub name: String,
+    #[command(flatten)]
+    pub out: Out,
+    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
+        default_missing_value = VIEWER, value_parser = address)]
+    pub live: Option<SocketAddr>,
+    /// Do not write run.rrd
+    #[arg(long)]
+    pub no_rerun: bool,
+    /// Write the verdicts as JUnit XML, as CI servers read it
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Change a value of the map, such as `expect=[…]`; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+}
+
+/// Play the log with the estimates beside ours.
+pub fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let file = EstimatesFile::load(&task.estimates)?;
+    let options = ReplayOptions {
+        estimators: Vec::new(),
+        judged: vec![(task.name.clone(), file)],
+        noise_from_log: false,
+    };
+    let out = task.out.get();
+    let playing = Playing {
+        options: &options,
+        out: &out,
+        live: task.live,
+        no_rerun: task.no_rerun,
+        full_rate: false,
+        junit: task.junit.as_deref(),
+        sets: &task.sets,
+    };
+    if let Some(map) = &task.map {
+        let map = Map::load_with(map, Some(&task.what), &task.sets)?;
+        return play(&map, &playing, registry);
+    }
+    let run = task.what.join(manifest::NAME);
+    if !run.is_file() {
+        let wrong = monorig_logs::wrong(
+            &task.what,
+            None,
+            "this is no folder of a run",
+            "a run of `monorig run --keep-samples`, or a log with --map",
+        );
+        return Err(wrong.into());
+    }
+    let manifest = Manifest::read(&run)?;
+    prepare_out(&out)?;
+    let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
+    let log = export(&task.what, ExportFormat::Parquet, &folder.0)?;
+    let mut map = Map::load_with(&log.map, None, &task.sets)?;
+    map.name = format!("{}_{}_{}", manifest.scenario, manifest.seed, task.name);
+    play(&map, &playing, registry)
+}
+
+/// A folder that goes when it is no longer needed.
+struct Temporary(PathBuf);
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,223 @@
+//! The web viewer of Rerun: found in the program `rerun` of the Python package `rerun-sdk`, and only the very files that were published.
+//!
+//! The program carries script and WebAssembly module to serve them; they are taken from it as they are. What is taken has the SHA-256 of
+//! a build of the version that writes our recordings: nothing else gets into a page.
+
+use crate::ui::errors::CliError;
+use crate::ui::note::detail;
+use monorig_sim::config::file::{input_error, regular};
+use monorig_sim::error::Error;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The version of Rerun that writes our recordings.
+pub const VERSION: &str = "0.36.3";
+
+/// Script and module of the viewer.
+pub struct WebViewer {
+    /// `re_viewer.js`.
+    pub script: String,
+    /// `re_viewer_bg.wasm`.
+    pub module: Vec<u8>,
+}
+
+/// A published file: its length in bytes and its SHA-256.
+struct Pinned(usize, &'static str);
+
+/// Script and module in the wheels of `rerun-sdk` 0.36.3 on PyPI: Linux x86-64, Linux arm64, Windows x86-64, macOS arm64.
+const BUILDS: [(Pinned, Pinned); 4] = [
+    (
+        Pinned(
+            227_616,
+            "3dd59bbd7edf1c532d2896f5cb90acc2523990714e9849024c626cc95d093237",
+        ),
+        Pinned(
+            41_729_988,
+            "8c29034ab9638de96624bb3b124e5090d972788cbc1318929616907b5049de3b",
+        ),
+    ),
+    (
+        Pinned(
+            227_616,
+            "b7923c68b317a177875ce0f220f22a74a2efc2d9fd7a84026e21b615c6ad2aea",
+        ),
+        Pinned(
+            41_731_971,
+            "b6bd6dbc92cc176302f34bd3c7668747b29805489cf30e6d9565381e3f208638",
+        ),
+    ),
+    (
+        Pinned(
+            227_616,
+            "c57ee01c200f85225b44844911d32689c854b1b0af182a36b1d96ff152c4e2ee",
+        ),
+        Pinned(
+            41_754_511,
+            "015d861e0d7f0e1658c7af543d301fff6e79e7c880c1af81ff7ea0aae2665c2f",
+        ),
+    ),
+    (
+        Pinned(
+            227_616,
+            "f0627cebcf10d8c61e1d897dd32c1f81dc563dfa6fdaf7ac8c6508c58c4c48dd",
+        ),
+        Pinned(
+            41_749_845,
+            "009789ce135476e7a32f0230610b3ea11b44c8f2e37aa760b2b014c975fceb6e",
+        ),
+    ),
+];
+
+/// How a WebAssembly module of version 1 begins.
+const MODULE_BEGINS: &[u8] = b"\0asm\x01\0\0\0";
+/// How the script begins.
+const SCRIPT_BEGINS: &[u8] = b"let wasm_bindgen = (function(exports)";
+
+/// Asks Python for the version of the package and the folder of the program.
+const ASK: &str = "import importlib.metadata as m; d = m.distribution('rerun-sdk'); \
+                   print(d.version); print(d.locate_file('rerun_sdk/rerun_cli'))";
+/// Where in that folder the program is.
+const PROGRAMS: [&str; 3] = ["rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun"];
+
+/// Find it: in the program `named`, or in that of the package which a Python on the search path knows.
+pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
+    let program = match named {
+        Some(program) => program.to_owned(),
+        None => installed()?,
+    };
+    detail(&format!("the viewer is taken from {}", program.display()));
+    regular(&program)?;
+    let bytes = std::fs::read(&program).map_err(|source| Error::Io {
+        path: program.clone(),
+        source,
+    })?;
+    extract(&bytes).ok_or_else(|| {
+        let message = format!(
+            "there is no web viewer of Rerun {VERSION} in this program, as it was published"
+        );
+        CliError::Sim(input_error(&program, "", message, install()))
+    })
+}
+
+/// What to do for a viewer.
+fn install() -> String {
+    format!(
+        "install it with `python3 -m pip install rerun-sdk=={VERSION}`, or name the program `rerun` of that version with --viewer"
+    )
+}
+
+/// The program of the installed package.
+fn installed() -> Result<PathBuf, CliError> {
+    let mut other = None;
+    for python in interpreters() {
+        let Some((version, folder)) = ask(&python) else {
+            continue;
+        };
+        if version != VERSION {
+            other = Some(version);
+            continue;
+        }
+        let programs = PROGRAMS.iter().map(|name| folder.join(name));
+        if let Some(program) = programs.into_iter().find(|p| p.is_file()) {
+            return Ok(program);
+        }
+    }
+    let message = match other {
+        Some(version) => format!(
+            "the web viewer of Rerun {VERSION} is needed, and rerun-sdk {version} is installed"
+        ),
+        None => {
+            format!("the web viewer of Rerun {VERSION} is needed, and rerun-sdk is not installed")
+        }
+    };
+    let help = install();
+    Err(CliError::Name { message, help })
+}
+
+/// Pythons that may have the package: that of a `rerun` on the search path first.
+fn interpreters() -> Vec<PathBuf> {
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let scripts = std::env::split_paths(&folders).map(|f| f.join("rerun"));
+    let first = scripts.filter_map(|script| shebang(&script)).take(1);
+    let usual = ["python3", "python"].map(PathBuf::from);
+    first.chain(usual).collect()
+}
+
+/// The interpreter that the first line of a script names.
+fn shebang(script: &Path) -> Option<PathBuf> {
+    use std::io::Read;
+    let mut start = [0; 512];
+    let n = std::fs::File::open(script).ok()?.read(&mut start).ok()?;
+    let line = start.get(..n)?.strip_prefix(b"#!")?;
+    let line = line.split(|b| *b == b'\n').next()?;
+    let path = PathBuf::from(std::str::from_utf8(line).ok()?.trim());
+    path.is_absolute().then_some(path)
+}
+
+/// Version of the package and folder of its program; none if this Python does not know it.
+fn ask(python: &Path) -> Option<(String, PathBuf)> {
+    let output = Command::new(python).args(["-c", ASK]).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let (version, folder) = text.trim().split_once('\n')?;
+    Some((version.trim().to_owned(), folder.trim().into()))
+}
+
+/// Script and module of one of the builds, as they stand in a program.
+fn extract(program: &[u8]) -> Option<WebViewer> {
+    BUILDS.iter().find_map(|(script, module)| {
+        let module = module.find(program, MODULE_BEGINS)?;
+        let script = script.find(program, SCRIPT_BEGINS)?;
+        Some(WebViewer {
+            script: String::from_utf8(script.to_vec()).ok()?,
+            module: module.to_vec(),
+        })
+    })
+}
+
+impl Pinned {
+    /// The file in `bytes`, if it is there as it was published.
+    fn find<'a>(&self, bytes: &'a [u8], begins: &[u8]) -> Option<&'a [u8]> {
+        let Self(length, sum) = self;
+        let starts = bytes.windows(begins.len()).enumerate();
+        let mut starts = starts.filter(|(_, window)| *window == begins);
+        starts.find_map(|(at, _)| {
+            let file = bytes.get(at..at.checked_add(*length)?)?;
+            let hash = Sha256::digest(file);
+            let hex: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+            (hex == *sum).then_some(file)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// FIPS 180-2, appendix B.1: SHA-256 of "abc".
+    #[test]
+    fn only_what_has_its_sum_is_taken() {
+        let abc = Pinned(
+            3,
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
+        );
+        assert_eq!(abc.find(b"..ab.abd.abc", b"ab"), Some(&b"abc"[..]));
+        assert_eq!(abc.find(b"..ab.abd.ab", b"ab"), None);
+        assert_eq!(abc.find(b"", b"ab"), None);
+    }
+
+    #[test]
+    fn a_program_without_viewer_has_none() {
+        let mut fake = MODULE_BEGINS.to_vec();
+        fake.extend(SCRIPT_BEGINS);
+        assert!(extract(&fake).is_none());
+    }
+
+    /// The recordings are written by the version whose viewer is asked for.
+    #[test]
+    fn the_version_is_that_of_the_recordings() {
+        let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.lock");
+        let lock = std::fs::read_to_string(lock).unwrap();
+        assert!(lock.contains(&format!("name = \"re_sdk\"\nversion = \"{VERSION}\"")));
+    }
+}

@@ -1,0 +1,153 @@
+//! `monorig map`: drive, map, and drive on the map.
+
+mod common;
+
+use common::{Simulation, project};
+use monorig_sim::rail::Rail;
+use monorig_sim::record::readback;
+
+const SCENARIO: &str = "scenarios/liu2023_section1.yaml";
+
+/// Maps a run of seed `seed`; returns for each place that was read: chainage, error of the grade over its standard deviation.
+fn mapped(rig: &Simulation, seed: u64) -> Vec<(f64, f64)> {
+    let scenario = project().join(SCENARIO).display().to_string();
+    let seed = seed.to_string();
+    let (code, out, err) = rig.monorig(&[
+        "run",
+        &scenario,
+        "--seed",
+        &seed,
+        "--set",
+        "estimators={\"rail_fusion\": {}}",
+        "--set",
+        "in_loop=rail_fusion",
+        "--set",
+        "expect=[]",
+        "--set",
+        "known_failures=[]",
+        "--set",
+        "published=[]",
+        "--no-rerun",
+        "--name",
+        "drive",
+        "--out",
+        "runs",
+    ]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let run = format!("runs/liu2023_section1@drive/{seed}");
+    let profile = project().join("assets/rails/i140e.yaml");
+    let profile = profile.display().to_string();
+    let (code, out, err) = rig.monorig(&[
+        "map",
+        &run,
+        "--profile",
+        &profile,
+        "--out",
+        "maps/rail.yaml",
+    ]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let track = Rail::load(&project().join("assets/tracks/liu2023_section1.yaml")).unwrap();
+    let csv = std::fs::read_to_string(rig.path("maps/rail.csv")).unwrap();
+    let rows = csv
+        .lines()
+        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+    let numbers = rows.map(|l| {
+        l.split(',')
+            .map(|x| x.parse().unwrap())
+            .collect::<Vec<f64>>()
+    });
+    numbers
+        .filter(|row| row[2] < 1.0)
+        .map(|row| {
+            let grade = track.grade(row[0]).to_degrees();
+            (row[0], (row[1] - grade) / row[2])
+        })
+        .collect()
+}
+
+/// The map is the track within its standard deviation: normalised errors of five drives are those of a standard normal variable, as far as
+/// five biases tell. The train comes from 21.5 m to 77 m.
+#[test]
+fn the_map_of_a_drive_is_the_track_within_its_standard_deviation() {
+    let rig = Simulation::new();
+    let (mut within, mut all, mut squares) = (0.0, 0.0, 0.0);
+    for seed in 1..=5 {
+        let places = mapped(&rig, seed);
+        let (first, last) = (places[0].0, places[places.len() - 1].0);
+        assert!(first < 23.0 && last > 75.0, "{first} {last}");
+        for (_, z) in places {
+            all += 1.0;
+            squares += z * z;
+            within += if z.abs() < 3.0 { 1.0 } else { 0.0 };
+        }
+    }
+    assert!(within / all > 0.98, "{}", within / all);
+    assert!((0.1..3.0).contains(&(squares / all)), "{}", squares / all);
+}
+
+/// A scenario drives on the map as it did on the track.
+#[test]
+fn a_scenario_drives_on_the_map() {
+    let rig = Simulation::new();
+    mapped(&rig, 1);
+    let scenario = project().join(SCENARIO).display().to_string();
+    let map = format!("track={}", rig.path("maps/rail.yaml").display());
+    let (_, out, err) = rig.monorig(&[
+        "run",
+        &scenario,
+        "--seed",
+        "1",
+        "--set",
+        &map,
+        "--set",
+        "expect=[]",
+        "--set",
+        "known_failures=[]",
+        "--set",
+        "published=[]",
+        "--no-rerun",
+        "--name",
+        "map",
+        "--out",
+        "runs",
+    ]);
+    let of = |variant: &str| {
+        let file = format!("runs/liu2023_section1@{variant}/1/channels.parquet");
+        let columns = readback::columns(&rig.path(&file), |c| c.starts_with("truth/"));
+        let (_, columns) = columns.unwrap_or_else(|e| panic!("{e}: {out}{err}"));
+        columns
+            .get("truth/grade_at_imu")
+            .unwrap()
+            .last()
+            .copied()
+            .unwrap()
+    };
+    // the rail's last grade is 8° on both
+    assert!((of("drive") - of("map")).abs().to_degrees() < 0.2);
+}
+
+#[test]
+fn a_run_without_an_attitude_filter_is_told() {
+    let rig = Simulation::new();
+    let (code, out, err) = rig.monorig(&["run", "scenario.yaml", "--no-rerun", "--out", "runs"]);
+    assert!(code.is_some(), "{out}{err}");
+    let map = |estimator: &str| {
+        let args = [
+            "map",
+            "runs/scenario/1",
+            "--estimator",
+            estimator,
+            "--road-width",
+            "3.5",
+        ];
+        rig.monorig(&args)
+    };
+    for (estimator, word) in [
+        ("dffrls_aekf_robust", "pitch_rad"),
+        ("rail_fusion", "no estimator"),
+    ] {
+        let (code, _, err) = map(estimator);
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.contains(word), "{err}");
+    }
+}

@@ -1,0 +1,82 @@
+//! The bound of a run while it goes on.
+
+use super::BoundSample;
+use super::attitude::{AttitudeBound, Motion};
+use super::mass::MassBound;
+use super::sheet::SheetNoise;
+use monorig_estimators::api::signals::Vehicle;
+use monorig_sim::closed_loop::Simulation;
+use monorig_sim::plant::Truth;
+
+/// The bound of a run, computed from its true motion and the noise of its sheet.
+pub struct RunningBound {
+    attitude: AttitudeBound,
+    mass: MassBound,
+    vehicle: Vehicle,
+    gravity: f64,
+    /// When the next step of the attitude is due, s.
+    next_s: f64,
+    now: Option<BoundSample>,
+}
+
+impl RunningBound {
+    /// For this simulation; none without an accelerometer and wheel speeds, as of a recorded drive.
+    pub fn of(simulation: &Simulation) -> Option<Self> {
+        let noise = SheetNoise::of(&simulation.instruments);
+        noise.accelerometer.and(noise.wheel_speed)?;
+        let mut attitude = AttitudeBound::new(noise);
+        attitude.drives(simulation.vehicle.drives);
+        Some(Self {
+            attitude,
+            mass: MassBound::new(noise),
+            vehicle: simulation.vehicle,
+            gravity: simulation.scenario.file.physics.gravity_mps2.get(),
+            next_s: 0.0,
+            now: None,
+        })
+    }
+
+    /// A step of the plant later; whether a sample of the accelerometer was due, with which the bound changes.
+    pub fn step(&mut self, truth: &Truth) -> bool {
+        self.mass.step(truth, &self.vehicle, self.gravity);
+        let due = self
+            .attitude
+            .step_s()
+            .filter(|_| truth.t_s + 1e-9 >= self.next_s);
+        let Some(step_s) = due else {
+            return false;
+        };
+        self.next_s += step_s;
+        self.attitude.step(Motion {
+            speed_mps: truth.speed_at_imu_mps,
+            grade_rad: truth.grade_at_imu_rad,
+            grade_rate_radps: truth.curvature_vertical_1pm * truth.speed_mps,
+            gravity_mps2: self.gravity,
+        });
+        self.now = self.sample_at(truth);
+        true
+    }
+
+    /// The bound now; none before the first sample.
+    pub fn now(&self) -> Option<BoundSample> {
+        self.now
+    }
+
+    /// Time between two samples of the accelerometer, s.
+    pub fn step_s(&self) -> Option<f64> {
+        self.attitude.step_s()
+    }
+
+    fn sample_at(&self, truth: &Truth) -> Option<BoundSample> {
+        let (tilt, bias) = self.attitude.sd()?;
+        let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);
+        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail not read
+        let (mass_rel, unseen) = self.mass.sd(self.vehicle.drives).unwrap_or((f64::NAN, 0.0));
+        Some(BoundSample {
+            t_s: truth.t_s,
+            slope_rad: tilt,
+            effective_rad: (bias / (self.gravity * cos)).hypot(unseen),
+            mass_rel,
+        })
+    }
+}

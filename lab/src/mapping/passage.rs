@@ -1,0 +1,86 @@
+//! What an estimator has said along a run, read back from its folder.
+
+use monorig_sim::config::file::input_error;
+use monorig_sim::error::Error;
+use monorig_sim::record::readback;
+use std::path::Path;
+
+/// Internals that an estimator must have for a map.
+const INTERNALS: [&str; 6] = [
+    "pitch_rad",
+    "accel_bias_mps2",
+    "accel_bias_sd_mps2",
+    "read_sd",
+    "wheel_scale_sd",
+    "imu_arm_m",
+];
+
+/// One estimator along a run, a number a row.
+#[derive(Clone, Debug, Default)]
+pub struct Passage {
+    /// s.
+    pub t_s: Vec<f64>,
+    /// Speed of the unit's middle, m/s, and its standard deviation.
+    pub speed_mps: Vec<f64>,
+    /// See above.
+    pub speed_sd_mps: Vec<f64>,
+    /// Whether its grade is marked valid.
+    pub valid: Vec<bool>,
+    /// Pitch of the unit, nose up, rad.
+    pub pitch_rad: Vec<f64>,
+    /// Bias of the accelerometer along the unit, m/s², and its standard deviation.
+    pub bias_mps2: Vec<f64>,
+    /// See above.
+    pub bias_sd_mps2: Vec<f64>,
+    /// Standard deviation of sin θ + b/g, with that of the IMU's mounting.
+    pub read_sd: Vec<f64>,
+    /// Standard deviation of the scale of the wheel speeds.
+    pub scale_sd: Vec<f64>,
+    /// How far the IMU is ahead of the unit's middle, m.
+    pub arm_m: f64,
+    /// Chainage of the IMU in the first row, m; none in a recorded drive.
+    pub start_m: Option<f64>,
+}
+
+impl Passage {
+    /// Reads the estimator `name` of the run in `folder`; an estimator without the internals of an attitude filter is an error.
+    pub fn read(folder: &Path, name: &str) -> Result<Self, Error> {
+        let file = folder.join("channels.parquet");
+        let ours = [format!("estimates/{name}/"), format!("internals/{name}/")];
+        let wanted =
+            |c: &str| c == "truth/chainage" || ours.iter().any(|group| c.starts_with(group));
+        let (_, columns) = readback::columns(&file, wanted)?;
+        let missing = |of: String, help: &str| input_error(folder, "", of, help);
+        if columns.find(&format!("estimates/{name}/grade")).is_none() {
+            return Err(missing(
+                format!("no estimator `{name}` has run here"),
+                "the name of one of this run, with --estimator",
+            ));
+        }
+        let estimate = |of: &str| columns.get(&format!("estimates/{name}/{of}"));
+        let internal = |of: &str| {
+            let column = columns.find(&format!("internals/{name}/{of}"));
+            column.ok_or_else(|| {
+                missing(
+                    format!("`{name}` does not tell its {of}, which a map is made of"),
+                    "rail_fusion or attitude, with --estimator",
+                )
+            })
+        };
+        let [pitch, bias, bias_sd, read_sd, scale_sd, arm] = INTERNALS.map(internal);
+        let first = |column: &[f64]| column.iter().copied().find(|x| x.is_finite());
+        Ok(Self {
+            t_s: columns.get("time")?.to_vec(),
+            speed_mps: estimate("speed")?.to_vec(),
+            speed_sd_mps: estimate("speed_sd")?.to_vec(),
+            valid: estimate("grade_valid")?.iter().map(|x| *x == 1.0).collect(),
+            pitch_rad: pitch?.to_vec(),
+            bias_mps2: bias?.to_vec(),
+            bias_sd_mps2: bias_sd?.to_vec(),
+            read_sd: read_sd?.to_vec(),
+            scale_sd: scale_sd?.to_vec(),
+            arm_m: first(arm?).unwrap_or(0.0),
+            start_m: columns.find("truth/chainage").and_then(first),
+        })
+    }
+}

@@ -1,0 +1,270 @@
+//! From what was read along the way to a profile: cells of rail, bias of the end, standard deviations.
+
+use super::Passage;
+use std::fmt::Write;
+
+/// g, m/s².
+const GRAVITY: f64 = monorig_estimators::api::real::GRAVITY as f64;
+/// Standard deviation of the grade of rail that was not read, rad: as that of the rail behind a train in the estimator.
+const UNREAD_SD_RAD: f64 = 0.02;
+/// A row counts up to these standard deviations of sin θ + b/g and of the speed, m/s.
+const MAX_READ_SD: f64 = 0.003;
+const MAX_SPEED_SD_MPS: f64 = 0.1;
+/// Creep of the wheels under traction, as a standard deviation of their scale.
+const CREEP: f64 = 0.001;
+/// Uncertainty of the place at the start, m.
+const START_SD_M: f64 = 0.05;
+/// A unit on wheels 2 w apart pitches as the chord: off by w²/6 d²θ/ds² from the rail under its middle; w = 0.3 m.
+const CHORD_M2: f64 = 0.015;
+/// Rail added beyond the last place that was read, for what is ahead of the unit's middle, m.
+const BEYOND_M: f64 = 10.0;
+/// Cells that must have been read.
+const MIN_CELLS: usize = 4;
+
+/// A place of the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapPoint {
+    /// Chainage, m.
+    pub s_m: f64,
+    /// Grade, rad.
+    pub grade_rad: f64,
+    /// Its standard deviation, rad.
+    pub sd_rad: f64,
+    /// Whether the unit has passed it; else the grade is that of the nearest rail that was read.
+    pub read: bool,
+}
+
+/// Sums over the rows of a cell, weighed by way.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    way: f64,
+    place: f64,
+    u: f64,
+    variance: f64,
+    place_variance: f64,
+}
+
+impl Cell {
+    fn mean(&self, of: f64) -> f64 {
+        of / self.way
+    }
+}
+
+/// The profile from chainage 0 to beyond the end of the way, a point every `every_m`; `start_m` is the chainage of the IMU in the first row. An
+/// error says why there is none.
+pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>, String> {
+    let cells = cells(p, start_m - p.arm_m, every_m)?;
+    let read = cells.iter().filter(|cell| cell.way > 0.0).count();
+    if read < MIN_CELLS {
+        return Err(format!(
+            "only {read} places of rail were read with a grade marked valid; a map needs {MIN_CELLS}"
+        ));
+    }
+    let (bias, bias_sd) = end_bias(p).ok_or("the grade is never marked valid")?;
+    let of = |cell: &Cell| {
+        let sine = (cell.mean(cell.u) - bias / GRAVITY).clamp(-1.0, 1.0);
+        (libm::asin(sine), cell.mean(cell.variance))
+    };
+    let known: Vec<(f64, f64, f64, f64)> = cells
+        .iter()
+        .filter(|cell| cell.way > 0.0)
+        .map(|cell| {
+            let (grade, variance) = of(cell);
+            let common = bias_sd / GRAVITY;
+            (
+                cell.mean(cell.place),
+                grade,
+                variance + common * common,
+                cell.mean(cell.place_variance),
+            )
+        })
+        .collect();
+    let last = cells.len() + (BEYOND_M / every_m).ceil() as usize;
+    Ok((0..=last)
+        .map(|i| point(i as f64 * every_m, &known, every_m))
+        .collect())
+}
+
+/// The point at `s`, linear between the places that were read; `known`: place, grade, its variance, variance of the place.
+fn point(s: f64, known: &[(f64, f64, f64, f64)], every_m: f64) -> MapPoint {
+    let behind = known.partition_point(|k| k.0 <= s);
+    let (before, after) = (
+        behind.checked_sub(1).and_then(|i| known.get(i)),
+        known.get(behind),
+    );
+    let unread = |grade: f64| MapPoint {
+        s_m: s,
+        grade_rad: grade,
+        sd_rad: UNREAD_SD_RAD,
+        read: false,
+    };
+    let (Some(a), Some(b)) = (before, after) else {
+        return unread(before.or(after).map_or(0.0, |k| k.1));
+    };
+    let (length, share) = (b.0 - a.0, (s - a.0) / (b.0 - a.0));
+    let grade = a.1 + share * (b.1 - a.1);
+    if length > 3.0 * every_m {
+        return unread(grade);
+    }
+    // the steepest gradient nearby, and how it changes: where the place is uncertain it becomes one of the grade
+    let near: Vec<f64> = known
+        .windows(2)
+        .skip(behind.saturating_sub(3))
+        .take(5)
+        .map(|w| match w {
+            [a, b] => (b.1 - a.1) / (b.0 - a.0),
+            _ => 0.0,
+        })
+        .collect();
+    let gradient = near.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let change = near
+        .windows(2)
+        .map(|w| match w {
+            [a, b] => (b - a).abs() / every_m,
+            _ => 0.0,
+        })
+        .fold(0.0, f64::max);
+    let by_place = gradient * gradient * a.3.max(b.3);
+    let chord = CHORD_M2 * change;
+    MapPoint {
+        s_m: s,
+        grade_rad: grade,
+        sd_rad: (a.2.max(b.2) + by_place + chord * chord).sqrt(),
+        read: true,
+    }
+}
+
+/// The rows by place: `middle_m` is the chainage of the unit's middle in the first row.
+fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> {
+    let mut cells: Vec<Cell> = Vec::new();
+    let (mut s, mut way) = (middle_m, 0.0);
+    let rows = p.t_s.len();
+    for k in 1..rows {
+        let (before, now) = (k - 1, k);
+        let v = [before, now].map(|i| p.speed_mps.get(i).copied().unwrap_or(f64::NAN));
+        let dt = p.t_s[now] - p.t_s[before];
+        let step = 0.5 * (v[0] + v[1]) * dt;
+        if !step.is_finite() {
+            continue;
+        }
+        s += step;
+        way += step.abs();
+        let sound = p.valid[now]
+            && p.read_sd[now] < MAX_READ_SD
+            && p.speed_sd_mps[now] < MAX_SPEED_SD_MPS
+            && p.pitch_rad[now].is_finite()
+            && p.bias_mps2[now].is_finite();
+        if !sound || s < 0.0 || step == 0.0 {
+            continue;
+        }
+        let at = (s / every_m) as usize;
+        if at > MAX_CELLS {
+            return Err(format!("the way is longer than {MAX_CELLS} places"));
+        }
+        if at >= cells.len() {
+            cells.resize(at + 1, Cell::default());
+        }
+        let scale = p.scale_sd[now].hypot(CREEP);
+        let place_sd = START_SD_M.hypot(scale * way);
+        let weight = step.abs();
+        if let Some(cell) = cells.get_mut(at) {
+            cell.way += weight;
+            cell.place += weight * s;
+            cell.u += weight * (libm::sin(p.pitch_rad[now]) + p.bias_mps2[now] / GRAVITY);
+            cell.variance += weight * p.read_sd[now] * p.read_sd[now];
+            cell.place_variance += weight * place_sd * place_sd;
+        }
+    }
+    Ok(cells)
+}
+
+/// Most places of a map.
+const MAX_CELLS: usize = 1_000_000;
+
+/// The bias of the last row whose grade is valid, and its standard deviation.
+fn end_bias(p: &Passage) -> Option<(f64, f64)> {
+    let last = p.valid.iter().rposition(|valid| *valid)?;
+    Some((*p.bias_mps2.get(last)?, *p.bias_sd_mps2.get(last)?))
+}
+
+/// The map as the CSV file of a surveyed track.
+pub fn to_csv(map: &[MapPoint], about: &str) -> String {
+    let mut text = format!("# {about}\ns_m,grade_deg,sd_deg\n");
+    for p in map {
+        let (grade, sd) = (p.grade_rad.to_degrees(), p.sd_rad.to_degrees());
+        let _ = writeln!(text, "{:.3},{grade:.5},{sd:.5}", p.s_m); // a string takes it
+    }
+    text
+}
+
+/// The track file that names it.
+pub fn to_track(name: &str, about: &str, section: &str, csv: &str) -> String {
+    // words of others are written as JSON strings, which YAML reads
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    format!(
+        "version: 1\nname: {}\nabout: {}\n{section}\nsurvey: {{file: {}, height_noise_m: 0}}\n",
+        quoted(name),
+        quoted(about),
+        quoted(csv)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run at 1 m/s from chainage 2 m over a grade of 0.1 rad, read with a bias that is known at the end only.
+    fn passage() -> Passage {
+        let rows = 3000;
+        let bias = 0.02;
+        let known_from = 1500;
+        Passage {
+            t_s: (0..rows).map(|i| 0.02 * f64::from(i)).collect(),
+            speed_mps: vec![1.0; rows as usize],
+            speed_sd_mps: vec![0.001; rows as usize],
+            valid: vec![true; rows as usize],
+            // before, the whole of the bias is taken for a pitch
+            pitch_rad: (0..rows)
+                .map(|i| match i < known_from {
+                    true => libm::asin(libm::sin(0.1) + bias / GRAVITY),
+                    false => 0.1,
+                })
+                .collect(),
+            bias_mps2: (0..rows)
+                .map(|i| if i < known_from { 0.0 } else { bias })
+                .collect(),
+            bias_sd_mps2: vec![0.001; rows as usize],
+            read_sd: vec![1e-4; rows as usize],
+            scale_sd: vec![0.003; rows as usize],
+            arm_m: 0.3,
+            start_m: Some(2.0),
+        }
+    }
+
+    /// With the bias of the end the first half is as good as the second.
+    #[test]
+    fn the_bias_of_the_end_mends_what_was_read_before() {
+        let map = profile(&passage(), 2.0, 0.5).unwrap();
+        let read: Vec<&MapPoint> = map.iter().filter(|p| p.read).collect();
+        assert!((114..=122).contains(&read.len()), "{}", read.len());
+        assert!(read.iter().all(|p| (p.grade_rad - 0.1).abs() < 1e-9));
+        // 0.1 mrad of reading, 0.1 mrad of bias
+        let sd = 1e-4f64.hypot(1e-3 / GRAVITY);
+        assert!(read.iter().all(|p| (p.sd_rad / sd - 1.0).abs() < 0.01));
+        let (first, last) = (read[0].s_m, read[read.len() - 1].s_m);
+        assert!((1.5..=2.6).contains(&first) && (60.0..=62.0).contains(&last));
+        assert!(
+            map.iter()
+                .filter(|p| !p.read)
+                .all(|p| p.sd_rad == UNREAD_SD_RAD)
+        );
+        assert_eq!(map[0].s_m, 0.0);
+    }
+
+    #[test]
+    fn a_run_that_reads_nothing_has_no_map() {
+        let mut p = passage();
+        p.valid = vec![false; p.valid.len()];
+        assert!(profile(&p, 2.0, 0.5).unwrap_err().contains("marked valid"));
+    }
+}

@@ -1,0 +1,162 @@
+//! Faults of a replayed log: those of the rig's sensors, and jitter and loss, put on samples before they are delivered.
+
+use super::channel::{Channel, Target};
+use crate::map::{FaultedChannel, LogFault, Map};
+use monorig_sim::config::scenario::Event;
+use monorig_sim::error::Error;
+use monorig_sim::sensors::fault::Faults;
+use monorig_sim::sensors::stream::Stream;
+
+/// Seed of the faults' random draws: the same log and map give the same samples.
+const SEED: u64 = 1;
+
+/// Faults of one channel.
+#[derive(Clone, Debug)]
+pub(super) struct ChannelFaults {
+    vector: Faults<3>,
+    scalar: Faults<1>,
+    timing: Vec<Timing>,
+    stream: Stream,
+}
+
+/// Jitter or loss, and when it holds.
+#[derive(Clone, Copy, Debug)]
+struct Timing {
+    from_s: f64,
+    to_s: f64,
+    /// Stamps are off by up to this, s.
+    jitter_s: f64,
+    /// Share of samples that are lost.
+    loss: f64,
+}
+
+impl ChannelFaults {
+    fn new(name: &str) -> Self {
+        Self {
+            vector: Faults::new(SEED, name),
+            scalar: Faults::new(SEED, name),
+            timing: Vec::new(),
+            stream: Stream::new(SEED, &format!("{name}/timing")),
+        }
+    }
+
+    /// What becomes of a sample: stamp (ns of the replay) and value; none if it is not delivered.
+    pub fn apply(
+        &mut self,
+        stamp_ns: i64,
+        value: [f64; 3],
+        is_vector: bool,
+    ) -> Option<(i64, [f64; 3])> {
+        let t_s = stamp_ns as f64 * 1e-9;
+        let value = if is_vector {
+            let mut sensed = value;
+            self.vector.disturb(t_s, &mut sensed);
+            self.vector.hand_over(t_s, sensed)
+        } else {
+            let mut sensed = [value[0]];
+            self.scalar.disturb(t_s, &mut sensed);
+            self.scalar.hand_over(t_s, sensed).map(|[x]| [x, 0.0, 0.0])
+        };
+        let (mut stamp_ns, mut lost) = (stamp_ns, false);
+        for w in self
+            .timing
+            .iter()
+            .filter(|w| w.from_s <= t_s && t_s < w.to_s)
+        {
+            if w.loss > 0.0 {
+                lost |= self.stream.uniform() < w.loss;
+            }
+            if w.jitter_s > 0.0 {
+                let off_s = (2.0 * self.stream.uniform() - 1.0) * w.jitter_s;
+                stamp_ns = stamp_ns.saturating_add((off_s * 1e9).round() as i64);
+            }
+        }
+        value.filter(|_| !lost).map(|value| (stamp_ns, value))
+    }
+}
+
+/// Puts the faults of a map on its channels.
+pub(super) fn add(map: &Map, channels: &mut [Channel]) -> Result<(), Error> {
+    for (i, fault) in map.file.faults.iter().enumerate() {
+        let key = format!("faults[{i}]");
+        let mut found = false;
+        for channel in channels.iter_mut().filter(|c| hits(fault, c.target)) {
+            found = true;
+            let name = format!("{:?}", channel.target);
+            let faults = channel
+                .faults
+                .get_or_insert_with(|| ChannelFaults::new(&name));
+            faults.push(map, &key, fault)?;
+        }
+        if !found {
+            return Err(map.error(
+                format!("{key}.channel"),
+                "the map has no such channel to put a fault on",
+                "a channel of the map, and an index below the number of its columns",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a fault is one of this channel.
+fn hits(fault: &LogFault, target: Target) -> bool {
+    use FaultedChannel as C;
+    let (channel, index) = match target {
+        Target::SpecificForce => (C::SpecificForce, 0),
+        Target::AngularRate => (C::AngularRate, 0),
+        Target::Wheel(i) => (C::WheelSpeed, i),
+        Target::Torque(i) => (C::Traction, i),
+        Target::Force | Target::Power => (C::Traction, 0),
+        Target::Clamp(i) => (C::ClampPressure, i),
+        Target::Steering => (C::SteeringAngle, 0),
+        Target::Inclination => (C::Inclination, 0),
+        Target::Auxiliary(i) => (C::Auxiliary, i),
+        Target::CommandTorque(_) | Target::CommandClamp | Target::CommandBrake => return false,
+    };
+    let imu = matches!(channel, C::SpecificForce | C::AngularRate);
+    (fault.channel == channel || (fault.channel == C::Imu && imu))
+        && fault.index.is_none_or(|wanted| wanted == index)
+}
+
+impl ChannelFaults {
+    fn push(&mut self, map: &Map, key: &str, fault: &LogFault) -> Result<(), Error> {
+        let (from_s, to_s) = (fault.from_s, fault.to_s);
+        if let Some(kind) = fault.fault.of_rig() {
+            let event = Event::SensorFault {
+                name: None,
+                from_s,
+                to_s,
+                sensor: String::new(),
+                fault: kind,
+                size: fault.size,
+            };
+            let window = event.sensor_fault();
+            let window =
+                window.map_err(|e| map.error(format!("{key}.{}", e.key), e.message, e.help))?;
+            if let Some((_, window)) = window {
+                self.vector.add(window);
+                self.scalar.add(window);
+            }
+            return Ok(());
+        }
+        let size = fault.size.map_or(f64::NAN, |x| x.get());
+        let is_loss = fault.fault == crate::map::LogFaultKind::Loss;
+        let good = if is_loss { 0.0..=1.0 } else { 0.0..=1000.0 };
+        if !good.contains(&size) {
+            let help = if is_loss {
+                "`size`: share of the samples that are lost, 0 to 1"
+            } else {
+                "`size`: by how much stamps are off at most, 0 to 1000 ms"
+            };
+            return Err(map.error(format!("{key}.size"), "this fault needs a size", help));
+        }
+        self.timing.push(Timing {
+            from_s: from_s.get(),
+            to_s: to_s.map_or(f64::INFINITY, |t| t.get()),
+            jitter_s: if is_loss { 0.0 } else { size * 1e-3 },
+            loss: if is_loss { size } else { 0.0 },
+        });
+        Ok(())
+    }
+}

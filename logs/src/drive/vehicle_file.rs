@@ -1,0 +1,208 @@
+//! A file of nominal values: all that estimators are told about a vehicle, number by number, where no train or car file is at hand.
+
+use monorig_estimators::api::mass_layout::MassLayout;
+use monorig_estimators::api::signals::{RoadVehicle, VehicleData};
+use monorig_sim::config::checked::Version1;
+use monorig_sim::config::file::Document;
+use monorig_sim::error::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Key by which the file is recognised.
+const KEY: &str = "nominal_vehicle";
+
+/// A file of nominal values.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleFile {
+    /// Format version, 1.
+    pub version: Version1,
+    /// The values.
+    pub nominal_vehicle: NominalValues,
+}
+
+/// What estimators are told about a vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NominalValues {
+    /// Mass of the empty vehicle, kg.
+    pub tare_kg: f64,
+    /// Number of drive units.
+    pub drives: usize,
+    /// Radius of the driven wheels, m.
+    pub wheel_radius_m: f64,
+    /// Motor revolutions per wheel revolution.
+    pub gear_ratio: f64,
+    /// Share of motor power that reaches the rim.
+    pub efficiency: f64,
+    /// Rotating masses reflected to the rim, kg.
+    pub rotating_mass_kg: f64,
+    /// Running-resistance coefficient.
+    pub running_resistance: f64,
+    /// Smallest and largest total mass thought possible, kg.
+    pub mass_range_kg: [f64; 2],
+    /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
+    #[serde(default)]
+    pub tare_span_m: [f64; 2],
+    /// The same for where the load's weight comes onto the rail, m.
+    #[serde(default)]
+    pub load_span_m: [f64; 2],
+    /// How far ahead of that middle the IMU sits, m.
+    #[serde(default)]
+    pub imu_arm_m: f64,
+    /// Where the masses sit, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place, kg, depth), then
+    /// those of the load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layout: Option<Vec<f64>>,
+    /// Standard deviation of the accelerometer's bias, m/s²; none = not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accel_bias_sd_mps2: Option<f64>,
+    /// Standard deviation of the gyro's bias, rad/s; none = not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gyro_bias_sd_radps: Option<f64>,
+    /// What only a road vehicle has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub road: Option<RoadValues>,
+}
+
+/// What only a road vehicle has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RoadValues {
+    /// Drag coefficient times frontal area, m².
+    pub drag_area_m2: f64,
+    /// Density of the air, kg/m³.
+    pub air_density_kgpm3: f64,
+    /// From the centre of gravity forward to the front axle, m.
+    pub front_axle_m: f64,
+    /// From the centre of gravity back to the rear axle, m.
+    pub rear_axle_m: f64,
+    /// Cornering stiffness of the front axle, N/rad.
+    pub front_cornering_npr: f64,
+    /// Cornering stiffness of the rear axle, N/rad.
+    pub rear_cornering_npr: f64,
+}
+
+/// The values of a file; none of a file of another kind.
+pub(super) fn read(path: &Path) -> Result<Option<VehicleData>, Error> {
+    let document = Document::read(path)?;
+    if !document.keys().iter().any(|key| key == KEY) {
+        return Ok(None);
+    }
+    let file: VehicleFile = document.parse()?;
+    file.data().map(Some).ok_or_else(|| {
+        document.error(
+            format!("{KEY}.layout"),
+            "these are too few numbers for a mass layout",
+            "all of them, as `monorig export` writes them, or no layout",
+        )
+    })
+}
+
+impl VehicleFile {
+    /// The file of these values.
+    pub fn of(v: &VehicleData) -> Self {
+        let road = v.road.map(|r| RoadValues {
+            drag_area_m2: r.drag_area_m2,
+            air_density_kgpm3: r.air_density_kgpm3,
+            front_axle_m: r.front_axle_m,
+            rear_axle_m: r.rear_axle_m,
+            front_cornering_npr: r.front_cornering_npr,
+            rear_cornering_npr: r.rear_cornering_npr,
+        });
+        Self {
+            version: Version1,
+            nominal_vehicle: NominalValues {
+                tare_kg: v.tare_kg,
+                drives: v.drives,
+                wheel_radius_m: v.wheel_radius_m,
+                gear_ratio: v.gear_ratio,
+                efficiency: v.efficiency,
+                rotating_mass_kg: v.rotating_mass_kg,
+                running_resistance: v.running_resistance,
+                mass_range_kg: v.mass_range_kg,
+                tare_span_m: v.tare_span_m,
+                load_span_m: v.load_span_m,
+                imu_arm_m: v.imu_arm_m,
+                layout: v.layout.map(|layout| layout.numbers().collect()),
+                accel_bias_sd_mps2: v.accel_bias_sd_mps2,
+                gyro_bias_sd_radps: v.gyro_bias_sd_radps,
+                road,
+            },
+        }
+    }
+
+    /// The values, not yet checked; none if the layout has too few numbers.
+    pub fn data(&self) -> Option<VehicleData> {
+        let v = &self.nominal_vehicle;
+        let layout = match &v.layout {
+            None => None,
+            Some(numbers) => {
+                let mut numbers = numbers.iter().copied();
+                Some(MassLayout::from_numbers(|| numbers.next())?)
+            }
+        };
+        Some(VehicleData {
+            tare_kg: v.tare_kg,
+            drives: v.drives,
+            wheel_radius_m: v.wheel_radius_m,
+            gear_ratio: v.gear_ratio,
+            efficiency: v.efficiency,
+            rotating_mass_kg: v.rotating_mass_kg,
+            running_resistance: v.running_resistance,
+            mass_range_kg: v.mass_range_kg,
+            tare_span_m: v.tare_span_m,
+            load_span_m: v.load_span_m,
+            imu_arm_m: v.imu_arm_m,
+            layout,
+            accel_bias_sd_mps2: v.accel_bias_sd_mps2,
+            gyro_bias_sd_radps: v.gyro_bias_sd_radps,
+            road: v.road.as_ref().map(|r| RoadVehicle {
+                drag_area_m2: r.drag_area_m2,
+                air_density_kgpm3: r.air_density_kgpm3,
+                front_axle_m: r.front_axle_m,
+                rear_axle_m: r.rear_axle_m,
+                front_cornering_npr: r.front_cornering_npr,
+                rear_cornering_npr: r.rear_cornering_npr,
+            }),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is written is what is read, every bit, also of numbers that no decimal fraction has.
+    #[test]
+    fn a_vehicle_survives_its_file() {
+        let layout = MassLayout::even(9_000.0 / 7.0, [-2.0 / 3.0, 14.1], [5.0, 8.0]);
+        let road = RoadVehicle {
+            drag_area_m2: 0.1 + 0.2,
+            air_density_kgpm3: 1.2,
+            front_axle_m: 1.0 / 3.0,
+            rear_axle_m: 1.5,
+            front_cornering_npr: 1e5 / 3.0,
+            rear_cornering_npr: 9e4,
+        };
+        let data = VehicleData {
+            tare_kg: 1e4 / 3.0,
+            drives: 8,
+            wheel_radius_m: 0.17,
+            running_resistance: 1e-3 / 7.0,
+            mass_range_kg: [1e3, 1e5 / 3.0],
+            layout: Some(layout),
+            gyro_bias_sd_radps: Some(1e-7 / 3.0),
+            road: Some(road),
+            ..VehicleData::default()
+        };
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("vehicle.yaml");
+        let text = serde_json::to_string(&VehicleFile::of(&data)).unwrap();
+        std::fs::write(&path, text).unwrap();
+        assert_eq!(read(&path).unwrap(), Some(data));
+        std::fs::write(&path, "consist: []").unwrap();
+        assert_eq!(read(&path).unwrap(), None);
+    }
+}

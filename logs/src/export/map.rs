@@ -1,0 +1,216 @@
+//! The map file of an export: replaying it gives the estimators of the run what they were given in the run.
+
+use super::tables::{
+    AUXILIARY, CLAMP, COMMAND, FORCE, INCLINATION, RATE, STEERING, TORQUE, TRUTH, WHEEL,
+};
+use super::{ExportFormat, Samples, Table, can};
+use crate::io;
+use monorig_sim::error::Error;
+use monorig_sim::record::manifest::Manifest;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// Name of the file with the vehicle.
+const VEHICLE: &str = "vehicle.yaml";
+/// More changes of the mass than this are no steps of the load.
+const MAX_MASS_STEPS: usize = 10_000;
+
+/// Writes map and vehicle into the folder; the name of the map file.
+pub(super) fn write(
+    folder: &Path,
+    name: &str,
+    format: ExportFormat,
+    samples: &Samples,
+    tables: &[Table],
+    masses: &[(i64, f64)],
+    manifest: &Manifest,
+) -> Result<String, Error> {
+    let put = |file: &str, value: &Value, title: &str| {
+        let path = folder.join(file);
+        let text = format!("# {title}\n{}", yaml(value));
+        std::fs::write(&path, text).map_err(|e| io(&path, e))
+    };
+    // numbers and lists of them: nothing that cannot be JSON
+    let vehicle = serde_json::to_value(&samples.vehicle_file).unwrap_or_default();
+    let title =
+        "The vehicle as the estimators of the run were told it; written by `monorig export`.";
+    put(VEHICLE, &vehicle, title)?;
+    let names = Names { format, tables };
+    let mut map = json!({
+        "version": 1,
+        "why": format!("Run {} with seed {}, exported as {}", manifest.scenario, manifest.seed, format.name()),
+        "files": names.files(name),
+        "time": {"unit": "ns", "stamp": "stamp_ns", "order": "arrival", "origin": "zero", "segment_gap_s": 1e6},
+        "step": {"rate_hz": 1e9 / samples.step_ns as f64, "many": "newest"},
+        "vehicle": VEHICLE,
+        "channels": names.channels(),
+        "reference": names.references(masses),
+        "estimators": estimators(manifest),
+    });
+    match format {
+        ExportFormat::Csv | ExportFormat::Parquet => map["time"]["column"] = "arrival_ns".into(),
+        ExportFormat::Can => {
+            map["time"]["unit"] = "us".into();
+            map["time"]["stamp"] = "stamp_us".into();
+            map["dbc"] = format!("{name}.dbc").into();
+        }
+        ExportFormat::Mcap | ExportFormat::Mf4 => {}
+    }
+    for key in ["availability", "integrity", "record"] {
+        if let Some(value) = manifest.resolved.get(key) {
+            map[key] = value.clone();
+        }
+    }
+    let file = format!("{name}_{}.map.yaml", format.name());
+    let title = "Replays a run: `monorig replay --map` this file; written by `monorig export`.";
+    put(&file, &map, title)?;
+    Ok(file)
+}
+
+/// The estimators of the run with their parameters, those of parameter files among them.
+fn estimators(manifest: &Manifest) -> Value {
+    let mut all = manifest
+        .resolved
+        .get("estimators")
+        .cloned()
+        .unwrap_or_else(|| json!({}));
+    for settings in all
+        .as_object_mut()
+        .into_iter()
+        .flat_map(|all| all.values_mut())
+    {
+        if let Some(settings) = settings.as_object_mut() {
+            settings.remove("from"); // its values are there, and its path is not
+        }
+    }
+    all
+}
+
+/// JSON is YAML; a key of the first level a line, so that it can be read and changed.
+fn yaml(value: &Value) -> String {
+    let lines = value.as_object().into_iter().flatten();
+    lines
+        .map(|(key, value)| format!("{key}: {value}\n"))
+        .collect()
+}
+
+/// How files and columns are called in a format.
+struct Names<'a> {
+    format: ExportFormat,
+    tables: &'a [Table],
+}
+
+impl Names<'_> {
+    fn table(&self, index: usize) -> Option<&Table> {
+        self.tables.get(index).filter(|t| !t.columns.is_empty())
+    }
+
+    /// The only file of a format that has one.
+    fn only(&self, name: &str) -> Option<String> {
+        match self.format {
+            ExportFormat::Csv | ExportFormat::Parquet => None,
+            ExportFormat::Mcap => Some(format!("{name}.mcap")),
+            ExportFormat::Mf4 => Some(format!("{name}.mf4")),
+            ExportFormat::Can => Some(format!("{name}.log")),
+        }
+    }
+
+    fn files(&self, name: &str) -> Value {
+        if let Some(only) = self.only(name) {
+            return json!({ "run": only });
+        }
+        let mut files = Map::new();
+        for table in self.tables.iter().filter(|t| !t.columns.is_empty()) {
+            let file = format!("{}.{}", table.name, self.format.name());
+            files.insert(table.name.into(), file.into());
+        }
+        Value::Object(files)
+    }
+
+    fn file(&self, table: &Table) -> &'static str {
+        match self.format {
+            ExportFormat::Csv | ExportFormat::Parquet => table.name,
+            _ => "run",
+        }
+    }
+
+    /// A column as the map file names it.
+    fn column(&self, table: &Table, column: usize) -> String {
+        let name = table.columns.get(column).map_or("", String::as_str);
+        match self.format {
+            ExportFormat::Csv | ExportFormat::Parquet => name.to_owned(),
+            ExportFormat::Mcap => format!("/{}.{name}", table.name),
+            ExportFormat::Mf4 => format!("{}.{name}", table.name),
+            ExportFormat::Can => format!("{}.{name}", can::message_name(table, column)),
+        }
+    }
+
+    fn columns(&self, table: &Table) -> Vec<String> {
+        (0..table.columns.len())
+            .map(|c| self.column(table, c))
+            .collect()
+    }
+
+    fn channels(&self) -> Value {
+        let mut channels = Map::new();
+        let unit = |t: &Table| t.units.first().copied().unwrap_or_default();
+        for (key, index) in [("specific_force", FORCE), ("angular_rate", RATE)] {
+            if let Some(t) = self.table(index) {
+                let channel =
+                    json!({"file": self.file(t), "columns": self.columns(t), "unit": unit(t)});
+                channels.insert(key.into(), channel);
+            }
+        }
+        if let Some(t) = self.table(WHEEL) {
+            let wheels =
+                json!([{"file": self.file(t), "columns": self.columns(t), "unit": unit(t)}]);
+            channels.insert("wheel_speed".into(), wheels);
+        }
+        if let Some(t) = self.table(TORQUE) {
+            let traction =
+                json!({"file": self.file(t), "torque": self.columns(t), "unit": unit(t)});
+            channels.insert("traction".into(), traction);
+        }
+        for (key, index) in [("clamp_pressure", CLAMP), ("auxiliary", AUXILIARY)] {
+            if let Some(t) = self.table(index) {
+                let each = self.columns(t).into_iter();
+                let each =
+                    each.map(|c| json!({"file": self.file(t), "column": c, "unit": unit(t)}));
+                channels.insert(key.into(), each.collect());
+            }
+        }
+        for (key, index) in [("steering_angle", STEERING), ("inclination", INCLINATION)] {
+            if let Some(t) = self.table(index) {
+                let one =
+                    json!({"file": self.file(t), "column": self.column(t, 0), "unit": unit(t)});
+                channels.insert(key.into(), one);
+            }
+        }
+        if let Some(t) = self.table(COMMAND) {
+            let mut torques = self.columns(t);
+            let (brake, clamp) = (torques.pop(), torques.pop());
+            let command = json!({"file": self.file(t), "torque": torques, "unit": unit(t), "clamp_pressure_mpa": clamp, "brake": brake});
+            channels.insert("command".into(), command);
+        }
+        Value::Object(channels)
+    }
+
+    fn references(&self, masses: &[(i64, f64)]) -> Value {
+        let mut references = Map::new();
+        if let Some(t) = self.table(TRUTH) {
+            for (i, key) in ["slope", "effective_slope"].into_iter().enumerate() {
+                let slope = json!({"file": self.file(t), "column": self.column(t, i), "unit": "rad", "sd_deg": 0});
+                references.insert(key.into(), slope);
+            }
+        }
+        if !masses.is_empty() && masses.len() <= MAX_MASS_STEPS {
+            // the first mass is there from the start
+            let at_s = |i: usize, ns: i64| if i == 0 { 0.0 } else { ns as f64 / 1e9 };
+            let steps = masses.iter().enumerate();
+            let steps = steps.map(|(i, (ns, kg))| json!({"at_s": at_s(i, *ns), "kg": kg}));
+            let mass = json!({"steps": steps.collect::<Vec<_>>(), "sd_kg": 0});
+            references.insert("mass".into(), mass);
+        }
+        Value::Object(references)
+    }
+}

@@ -1,0 +1,116 @@
+//! Parquet: a file a table, `arrival_ns` and `stamp_ns` as whole numbers, units in the metadata of the columns.
+
+use super::{Instants, Table, Writer};
+use crate::io;
+use ::parquet::arrow::ArrowWriter;
+use ::parquet::basic::{Compression, ZstdLevel};
+use ::parquet::file::properties::WriterProperties;
+use arrow::array::{ArrayRef, Float64Builder, Int64Array};
+use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
+use arrow::record_batch::RecordBatch;
+use monorig_sim::error::Error;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Rows of a batch.
+const ROWS: usize = 8192;
+
+/// The files, by the index of their table.
+pub(super) struct Files(Vec<Option<File>>);
+
+struct File {
+    path: PathBuf,
+    writer: ArrowWriter<std::fs::File>,
+    schema: SchemaRef,
+    times: [Vec<i64>; 2],
+    columns: Vec<Vec<f64>>,
+}
+
+impl Files {
+    /// A file in `folder` for each table with columns.
+    pub fn create(folder: &Path, tables: &[Table]) -> Result<Self, Error> {
+        let mut files = Vec::new();
+        for table in tables {
+            files.push(match table.columns.is_empty() {
+                true => None,
+                false => Some(File::create(folder, table)?),
+            });
+        }
+        Ok(Self(files))
+    }
+}
+
+impl File {
+    fn create(folder: &Path, table: &Table) -> Result<Self, Error> {
+        let path = folder.join(format!("{}.parquet", table.name));
+        let time = |name| Field::new(name, DataType::Int64, false);
+        let mut fields = vec![time("arrival_ns"), time("stamp_ns")];
+        for (name, unit) in table.columns.iter().zip(&table.units) {
+            let unit = HashMap::from([("unit".to_owned(), (*unit).to_owned())]);
+            fields.push(Field::new(name, DataType::Float64, true).with_metadata(unit));
+        }
+        let schema = Arc::new(Schema::new(fields));
+        let failed = |e: &dyn std::fmt::Display| io(&path, std::io::Error::other(e.to_string()));
+        let level = ZstdLevel::try_new(3).map_err(|e| failed(&e))?;
+        let properties = WriterProperties::builder()
+            .set_dictionary_enabled(false)
+            .set_compression(Compression::ZSTD(level))
+            .build();
+        let file = std::fs::File::create(&path).map_err(|e| io(&path, e))?;
+        let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties));
+        Ok(Self {
+            writer: writer.map_err(|e| failed(&e))?,
+            path,
+            schema,
+            times: Default::default(),
+            columns: vec![Vec::new(); table.columns.len()],
+        })
+    }
+
+    fn flush(&mut self) -> Result<(), Error> {
+        let failed =
+            |e: &dyn std::fmt::Display| io(&self.path, std::io::Error::other(e.to_string()));
+        let mut arrays: Vec<ArrayRef> = Vec::new();
+        for times in &mut self.times {
+            arrays.push(Arc::new(Int64Array::from(std::mem::take(times))));
+        }
+        for column in &mut self.columns {
+            let mut builder = Float64Builder::with_capacity(column.len());
+            column
+                .drain(..)
+                .for_each(|x| builder.append_option((!x.is_nan()).then_some(x)));
+            arrays.push(Arc::new(builder.finish()));
+        }
+        let batch = RecordBatch::try_new(self.schema.clone(), arrays).map_err(|e| failed(&e))?;
+        self.writer.write(&batch).map_err(|e| failed(&e))
+    }
+}
+
+impl Writer for Files {
+    fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
+        let Some(file) = self.0.get_mut(table).and_then(Option::as_mut) else {
+            return Ok(());
+        };
+        let [arrivals, stamps] = &mut file.times;
+        arrivals.push(at.arrival_ns);
+        stamps.push(at.stamp_ns);
+        for (column, x) in file.columns.iter_mut().zip(values) {
+            column.push(*x);
+        }
+        match stamps.len() >= ROWS {
+            true => file.flush(),
+            false => Ok(()),
+        }
+    }
+
+    fn finish(self: Box<Self>) -> Result<u64, Error> {
+        for mut file in self.0.into_iter().flatten() {
+            file.flush()?;
+            let path = file.path;
+            let closed = file.writer.close();
+            closed.map_err(|e| io(&path, std::io::Error::other(e.to_string())))?;
+        }
+        Ok(0)
+    }
+}

@@ -1,0 +1,492 @@
+//! `samples.parquet` of a run: for each step in which a sample arrived or the command changed, what the estimators were given and the truth
+//! beside it. Written while the run goes on, read step by step.
+
+use crate::drive::vehicle_file::VehicleFile;
+use crate::{io, wrong};
+use ::parquet::arrow::ArrowWriter;
+use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use ::parquet::basic::{Compression, ZstdLevel};
+use ::parquet::file::metadata::KeyValue;
+use ::parquet::file::properties::{EnabledStatistics, WriterProperties};
+use arrow::array::{Array, ArrayRef, AsArray, Float64Builder, Int64Builder};
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
+use arrow::record_batch::RecordBatch;
+use monorig_estimators::Time;
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::error::Error;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Name of the file in the folder of a run.
+pub const NAME: &str = "samples.parquet";
+/// Key of what is said about the file, in its metadata.
+const ABOUT: &str = "samples";
+/// Rows of a batch.
+const ROWS: usize = 8192;
+
+/// What is said about the file.
+#[derive(Serialize, Deserialize)]
+struct About {
+    /// Length of a step, ns.
+    step_ns: i64,
+    /// The vehicle as the estimators were told it.
+    vehicle: VehicleFile,
+}
+
+/// A step of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KeptStep {
+    /// Its end, when its samples arrived, ns since the start.
+    pub arrival_ns: i64,
+    /// The samples.
+    pub z: Measurements,
+    /// The command of the step, if it is another than that of the step before.
+    pub command: Option<Command>,
+    /// True total mass, kg.
+    pub total_mass_kg: f64,
+    /// True slope at the IMU, rad.
+    pub slope_rad: f64,
+    /// True effective slope, rad.
+    pub effective_slope_rad: f64,
+}
+
+/// Calls `each` with every number of a step in the order of the columns: its name, whether it is whole (a stamp), and how it is got and set.
+/// The one place that knows which columns there are.
+fn columns(drives: usize) -> Vec<Column> {
+    let mut all = vec![Column::Arrival];
+    all.extend((0..2).flat_map(|v| {
+        std::iter::once(Column::VectorStamp(v))
+            .chain((0..3).map(move |axis| Column::Vector(v, axis)))
+    }));
+    let z = Measurements::default();
+    let per_drive = z.motor_torque_nm.len();
+    // motor torque, wheel speed and clamp pressure of each drive unit there can be, then the others
+    let fitted = |i: &usize| *i >= 3 * per_drive || i % per_drive < drives;
+    let scalars = (0..z.scalars().count()).filter(fitted);
+    all.extend(scalars.flat_map(|i| [Column::ScalarStamp(i), Column::Scalar(i)]));
+    all.extend((0..drives).map(Column::CommandTorque));
+    all.extend([
+        Column::CommandClamp,
+        Column::CommandBrake,
+        Column::Mass,
+        Column::Slope,
+        Column::EffectiveSlope,
+    ]);
+    all
+}
+
+/// A column of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Column {
+    Arrival,
+    VectorStamp(usize),
+    Vector(usize, usize),
+    ScalarStamp(usize),
+    Scalar(usize),
+    CommandTorque(usize),
+    CommandClamp,
+    CommandBrake,
+    Mass,
+    Slope,
+    EffectiveSlope,
+}
+
+/// A value of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell {
+    Whole(Option<i64>),
+    Number(Option<f64>),
+}
+
+impl Column {
+    fn name(self) -> String {
+        let vector = |v: usize| {
+            ["specific_force", "angular_rate"]
+                .get(v)
+                .copied()
+                .unwrap_or_default()
+        };
+        let scalar = |i: usize| {
+            let per_drive = Measurements::default().motor_torque_nm.len();
+            match (i / per_drive, i % per_drive) {
+                (0, d) => format!("motor_torque_{}", d + 1),
+                (1, d) => format!("wheel_speed_{}", d + 1),
+                (2, d) => format!("clamp_pressure_{}", d + 1),
+                (_, 0) => "steering_angle".into(),
+                (_, 1) => "inclination".into(),
+                (_, k) => format!("auxiliary_{}", k - 1),
+            }
+        };
+        match self {
+            Self::Arrival => "arrival_ns".into(),
+            Self::VectorStamp(v) => format!("{}.stamp_ns", vector(v)),
+            Self::Vector(v, axis) => format!(
+                "{}.{}",
+                vector(v),
+                ["x", "y", "z"].get(axis).copied().unwrap_or_default()
+            ),
+            Self::ScalarStamp(i) => format!("{}.stamp_ns", scalar(i)),
+            Self::Scalar(i) => scalar(i),
+            Self::CommandTorque(i) => format!("command.torque_{}", i + 1),
+            Self::CommandClamp => "command.clamp_pressure".into(),
+            Self::CommandBrake => "command.brake".into(),
+            Self::Mass => "truth.total_mass".into(),
+            Self::Slope => "truth.slope".into(),
+            Self::EffectiveSlope => "truth.effective_slope".into(),
+        }
+    }
+
+    fn is_whole(self) -> bool {
+        matches!(
+            self,
+            Self::Arrival | Self::VectorStamp(_) | Self::ScalarStamp(_)
+        )
+    }
+
+    fn get(self, step: &KeptStep) -> Cell {
+        let z = &step.z;
+        let vector = |v: usize| z.vectors().get(v).copied().copied().flatten();
+        let scalar = |i: usize| z.scalars().nth(i).copied().flatten();
+        let known = |x: f64| Cell::Number((!x.is_nan()).then_some(x));
+        match self {
+            Self::Arrival => Cell::Whole(Some(step.arrival_ns)),
+            Self::VectorStamp(v) => Cell::Whole(vector(v).map(|s| s.t.ns())),
+            Self::Vector(v, axis) => {
+                Cell::Number(vector(v).and_then(|s| s.value.get(axis).copied()))
+            }
+            Self::ScalarStamp(i) => Cell::Whole(scalar(i).map(|s| s.t.ns())),
+            Self::Scalar(i) => Cell::Number(scalar(i).map(|s| s.value)),
+            Self::CommandTorque(i) => {
+                Cell::Number(step.command.and_then(|c| c.motor_torque_nm.get(i).copied()))
+            }
+            Self::CommandClamp => Cell::Number(step.command.map(|c| c.clamp_pressure_mpa)),
+            Self::CommandBrake => Cell::Number(step.command.map(|c| c.brake)),
+            Self::Mass => known(step.total_mass_kg),
+            Self::Slope => known(step.slope_rad),
+            Self::EffectiveSlope => known(step.effective_slope_rad),
+        }
+    }
+
+    /// Puts a value that is there into a step; stamps come before values.
+    fn set(self, step: &mut KeptStep, whole: i64, number: f64) {
+        let z = &mut step.z;
+        let t = Time::from_ns(whole);
+        match self {
+            Self::Arrival => step.arrival_ns = whole,
+            Self::VectorStamp(v) => {
+                if let Some(slot) = z.vectors_mut().into_iter().nth(v) {
+                    *slot = Some(Sample { t, value: [0.0; 3] });
+                }
+            }
+            Self::Vector(v, axis) => {
+                let slot = z.vectors_mut().into_iter().nth(v).and_then(Option::as_mut);
+                if let Some(x) = slot.and_then(|s| s.value.get_mut(axis)) {
+                    *x = number;
+                }
+            }
+            Self::ScalarStamp(i) => {
+                if let Some(slot) = z.scalars_mut().nth(i) {
+                    *slot = Some(Sample { t, value: 0.0 });
+                }
+            }
+            Self::Scalar(i) => {
+                if let Some(sample) = z.scalars_mut().nth(i).and_then(Option::as_mut) {
+                    sample.value = number;
+                }
+            }
+            Self::CommandTorque(i) => {
+                let command = step.command.get_or_insert_default();
+                if let Some(torque) = command.motor_torque_nm.get_mut(i) {
+                    *torque = number;
+                }
+            }
+            Self::CommandClamp => {
+                step.command.get_or_insert_default().clamp_pressure_mpa = number;
+            }
+            Self::CommandBrake => step.command.get_or_insert_default().brake = number,
+            Self::Mass => step.total_mass_kg = number,
+            Self::Slope => step.slope_rad = number,
+            Self::EffectiveSlope => step.effective_slope_rad = number,
+        }
+    }
+}
+
+/// Keeps the samples of a run: an observer that writes `samples.parquet`.
+pub struct SampleRecorder {
+    path: PathBuf,
+    open: Option<Open>,
+}
+
+/// The file while it is written.
+struct Open {
+    writer: ArrowWriter<File>,
+    schema: SchemaRef,
+    columns: Vec<Column>,
+    steps: Vec<KeptStep>,
+    last: Option<Command>,
+}
+
+impl SampleRecorder {
+    /// Into this file.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            open: None,
+        }
+    }
+}
+
+fn broken_write(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
+    move |e| io(path, std::io::Error::other(e.to_string()))
+}
+
+impl Observer for SampleRecorder {
+    fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
+        let broken = broken_write(&self.path);
+        let columns = columns(simulation.vehicle.drives);
+        let field = |c: &Column| {
+            let kind = if c.is_whole() {
+                DataType::Int64
+            } else {
+                DataType::Float64
+            };
+            Field::new(c.name(), kind, *c != Column::Arrival)
+        };
+        let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
+        let level = ZstdLevel::try_new(1).map_err(|e| broken(&e))?;
+        let properties = WriterProperties::builder()
+            .set_dictionary_enabled(false)
+            .set_compression(Compression::ZSTD(level))
+            .set_statistics_enabled(EnabledStatistics::None)
+            .build();
+        let file = File::create(&self.path).map_err(|e| io(&self.path, e))?;
+        let mut writer =
+            ArrowWriter::try_new(file, schema.clone(), Some(properties)).map_err(|e| broken(&e))?;
+        let about = About {
+            step_ns: (simulation.dt_s * 1e9).round() as i64,
+            vehicle: VehicleFile::of(&simulation.vehicle),
+        };
+        let about = serde_json::to_string(&about).map_err(|e| broken(&e))?;
+        writer.append_key_value_metadata(KeyValue::new(ABOUT.into(), about));
+        self.open = Some(Open {
+            writer,
+            schema,
+            columns,
+            steps: Vec::with_capacity(ROWS),
+            last: None,
+        });
+        Ok(())
+    }
+
+    fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
+        let broken = broken_write(&self.path);
+        let Some(open) = &mut self.open else {
+            return Ok(());
+        };
+        let change = (open.last.as_ref() != Some(f.command)).then_some(*f.command);
+        if !f.sampled && change.is_none() {
+            return Ok(());
+        }
+        open.last = Some(*f.command);
+        open.steps.push(KeptStep {
+            arrival_ns: f.time_ns,
+            z: *f.measurements,
+            command: change,
+            total_mass_kg: f.truth.total_mass_kg,
+            slope_rad: f.truth.grade_at_imu_rad,
+            effective_slope_rad: f.truth.grade_effective_rad,
+        });
+        if open.steps.len() >= ROWS {
+            open.flush().map_err(|e| broken(&e))?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), Error> {
+        let broken = broken_write(&self.path);
+        let Some(mut open) = self.open.take() else {
+            return Ok(());
+        };
+        open.flush().map_err(|e| broken(&e))?;
+        open.writer.close().map_err(|e| broken(&e))?;
+        Ok(())
+    }
+}
+
+impl Open {
+    fn flush(&mut self) -> Result<(), String> {
+        if self.steps.is_empty() {
+            return Ok(());
+        }
+        let arrays = self.columns.iter().map(|c| self.array(*c)).collect();
+        let batch = RecordBatch::try_new(self.schema.clone(), arrays).map_err(|e| e.to_string())?;
+        self.steps.clear();
+        self.writer.write(&batch).map_err(|e| e.to_string())
+    }
+
+    fn array(&self, column: Column) -> ArrayRef {
+        let (mut whole, mut numbers) = (Int64Builder::new(), Float64Builder::new());
+        for step in &self.steps {
+            match column.get(step) {
+                Cell::Whole(x) => whole.append_option(x),
+                Cell::Number(x) => numbers.append_option(x),
+            }
+        }
+        match column.is_whole() {
+            true => Arc::new(whole.finish()),
+            false => Arc::new(numbers.finish()),
+        }
+    }
+}
+
+/// The kept samples of a run.
+pub struct Samples {
+    path: PathBuf,
+    /// Length of a step, ns.
+    pub step_ns: i64,
+    /// The vehicle as the estimators were told it.
+    pub vehicle: Vehicle,
+    /// The same as a file.
+    pub vehicle_file: VehicleFile,
+}
+
+impl Samples {
+    /// Opens the file of a run.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let builder = builder(path)?;
+        let pairs = builder.metadata().file_metadata().key_value_metadata();
+        let about = pairs.into_iter().flatten().find(|kv| kv.key == ABOUT);
+        let about: About = about
+            .and_then(|kv| serde_json::from_str(kv.value.as_deref()?).ok())
+            .ok_or_else(|| broken_read(path, &"it does not say what it is of"))?;
+        let vehicle = about
+            .vehicle
+            .data()
+            .and_then(|data| Vehicle::new(data).ok());
+        Ok(Self {
+            path: path.into(),
+            step_ns: about.step_ns,
+            vehicle: vehicle.ok_or_else(|| broken_read(path, &"its vehicle cannot be"))?,
+            vehicle_file: about.vehicle,
+        })
+    }
+
+    /// All steps, one after the other.
+    pub fn each(&self, sink: &mut dyn FnMut(&KeptStep) -> Result<(), Error>) -> Result<(), Error> {
+        let columns = columns(self.vehicle.drives);
+        let batches = builder(&self.path)?.with_batch_size(ROWS).build();
+        for batch in batches.map_err(|e| broken_read(&self.path, &e))? {
+            let batch = batch.map_err(|e| broken_read(&self.path, &e))?;
+            let mut arrays = Vec::new();
+            for column in &columns {
+                let array = batch.column_by_name(&column.name());
+                let kind = if column.is_whole() {
+                    DataType::Int64
+                } else {
+                    DataType::Float64
+                };
+                let array = array.filter(|a| *a.data_type() == kind);
+                arrays.push(array.ok_or_else(|| broken_read(&self.path, &"a column is missing"))?);
+            }
+            let nan = KeptStep {
+                total_mass_kg: f64::NAN,
+                slope_rad: f64::NAN,
+                effective_slope_rad: f64::NAN,
+                ..KeptStep::default()
+            };
+            for row in 0..batch.num_rows() {
+                let mut step = nan;
+                for (column, array) in columns.iter().zip(&arrays) {
+                    if !array.is_valid(row) {
+                        continue;
+                    }
+                    match column.is_whole() {
+                        true => {
+                            let x = array.as_primitive::<Int64Type>().value(row);
+                            column.set(&mut step, x, 0.0);
+                        }
+                        false => {
+                            let x = array.as_primitive::<Float64Type>().value(row);
+                            column.set(&mut step, 0, x);
+                        }
+                    }
+                }
+                step.z.t = Time::from_ns(step.arrival_ns);
+                sink(&step)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, Error> {
+    let file = File::open(path).map_err(|e| io(path, e))?;
+    ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken_read(path, &e))
+}
+
+fn broken_read(path: &Path, what: &dyn std::fmt::Display) -> Error {
+    wrong(
+        path,
+        None,
+        format!("these kept samples cannot be read: {what}"),
+        "make them again with `monorig run --keep-samples`",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number of a step is in one column: what is got is set again.
+    #[test]
+    fn a_step_survives_its_columns() {
+        let drives = 3;
+        let sample = |k: usize| {
+            Some(Sample {
+                t: Time::from_ns(-7 * k as i64),
+                value: 0.1 * k as f64,
+            })
+        };
+        let mut step = KeptStep {
+            arrival_ns: 42,
+            command: Some(Command::default()),
+            total_mass_kg: 1.5,
+            slope_rad: -0.0,
+            effective_slope_rad: 0.3,
+            ..KeptStep::default()
+        };
+        for (k, slot) in step.z.scalars_mut().enumerate() {
+            if k >= 48 || k % 16 < drives {
+                *slot = sample(k);
+            }
+        }
+        for (k, slot) in step.z.vectors_mut().into_iter().enumerate() {
+            *slot = Some(Sample {
+                t: Time::from_ns(k as i64),
+                value: [1.0, 2.0, 3.0 + k as f64],
+            });
+        }
+        if let Some(command) = &mut step.command {
+            command.motor_torque_nm[2] = 4.0;
+            command.brake = 0.5;
+        }
+        let mut again = KeptStep::default();
+        let mut names = Vec::new();
+        for column in columns(drives) {
+            match column.get(&step) {
+                Cell::Whole(Some(x)) => column.set(&mut again, x, 0.0),
+                Cell::Number(Some(x)) => column.set(&mut again, 0, x),
+                _ => {}
+            }
+            names.push(column.name());
+        }
+        assert_eq!(again, step);
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), columns(drives).len(), "a name is there twice");
+    }
+}

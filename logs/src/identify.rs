@@ -1,0 +1,371 @@
+//! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance, lean and bias of the
+//! accelerometer, noise. The force balance of Liu et al. (2023, §2.2) regressed over windows of a second.
+
+use crate::drive::{Drive, Plan, Reference, calibrate};
+use crate::map::Map;
+use crate::noise::Noise;
+use crate::wrong;
+use monorig_estimators::api::signals::Vehicle;
+use monorig_sim::error::Error;
+use nalgebra::{Matrix2, Vector2};
+use serde::Serialize;
+
+/// Length of a window, s.
+const WINDOW_S: f64 = 1.0;
+/// Below this speed friction is not the running resistance, m/s.
+const MIN_SPEED_MPS: f64 = 0.2;
+/// Fewest windows of a regression.
+const MIN_WINDOWS: usize = 20;
+/// Standard gravity, m/s².
+const G: f64 = 9.80665;
+
+/// A parameter that was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation: residuals, their correlation from window to window, and that of the known mass and slope.
+    pub sd: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// What it stands for in a map or a vehicle.
+    pub meaning: &'static str,
+}
+
+/// Means of a window, and the speeds at its ends.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    /// Mean acceleration from the speeds at both ends, m/s².
+    acceleration: f64,
+    speed: f64,
+    /// Force of the motors at the rims as the nominal vehicle has it, N.
+    force_n: f64,
+    specific_force_x: f64,
+    slope_rad: f64,
+    effective_slope_rad: f64,
+    mass_kg: f64,
+}
+
+/// What the parameters of a log are.
+pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
+    let mut plan = Plan::new(map)?;
+    calibrate(map, &mut plan)?;
+    let mut noise = Noise::default();
+    let mut reference = None;
+    let windows = windows(map, &plan, &mut noise, &mut reference)?;
+    let (slope_sd, mass_sd) = reference.unwrap_or_default();
+    let mut found = Vec::new();
+    let moving: Vec<Window> = windows
+        .iter()
+        .copied()
+        .filter(|w| w.speed.abs() > MIN_SPEED_MPS)
+        .collect();
+    let balance = |w: &Window| {
+        let m = w.mass_kg;
+        let (sin, cos) = w.effective_slope_rad.sin_cos();
+        let y = (m + plan.vehicle.rotating_mass_kg) * w.acceleration + m * G * sin;
+        (Vector2::new(w.force_n, -m * G * cos * w.speed.signum()), y)
+    };
+    match regression(moving.iter().map(balance)) {
+        Some(fit) => {
+            let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
+            let [gain, resistance] = fit.value;
+            found.push(Parameter {
+                name: "torque gain".into(),
+                value: gain,
+                sd: fit.sd[0].hypot(gain * mass_sd / mean_mass),
+                unit: "1",
+                meaning: "force at the rims over that of the nominal radius, gear and efficiency",
+            });
+            found.push(Parameter {
+                name: "running resistance".into(),
+                value: resistance,
+                sd: fit.sd[1].hypot(slope_sd),
+                unit: "1",
+                meaning: "nominal.running_resistance",
+            });
+        }
+        None => {
+            let file = map.files.values().next().cloned().unwrap_or_default();
+            return Err(wrong(
+                &file,
+                None,
+                format!(
+                    "of this log {} windows of a second have speed, traction, mass and slope while the vehicle moves",
+                    moving.len()
+                ),
+                format!(
+                    "at least {MIN_WINDOWS}, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope"
+                ),
+            ));
+        }
+    }
+    let inertial = windows.iter().filter(|w| w.specific_force_x.is_finite());
+    let inertial = inertial.map(|w| {
+        let f = w.acceleration + G * w.slope_rad.sin();
+        (Vector2::new(f, 1.0), w.specific_force_x)
+    });
+    if let Some(fit) = regression(inertial) {
+        let to_deg = 180.0 / std::f64::consts::PI;
+        found.push(Parameter {
+            name: "lean".into(),
+            value: (fit.value[0] - 1.0) * to_deg,
+            sd: fit.sd[0] * to_deg,
+            unit: "deg/g",
+            meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
+        });
+        found.push(Parameter {
+            name: "accelerometer bias".into(),
+            value: fit.value[1],
+            sd: fit.sd[1].hypot(G * slope_sd),
+            unit: "m/s2",
+            meaning: "forward; with the pitch of its mount times g",
+        });
+    }
+    found.extend(noise.figures().into_iter().map(|figure| Parameter {
+        name: format!("noise of the {}", figure.channel),
+        value: figure.sd,
+        sd: figure.sd_of_sd,
+        unit: figure.unit,
+        meaning: "standard deviation of a sample",
+    }));
+    Ok(found)
+}
+
+/// Windows in which all that the force balance needs is known, and the noise of all channels. `known` gets the standard deviations of slope
+/// (rad) and mass (kg).
+fn windows(
+    map: &Map,
+    plan: &Plan,
+    noise: &mut Noise,
+    known: &mut Option<(f64, f64)>,
+) -> Result<Vec<Window>, Error> {
+    let mut drive = Drive::open(map, plan)?;
+    let mut reference = Reference::load(map, drive.origin_ns())?;
+    *known = Some((reference.slope_sd_rad, reference.mass_sd_kg));
+    let mut windows = Vec::new();
+    let mut sums = Sums::default();
+    let mut last = LastValues::default();
+    while let Some(step) = drive.next(map)? {
+        noise.see(&step.z);
+        last.see(&step.z, &plan.vehicle);
+        let (slope, mass) = reference.at(step.t_ns);
+        let effective = reference.effective_at(step.t_ns).unwrap_or(slope);
+        let t_s = step.t_ns as f64 * 1e-9;
+        if sums.segment != step.segment {
+            sums = Sums::default();
+            sums.segment = step.segment;
+        }
+        sums.add(t_s, [last.speed(), last.force_n, slope, effective, mass]);
+        if let Some(sample) = &step.z.specific_force_mps2 {
+            sums.inertial = (sums.inertial.0 + 1.0, sums.inertial.1 + sample.value[0]);
+        }
+        if sums.from.is_some_and(|(from, _)| t_s - from >= WINDOW_S) {
+            windows.extend(sums.window(t_s, last.speed()));
+            // the end of a window is the beginning of the next one
+            sums = Sums {
+                segment: step.segment,
+                from: Some((t_s, last.speed())),
+                ..Sums::default()
+            };
+        }
+    }
+    Ok(windows)
+}
+
+/// Last values of channels that do not come in every step.
+#[derive(Default)]
+struct LastValues {
+    wheels: [Option<f64>; monorig_estimators::api::signals::MAX_DRIVES],
+    torques: [Option<f64>; monorig_estimators::api::signals::MAX_DRIVES],
+    force_n: f64,
+}
+
+impl LastValues {
+    fn see(&mut self, z: &monorig_estimators::api::signals::Measurements, v: &Vehicle) {
+        for (last, new) in self.wheels.iter_mut().zip(&z.wheel_speed_mps) {
+            *last = new.map(|s| s.value).or(*last);
+        }
+        for (last, new) in self.torques.iter_mut().zip(&z.motor_torque_nm) {
+            *last = new.map(|s| s.value).or(*last);
+        }
+        let speed = self.speed();
+        let ideal = |torque: f64| torque * v.gear_ratio / v.wheel_radius_m;
+        // what is lost in the gear is lost on the way of the power
+        let force = |torque: &f64| match torque * speed >= 0.0 {
+            true => ideal(*torque) * v.efficiency,
+            false => ideal(*torque) / v.efficiency,
+        };
+        self.force_n = match self.torques.iter().flatten().count() {
+            0 => f64::NAN,
+            _ => self.torques.iter().flatten().map(force).sum(),
+        };
+    }
+
+    /// Mean of the wheels.
+    fn speed(&self) -> f64 {
+        let known = self.wheels.iter().flatten();
+        let (n, sum) = known.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+        sum / n
+    }
+}
+
+/// Sums of a window: speed, force, slope, effective slope, mass.
+#[derive(Default)]
+struct Sums {
+    segment: u32,
+    from: Option<(f64, f64)>,
+    n: f64,
+    sum: [f64; 5],
+    inertial: (f64, f64),
+}
+
+impl Sums {
+    fn add(&mut self, t_s: f64, values: [f64; 5]) {
+        self.from.get_or_insert((t_s, values[0]));
+        self.n += 1.0;
+        for (sum, x) in self.sum.iter_mut().zip(values) {
+            *sum += x;
+        }
+    }
+
+    /// The window that ends now; none if something of it is not known.
+    fn window(&self, t_s: f64, end_speed: f64) -> Option<Window> {
+        let (from_s, from_speed) = self.from?;
+        let [speed, force_n, slope_rad, effective_slope_rad, mass_kg] =
+            self.sum.map(|sum| sum / self.n);
+        let window = Window {
+            acceleration: (end_speed - from_speed) / (t_s - from_s),
+            speed,
+            force_n,
+            specific_force_x: self.inertial.1 / self.inertial.0,
+            slope_rad,
+            effective_slope_rad,
+            mass_kg,
+        };
+        let needed = [
+            window.acceleration,
+            speed,
+            force_n,
+            slope_rad,
+            effective_slope_rad,
+            mass_kg,
+        ];
+        needed.iter().all(|x| x.is_finite()).then_some(window)
+    }
+}
+
+/// Two parameters and their standard deviations.
+struct Fit {
+    value: [f64; 2],
+    sd: [f64; 2],
+}
+
+/// Least squares; residuals that hang together from row to row count as fewer. None of too few rows, or of rows that do not tell the two
+/// apart.
+fn regression(rows: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Fit> {
+    let rows: Vec<_> = rows.collect();
+    if rows.len() < MIN_WINDOWS {
+        return None;
+    }
+    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+    for (h, y) in &rows {
+        normal += h * h.transpose();
+        right += h * *y;
+    }
+    // scaled to ones in the diagonal, so that the determinant tells how alike the two are
+    let alike = normal[(0, 1)].powi(2) / (normal[(0, 0)] * normal[(1, 1)]);
+    if !(alike < 1.0 - 1e-9) {
+        return None;
+    }
+    let inverse = normal.try_inverse()?;
+    let value = inverse * right;
+    let residuals: Vec<f64> = rows.iter().map(|(h, y)| y - h.dot(&value)).collect();
+    let squares: f64 = residuals.iter().map(|r| r * r).sum();
+    let lagged: f64 = residuals
+        .iter()
+        .zip(residuals.iter().skip(1))
+        .map(|(a, b)| a * b)
+        .sum();
+    let correlation = if squares > 0.0 {
+        (lagged / squares).clamp(0.0, 0.95)
+    } else {
+        0.0
+    };
+    let variance = squares / (rows.len() - 2) as f64 * (1.0 + correlation) / (1.0 - correlation);
+    let sd = |i: usize| (variance * inverse[(i, i)]).sqrt();
+    Some(Fit {
+        value: [value[0], value[1]],
+        sd: [sd(0), sd(1)],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_sim::sensors::stream::Stream;
+
+    /// A drive up and down with noise: gain, resistance, lean and bias that were planted are found within three standard deviations, which
+    /// are small against the values.
+    #[test]
+    fn planted_values_are_found() {
+        let dir = tempfile::tempdir().unwrap();
+        let (gain, resistance, lean, bias) = (1.08, 0.021, 0.03, 0.12);
+        let (mass, radius) = (10_000.0, 0.2);
+        let mut noise = Stream::new(7, "test");
+        let mut text = String::from("t,v,fx,fy,fz,torque,slope\n");
+        for k in 0..30_000 {
+            let t = f64::from(k) * 0.01;
+            let v = 1.5 + 0.8 * (0.25 * t).sin();
+            let a = 0.2 * (0.25 * t).cos();
+            let slope: f64 = 0.1 * (0.03 * t).sin();
+            let f = a + G * slope.sin();
+            let force = (mass * a + mass * G * (slope.sin() + resistance * slope.cos())) / gain;
+            text += &format!(
+                "{t},{},{},0,9.8,{},{slope}\n",
+                v + 0.003 * noise.normal(),
+                f * (1.0 + lean) + bias + 0.05 * noise.normal(),
+                force * radius + 5.0 * noise.normal(),
+            );
+        }
+        std::fs::write(dir.path().join("log.csv"), text).unwrap();
+        let map = "version: 1
+files: {log: log.csv}
+nominal: {tare_kg: 8000, wheel_radius_m: 0.2}
+channels:
+  specific_force: {columns: [fx, fy, fz], unit: m/s2}
+  wheel_speed: [{columns: [v], unit: m/s}]
+  traction: {torque: [torque], unit: Nm}
+reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_kg: 0}}
+";
+        let path = dir.path().join("log.map.yaml");
+        std::fs::write(&path, map).unwrap();
+        let found = identify(&Map::load(&path).unwrap()).unwrap();
+        let near = |name: &str, planted: f64, most: f64| {
+            let p = found.iter().find(|p| p.name == name).unwrap();
+            let off = (p.value - planted).abs();
+            assert!(
+                off < 3.0 * p.sd,
+                "{name}: {} ± {}, planted {planted}",
+                p.value,
+                p.sd
+            );
+            assert!(p.sd < most, "{name}: ± {}", p.sd);
+        };
+        near("torque gain", gain, 0.01);
+        near("running resistance", resistance, 0.001);
+        near("lean", lean * 180.0 / std::f64::consts::PI, 0.3);
+        near("accelerometer bias", bias, 0.01);
+        near("noise of the specific force forward", 0.05, 0.001);
+        near("noise of the wheel speed 1", 0.003, 1e-4);
+    }
+
+    /// At one force on the level gain and resistance are one: refused, and not made up.
+    #[test]
+    fn what_cannot_be_told_apart_is_refused() {
+        let same = (0..100).map(|_| (Vector2::new(1e4, -1e5), 0.0));
+        assert!(regression(same).is_none());
+    }
+}

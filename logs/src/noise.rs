@@ -1,0 +1,186 @@
+//! Noise of a log's channels, and the parameters of estimators that stand for it.
+
+use crate::drive::{Drive, Found, Plan};
+use crate::map::Map;
+use monorig_estimators::api::params::Kind;
+use monorig_estimators::api::signals::Measurements;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::scenario::Settings;
+use monorig_sim::error::Error;
+use std::collections::BTreeMap;
+
+/// Noise of the channels: standard deviation of a sample by the differences of successive ones (von Neumann 1941), which motion that is
+/// slow against the rate of the samples does not touch, and vibration does.
+#[derive(Clone, Debug, Default)]
+pub struct Noise {
+    channels: Vec<Channel>,
+}
+
+#[derive(Clone, Debug)]
+struct Channel {
+    kind: Kinds,
+    index: usize,
+    last: f64,
+    n: f64,
+    squares: f64,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kinds {
+    Force,
+    Rate,
+    Wheel,
+    Torque,
+}
+
+/// Noise of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelNoise {
+    /// Which, such as `wheel speed 2`.
+    pub channel: String,
+    /// Standard deviation of a sample, and that of this figure.
+    pub sd: f64,
+    /// See above.
+    pub sd_of_sd: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    kind: Kinds,
+    index: usize,
+}
+
+impl Noise {
+    /// The noise of the whole log of a map, read once.
+    pub fn of_log(map: &Map, plan: &Plan) -> Result<Self, Error> {
+        let mut noise = Self::default();
+        let mut drive = Drive::open(map, plan)?;
+        while let Some(step) = drive.next(map)? {
+            noise.see(&step.z);
+        }
+        Ok(noise)
+    }
+
+    /// Takes the samples of a step.
+    pub fn see(&mut self, z: &Measurements) {
+        for (kind, sample) in [
+            (Kinds::Force, z.specific_force_mps2),
+            (Kinds::Rate, z.angular_rate_radps),
+        ] {
+            for (axis, x) in sample.iter().flat_map(|s| s.value).enumerate() {
+                self.push(kind, axis, x);
+            }
+        }
+        for (kind, slots) in [
+            (Kinds::Wheel, &z.wheel_speed_mps),
+            (Kinds::Torque, &z.motor_torque_nm),
+        ] {
+            for (i, sample) in slots.iter().enumerate() {
+                if let Some(sample) = sample {
+                    self.push(kind, i, sample.value);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, kind: Kinds, index: usize, x: f64) {
+        let mut channels = self.channels.iter_mut();
+        match channels.find(|c| c.kind == kind && c.index == index) {
+            Some(channel) => {
+                channel.n += 1.0;
+                channel.squares += (x - channel.last).powi(2);
+                channel.last = x;
+            }
+            None => self.channels.push(Channel {
+                kind,
+                index,
+                last: x,
+                n: 0.0,
+                squares: 0.0,
+            }),
+        }
+    }
+
+    /// The figures of all channels with two samples.
+    pub fn figures(&self) -> Vec<ChannelNoise> {
+        let figure = |c: &Channel| {
+            let (name, unit) = match c.kind {
+                Kinds::Force => ("specific force", "m/s2"),
+                Kinds::Rate => ("angular rate", "rad/s"),
+                Kinds::Wheel => ("wheel speed", "m/s"),
+                Kinds::Torque => ("motor torque", "Nm"),
+            };
+            let which = match c.kind {
+                Kinds::Force | Kinds::Rate => ["forward", "left", "up"]
+                    .get(c.index)
+                    .copied()
+                    .unwrap_or_default()
+                    .to_owned(),
+                _ => (c.index + 1).to_string(),
+            };
+            let sd = (c.squares / (2.0 * c.n)).sqrt();
+            ChannelNoise {
+                channel: format!("{name} {which}"),
+                sd,
+                // each difference shares a sample with its neighbour: variance of the variance 3 σ⁴ / n instead of 2 σ⁴ / n
+                sd_of_sd: sd * (0.75 / c.n).sqrt(),
+                unit,
+                kind: c.kind,
+                index: c.index,
+            }
+        };
+        self.channels
+            .iter()
+            .filter(|c| c.n >= 1.0)
+            .map(figure)
+            .collect()
+    }
+
+    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set. What was set.
+    pub fn give(
+        &self,
+        estimators: &mut BTreeMap<String, Settings>,
+        registry: &Registry,
+    ) -> Vec<Found> {
+        let figures = self.figures();
+        let mut given = Vec::new();
+        for (name, settings) in estimators.iter_mut() {
+            let Ok(of_type) = registry.find_estimator(settings.type_name(name)) else {
+                continue; // refused where it is built
+            };
+            for (parameter, kind) in NAMES {
+                let key = of_type.keys().find(|k| k.name == *parameter);
+                let Some(Kind::Number {
+                    range: [low, high], ..
+                }) = key.map(|k| k.kind)
+                else {
+                    continue;
+                };
+                // along the vehicle of the IMU, the mean of the wheels
+                let of_kind = figures.iter().filter(|f| f.kind == *kind);
+                let used: Vec<_> = of_kind
+                    .filter(|f| *kind == Kinds::Wheel || f.index == 0)
+                    .collect();
+                if used.is_empty() || settings.values.contains_key(*parameter) {
+                    continue;
+                }
+                let n = used.len() as f64;
+                let value = (used.iter().map(|f| f.sd * f.sd).sum::<f64>() / n).sqrt();
+                let value = value.clamp(low, high);
+                *settings = std::mem::take(settings).set(parameter, value);
+                given.push(Found {
+                    what: format!("estimators.{name}.{parameter}, noise of the log"),
+                    value,
+                    sd: used.iter().map(|f| f.sd_of_sd).fold(0.0, f64::max),
+                    unit: used.first().map_or("", |f| f.unit),
+                });
+            }
+        }
+        given
+    }
+}
+
+/// Parameters of estimators that are the standard deviation of a sample.
+const NAMES: &[(&str, Kinds)] = &[
+    ("wheel_speed_sd_mps", Kinds::Wheel),
+    ("accel_sd_mps2", Kinds::Force),
+];
