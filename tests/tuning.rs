@@ -12,7 +12,7 @@ use monorig_lab::replay::cache;
 use monorig_lab::replay::cache::Cache;
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{ReplayRecorder, record};
-use monorig_lab::tuning::evaluate::Evaluator;
+use monorig_lab::tuning::evaluate::{Evaluator, Means, Stage};
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::{Optimiser, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
@@ -183,13 +183,17 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
 fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::new(folder.path(), &Identity::of_program(None));
-    let evaluator = Evaluator::prepare(study, &study.tuning, &cache, 1, "", &())
+    let means = Means {
+        cache: &cache,
+        jobs: 1,
+        asker: None,
+    };
+    let evaluator = Evaluator::prepare(study, Stage::Tuning, means, &())
         .unwrap()
         .unwrap();
-    let wanted = monorig_lab::tuning::loss::metric_windows(&study.file);
     let delta = ParameterValue::Number(Finite::try_from(delta).unwrap());
     let values = [("delta".to_owned(), delta)].into();
-    let [shown] = &evaluator.evaluate(&values, &wanted)[..] else {
+    let [shown] = &evaluator.evaluate(&values).unwrap()[..] else {
         panic!("one run");
     };
     shown.values.clone().unwrap()

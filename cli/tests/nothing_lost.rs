@@ -121,6 +121,11 @@ fn results_of_another_program_are_not_gone_on_with() {
                 "elsewhere".to_owned(),
                 "git revision elsewhere there",
             ),
+            (
+                "arithmetic",
+                "other".to_owned(),
+                "arithmetic of the machine other there",
+            ),
         ] {
             let mut header: Value = serde_json::from_str(head).unwrap();
             header["made_from"]["monorig"][field] = other.into();

@@ -1,13 +1,13 @@
-//! Without the feature `viewer` no crate of Rerun's is built.
+//! Which crates are built: without the feature `viewer`, and to test the physics, none of Rerun's; with it its SDK alone.
 
 #![allow(clippy::unwrap_used)]
 
 use std::process::Command;
 
-fn crates(more: &[&str]) -> Vec<String> {
+fn crates(package: &str, more: &[&str]) -> Vec<String> {
     let tree = Command::new(env!("CARGO"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["tree", "--locked", "--package", "monorig"])
+        .args(["tree", "--locked", "--package", package])
         .args(["--edges", "normal,build", "--prefix", "none"])
         .args(more)
         .output()
@@ -28,11 +28,63 @@ fn of_rerun(name: &str) -> bool {
 
 #[test]
 fn the_viewer_is_a_feature() {
-    let with = crates(&[]);
+    let with = crates("monorig", &[]);
     assert!(with.iter().any(|name| of_rerun(name)), "{with:?}");
-    let without = crates(&["--no-default-features"]);
+    for part in [
+        "rerun",
+        "re_analytics",
+        "re_auth",
+        "re_entity_db",
+        "re_viewer",
+    ] {
+        assert!(!with.iter().any(|name| name == part), "{part}");
+    }
+    let without = crates("monorig", &["--no-default-features"]);
     assert!(without.iter().any(|name| name == "monorig-sim"));
     let left: Vec<&String> = without.iter().filter(|name| of_rerun(name)).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+/// The same crates with the same features whether the program is built alone, with the workspace or for tests: Rerun is built once.
+#[test]
+fn one_set_of_features_however_it_is_built() {
+    let with_features = |more: &[&str]| {
+        let tree = Command::new(env!("CARGO"))
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args([
+                "tree", "--locked", "--prefix", "none", "--format", "{p} {f}",
+            ])
+            .args(more)
+            .output()
+            .unwrap();
+        assert!(tree.status.success());
+        let text = String::from_utf8(tree.stdout).unwrap();
+        let lines = text.lines().map(|l| l.trim_end_matches(" (*)").to_owned());
+        // `testing` of monorig-sim holds a few functions for tests
+        let lines = lines.filter(|l| !l.starts_with("monorig-sim "));
+        lines.collect::<std::collections::BTreeSet<String>>()
+    };
+    let alone = with_features(&["--package", "monorig", "--edges", "normal,build"]);
+    assert!(alone.iter().any(|l| l.starts_with("re_sdk ")));
+    for more in [
+        &["--workspace", "--edges", "normal,build"][..],
+        &["--workspace", "--edges", "normal,build,dev"],
+    ] {
+        let all = with_features(more);
+        let other: Vec<&String> = alone.difference(&all).collect();
+        assert!(
+            other.is_empty(),
+            "built again for the workspace: {other:#?}"
+        );
+    }
+}
+
+/// The laws of the physics and the events are tested by a package of which Rerun is no part, its benches included.
+#[test]
+fn the_physics_is_tested_without_the_viewer() {
+    let all = crates("monorig-tests", &["--edges", "normal,build,dev"]);
+    assert!(all.iter().any(|name| name == "monorig-lab"));
+    let left: Vec<&String> = all.iter().filter(|name| of_rerun(name)).collect();
     assert!(left.is_empty(), "{left:?}");
 }
 

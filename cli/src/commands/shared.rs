@@ -1,12 +1,14 @@
 //! Arguments that several commands take.
 
+use crate::CommandOutcome;
+use monorig_lab::batch::Shard;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Threads to work with.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Jobs {
-    /// Runs at a time; without it as many as there are cores. Results do not depend on it
+    /// Runs at a time [default: the cores this process may use: affinity, cgroup quota, SLURM_CPUS_PER_TASK]. Results do not depend on it
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }
@@ -14,9 +16,50 @@ pub struct Jobs {
 impl Jobs {
     /// How many.
     pub fn get(self) -> NonZeroUsize {
-        self.jobs
-            .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN))
+        self.jobs.unwrap_or_else(|| {
+            // knows affinity and, on Linux, the quota of the cgroup
+            let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+            at_most(cores, std::env::var(SLURM_CPUS).ok().as_deref())
+        })
     }
+}
+
+/// Variable with the cores that Slurm gives a task; Slurm does not bind the task to them everywhere.
+const SLURM_CPUS: &str = "SLURM_CPUS_PER_TASK";
+
+/// Cores, at most as many as a variable says; what is no number there says nothing.
+fn at_most(cores: NonZeroUsize, told: Option<&str>) -> NonZeroUsize {
+    let told = told.and_then(|n| n.trim().parse::<NonZeroUsize>().ok());
+    told.map_or(cores, |told| told.min(cores))
+}
+
+/// Who judges what shards have measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Expect {
+    /// This process: exit code 1 if an expectation failed
+    #[default]
+    Here,
+    /// `monorig merge`: a shard whose runs were made exits with 0, whatever they have come to
+    Merge,
+}
+
+impl Expect {
+    /// What to exit with after `judged`.
+    pub fn outcome(self, judged: CommandOutcome) -> CommandOutcome {
+        match self {
+            Self::Here => judged,
+            Self::Merge => CommandOutcome::Held,
+        }
+    }
+}
+
+/// A part of the runs, as `K/N`.
+pub fn shard(text: &str) -> Result<Shard, String> {
+    let parsed = text.split_once('/').and_then(|(part, of)| {
+        let (part, of) = (part.trim().parse().ok()?, of.trim().parse().ok()?);
+        (1..=of).contains(&part).then_some(Shard { part, of })
+    });
+    parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
 }
 
 /// Name of the variable that names the folder for results.
@@ -57,5 +100,25 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
             Ok((path.trim().to_owned(), value.to_owned()))
         }
         _ => Err("write PATH=VALUE, such as load.mass_kg=5000".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slurm_lessens_the_cores_and_never_adds_any() {
+        let n = |n| NonZeroUsize::new(n).unwrap();
+        for (told, jobs) in [
+            (None, 8),
+            (Some("2"), 2),
+            (Some(" 3\n"), 3),
+            (Some("64"), 8),
+            (Some("0"), 8),
+            (Some("many"), 8),
+        ] {
+            assert_eq!(at_most(n(8), told), n(jobs), "{told:?}");
+        }
     }
 }

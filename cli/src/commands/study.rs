@@ -1,7 +1,7 @@
 //! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
 
 use crate::CommandOutcome;
-use crate::commands::shared::{Jobs, Out};
+use crate::commands::shared::{Expect, Jobs, Out, shard};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -21,6 +21,7 @@ const STUDY_EXAMPLES: &str = "\
 Examples:
   monorig study scenarios/studies/vehicle_test_spread.yaml           results go to runs/vehicle_test_spread/results.jsonl
   monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5      every fifth run, for one of five machines
+  monorig study spread.yaml --shard 2/5 --expect merge       the same for a scheduler: exit code 0 once its runs are made
   monorig merge runs/vehicle_test_spread/results.*-of-5.jsonl --into all.jsonl
 
 Stopped or killed, it goes on where it was when it is started again, if program and input files are the same (copies of these
@@ -38,16 +39,11 @@ pub struct StudyArgs {
     /// Make only part K of N of the runs
     #[arg(long, value_name = "K/N", value_parser = shard)]
     pub shard: Option<Shard>,
+    /// Who judges the expectations
+    #[arg(long, value_name = "WHO", value_enum, default_value_t)]
+    pub expect: Expect,
     #[command(flatten)]
     pub out: Out,
-}
-
-fn shard(text: &str) -> Result<Shard, String> {
-    let parsed = text.split_once('/').and_then(|(part, of)| {
-        let (part, of) = (part.trim().parse().ok()?, of.trim().parse().ok()?);
-        (1..=of).contains(&part).then_some(Shard { part, of })
-    });
-    parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
 }
 
 /// Make the runs that are not there yet, then print what all of them have come to.
@@ -73,7 +69,7 @@ pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     interrupt::listen();
     make(&plan, shard, all, task, registry, &mut store)?;
     note(&format!("results in {}", store.path().display()));
-    print_results(store.path())
+    print_results(store.path()).map(|judged| task.expect.outcome(judged))
 }
 
 fn make(

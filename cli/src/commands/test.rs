@@ -5,24 +5,24 @@ mod files;
 pub mod junit;
 mod keep;
 mod lines;
+pub mod shards;
 
 use crate::CommandOutcome;
 use crate::commands::run::prepare_out;
-use crate::commands::shared::{Jobs, assignment, seeds};
-use crate::identity::identity;
+use crate::commands::shared::{Expect, Jobs, assignment, seeds, shard};
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use baseline::Baseline;
-use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
+use monorig_lab::batch::{RunResult, RunSpec, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
-use serde_json::json;
+use shards::{ShardHeader, ShardScenario};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -32,6 +32,8 @@ Examples:
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
   monorig test scenarios --baseline verdicts.json --worse-than 5%     fail also on what has become worse
+  monorig test scenarios --shard 2/4 --json 2.json --expect merge            every fourth run, for one of four machines
+  monorig merge 1.json 2.json 3.json 4.json --into all.json                  judge all of them
   monorig test scenarios --keep-failed failed            recording and report of the worst seed of what fails
 
 A scenario fails when a run does not finish, when an estimator never marks anything valid or marks misleading values valid, when an
@@ -65,6 +67,12 @@ pub struct TestArgs {
     /// How much worse the mean over the seeds may be than in the baseline
     #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
+    /// Make only part K of N of the runs, for `monorig merge` to judge with the others
+    #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
+    pub shard: Option<Shard>,
+    /// Who judges the expectations
+    #[arg(long, value_name = "WHO", value_enum, default_value_t)]
+    pub expect: Expect,
     /// Write the verdicts as JUnit XML, as CI servers read it
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
@@ -77,7 +85,10 @@ pub struct TestArgs {
 pub struct Case {
     path: PathBuf,
     name: String,
-    seeds: Vec<u64>,
+    /// Its runs that are made here: place among all of its runs, and seed.
+    runs: Vec<(u64, u64)>,
+    /// What shards are compared by.
+    of_shard: ShardScenario,
     /// Its files, as they were when it was checked.
     inputs: InputFiles,
 }
@@ -121,6 +132,13 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
             }
         }
     }
+    if let Some(shard) = task.shard {
+        if !unusable.is_empty() {
+            let (bad, all) = (unusable.len(), paths.len());
+            return Err(CliError::BadFiles { bad, all });
+        }
+        keep_part(&mut cases, shard);
+    }
     interrupt::listen();
     let mut tested = run(task, &cases, &changes, registry)?;
     if let Some(folder) = &task.keep_failed {
@@ -132,15 +150,18 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         Some(baseline) => baseline.compare(&tested, task.worse_than),
         None => (Vec::new(), 0),
     };
-    let failed = tested.iter().filter(|t| !t.judged.held).count();
-    let held = tested.len() - failed;
+    let elsewhere = tested.iter().filter(|t| t.judged.runs.is_empty()).count();
+    let held = tested.iter().filter(|t| t.judged.held).count();
+    let failed = tested.len() - elsewhere - held;
     let bad = unusable.len();
     tested.extend(unusable);
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
     }
     if let Some(path) = &task.json {
-        output::write(path, &json(&tested)?)?;
+        let verdicts: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
+        let header = task.shard.map(|shard| ShardHeader::new(shard, &cases));
+        output::write(path, &shards::json(&verdicts, header.as_ref())?)?;
     }
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
@@ -158,7 +179,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     output::print(&format!(
         "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
-        tested.len()
+        tested.len() - elsewhere
     ))?;
     if baseline.is_some() {
         output::print(&format!(
@@ -171,7 +192,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     note(&format!("{runs} runs in {took:.1} s"));
     match (bad, failed + worse.len()) {
         (0, 0) => Ok(CommandOutcome::Held),
-        (0, _) => Ok(CommandOutcome::Failed),
+        (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),
         _ => Err(CliError::BadFiles {
             bad,
             all: paths.len(),
@@ -205,9 +226,21 @@ fn case(path: &Path, changes: &Sets, registry: &Registry) -> Result<Case, Error>
     Ok(Case {
         path: path.into(),
         name: scenario.name.clone(),
-        seeds: scenario.seeds().to_vec(),
+        runs: (0..).zip(scenario.seeds().iter().copied()).collect(),
+        of_shard: ShardScenario::new(scenario, registry),
         inputs: scenario.inputs().clone(),
     })
+}
+
+/// Leave a shard's part of all runs: every n-th, counted over all scenarios.
+fn keep_part(cases: &mut [Case], shard: Shard) {
+    let mut count = 0;
+    for case in cases {
+        case.runs.retain(|_| {
+            count += 1;
+            (count - 1) % shard.of == shard.part - 1
+        });
+    }
 }
 
 fn run(
@@ -218,8 +251,8 @@ fn run(
 ) -> Result<Vec<TestedScenario>, CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
     let specs = cases.iter().flat_map(|case| {
-        (0..).zip(&case.seeds).map(|(index, seed)| RunSpec {
-            index,
+        case.runs.iter().map(|(index, seed)| RunSpec {
+            index: *index,
             scenario: case.path.clone(),
             changes: changes.clone(),
             inputs: case.inputs.clone(),
@@ -235,9 +268,10 @@ fn run(
     };
     let mut tested = Vec::new();
     let mut waiting: (Vec<RunResult>, Duration) = Default::default();
-    let all: usize = cases.iter().map(|case| case.seeds.len()).sum();
+    let all: usize = cases.iter().map(|case| case.runs.len()).sum();
     let mut progress = ProgressDisplay::new("test");
     let mut runs_done = 0;
+    skip_empty(&mut tested, cases);
     in_order(task.jobs.get(), specs, work, |done| {
         let (result, took) = done.map_err(|_| CliError::Interrupted)?;
         waiting.0.push(result);
@@ -246,7 +280,7 @@ fn run(
         progress.rename(&format!("run {runs_done} of {all}"));
         progress.at(runs_done as f64 / all.max(1) as f64);
         if let Some(case) = cases.get(tested.len())
-            && waiting.0.len() == case.seeds.len()
+            && waiting.0.len() == case.runs.len()
         {
             let (runs, took) = std::mem::take(&mut waiting);
             let judged = ScenarioVerdict::new(&case.name, runs);
@@ -260,10 +294,22 @@ fn run(
             let text = lines::text(&one, case, width.unwrap_or(0), &task.sets);
             progress.aside(|| output::print(&text))?;
             tested.push(one);
+            skip_empty(&mut tested, cases);
         }
         Ok::<(), CliError>(())
     })?;
     Ok(tested)
+}
+
+/// Scenarios none of whose runs are in this shard.
+fn skip_empty(tested: &mut Vec<TestedScenario>, cases: &[Case]) {
+    while let Some(case) = cases.get(tested.len()).filter(|c| c.runs.is_empty()) {
+        tested.push(TestedScenario {
+            judged: ScenarioVerdict::new(&case.name, Vec::new()),
+            unusable: None,
+            took: Duration::ZERO,
+        });
+    }
 }
 
 /// Notes of steps that estimators refused.
@@ -276,11 +322,4 @@ fn refusals(tested: &TestedScenario, case: &Case) {
             ));
         }
     }
-}
-
-fn json(tested: &[TestedScenario]) -> Result<String, CliError> {
-    let scenarios: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
-    let all = json!({ "version": 1, "kind": "test", "monorig": identity().to_string(), "scenarios": scenarios });
-    let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
-    Ok(text + "\n")
 }

@@ -5,7 +5,7 @@ mod table;
 
 use crate::CommandOutcome;
 use crate::commands::run::prepare_out;
-use crate::commands::shared::Out;
+use crate::commands::shared::{Jobs, Out};
 use crate::files::prepare;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
@@ -18,15 +18,17 @@ use monorig_lab::tuning::run::{self, Ended, TuningRun};
 use monorig_lab::tuning::search::Begin;
 use monorig_lab::tuning::side_by_side;
 use monorig_lab::tuning::trial_store::Trial;
+use monorig_lab::tuning::worker::Worker;
 use monorig_sim::closed_loop::registry::Registry;
-use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 const EXAMPLES: &str = "\
 Examples:
   monorig tune scenarios/tuning/quick.yaml                  search; results go to runs/tune/quick/
   monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
+  monorig tune study.yaml --queue /shared/queue             search, with the help of workers on other machines
+  monorig tune study.yaml --worker /shared/queue            be such a worker
   monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
 
 Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
@@ -44,9 +46,14 @@ pub struct TuneArgs {
     /// Drop the trials that are there, and start anew
     #[arg(long, conflicts_with = "resume")]
     pub restart: bool,
-    /// Threads; the result is the same for any number [default: one per core]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub jobs: Jobs,
+    /// Search with other processes: ask through this folder what they (`--worker`) answer. The result is the same
+    #[arg(long, value_name = "DIR", conflicts_with = "worker")]
+    pub queue: Option<PathBuf>,
+    /// Answer the questions of a search that asks through this folder, until it is over; nothing else is written
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["resume", "restart", "no_rerun"])]
+    pub worker: Option<PathBuf>,
     #[command(flatten)]
     pub out: Out,
     /// Do not write before_after.rrd
@@ -61,14 +68,32 @@ pub struct TuneArgs {
 pub fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let study = prepare::tuning(&task.file, registry)?;
     let out = task.out.get();
+    let jobs = task.jobs.get().get();
+    let cache = |folder: &Path| task.cache.clone().unwrap_or_else(|| folder.join(".cache"));
+    if let Some(folder) = &task.worker {
+        interrupt::listen();
+        let worker = Worker {
+            study: &study,
+            folder,
+            cache: cache(&out.join("tune")),
+            jobs,
+            monorig: identity(),
+        };
+        let answered = worker.run(&interrupt::go_on)?;
+        note(&format!("{answered} questions answered"));
+        return match interrupt::go_on() {
+            true => Ok(CommandOutcome::Held),
+            false => Err(CliError::Interrupted),
+        };
+    }
     prepare_out(&out)?;
     interrupt::listen();
     let folder = out.join("tune");
-    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let tuning = TuningRun {
         folder: folder.join(&study.name),
-        cache: task.cache.clone().unwrap_or_else(|| folder.join(".cache")),
-        jobs: task.jobs.map_or(cores, NonZeroUsize::get),
+        cache: cache(&folder),
+        jobs,
+        queue: task.queue.clone(),
         begin: match (task.resume, task.restart) {
             (true, _) => Begin::Resume,
             (_, true) => Begin::Restart,

@@ -1,7 +1,7 @@
 //! What the defaults show in the runs of a study: every trial is measured by them.
 
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
-use crate::tuning::loss::{Judge, metric_windows};
+use crate::tuning::loss::Judge;
 use crate::tuning::study::{RunGroup, TuningStudy};
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::error::Error;
@@ -24,7 +24,7 @@ impl Baseline {
         groups: &[RunGroup],
         evaluator: &Evaluator<'_>,
     ) -> Result<Self, Error> {
-        let defaults = evaluator.evaluate(&study.defaults(), &metric_windows(&study.file));
+        let defaults = evaluator.evaluate(&study.defaults())?;
         for measured in &defaults {
             let wrong = |what: String| {
                 let refusal = Refusal {

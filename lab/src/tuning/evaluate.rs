@@ -4,15 +4,20 @@ use crate::batch::map_in_order;
 use crate::metrics;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
 use crate::replay::{ReplayData, cache::Cache, play::play};
+use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
+use crate::tuning::queue::{Asker, Question};
 use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::{IntegrityLimits, Scenario};
 use monorig_sim::error::Error;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A metric over a window of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,12 +30,62 @@ pub struct MetricWindow {
     pub until_s: f64,
 }
 
+/// Which runs of a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Those the optimiser sees.
+    Tuning,
+    /// Those it never sees.
+    Validation,
+}
+
+impl Stage {
+    /// Its runs.
+    pub fn groups(self, study: &TuningStudy) -> &[RunGroup] {
+        match self {
+            Self::Tuning => &study.tuning,
+            Self::Validation => &study.validation,
+        }
+    }
+
+    /// As progress is shown.
+    fn label(self) -> &'static str {
+        match self {
+            Self::Tuning => "tuning runs",
+            Self::Validation => "validation runs",
+        }
+    }
+
+    /// Group and seed of each run, in order.
+    fn list(self, study: &TuningStudy) -> Vec<(usize, u64)> {
+        let groups = self.groups(study).iter().enumerate();
+        groups
+            .flat_map(|(i, g)| g.seeds.iter().map(move |seed| (i, *seed)))
+            .collect()
+    }
+}
+
+/// Who evaluates, and with what.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// Folder of the recordings.
+    pub cache: &'a Cache,
+    /// Threads of this process.
+    pub jobs: usize,
+    /// A queue through which other processes answer too.
+    pub asker: Option<&'a Asker>,
+}
+
 /// Runs ready to be evaluated.
 pub struct Evaluator<'a> {
     study: &'a TuningStudy,
+    stage: Stage,
     runs: Vec<OneRun>,
-    /// Threads.
-    pub jobs: usize,
+    windows: Vec<MetricWindow>,
+    means: Means<'a>,
+    /// Of a worker: runs made ready as questions come.
+    ready: Mutex<HashMap<(Stage, usize), Arc<OneRun>>>,
 }
 
 /// A scenario and seed, and where its samples come from.
@@ -57,57 +112,79 @@ pub struct RunMetrics {
     pub values: Result<Vec<f64>, String>,
 }
 
+impl OneRun {
+    /// Records what is to be replayed, or finds it in the cache. None if `go_on` stopped it.
+    fn prepare(
+        study: &TuningStudy,
+        stage: Stage,
+        (group, seed): (usize, u64),
+        cache: &Cache,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Option<Self>, Error> {
+        let scenario = &stage.groups(study)[group].scenario;
+        let source = match study.file.evaluation {
+            Evaluation::ClosedLoop => Source::ClosedLoop(Box::new(scenario.clone())),
+            Evaluation::Replay => match cache.get(scenario, &study.registry, seed, go_on)? {
+                Some(columns) => Source::Replay(Box::new(columns)),
+                None => return Ok(None),
+            },
+        };
+        Ok(Some(Self {
+            group,
+            seed,
+            source,
+            limits: IntegrityLimits::of(&scenario.file),
+        }))
+    }
+}
+
 impl<'a> Evaluator<'a> {
-    /// Records what is to be replayed, or finds it in the cache. None if `progress` stopped it.
+    /// Makes the runs of a stage ready. None if `progress` stopped it.
     pub fn prepare(
         study: &'a TuningStudy,
-        groups: &[RunGroup],
-        cache: &Cache,
-        jobs: usize,
-        stage: &str,
+        stage: Stage,
+        means: Means<'a>,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, Error> {
-        let list: Vec<(usize, u64)> = groups
-            .iter()
-            .enumerate()
-            .flat_map(|(i, g)| g.seeds.iter().map(move |seed| (i, *seed)))
-            .collect();
+        let list = stage.list(study);
         let done = AtomicUsize::new(0);
-        let sources = map_in_order(jobs, &list, |&(i, seed)| {
-            let scenario = &groups[i].scenario;
-            let source = match study.file.evaluation {
-                Evaluation::ClosedLoop => Some(Source::ClosedLoop(Box::new(scenario.clone()))),
-                Evaluation::Replay => {
-                    let share = |_| {
-                        progress.stage(
-                            stage,
-                            done.load(Ordering::Relaxed) as f64 / list.len() as f64,
-                        )
-                    };
-                    cache
-                        .get(scenario, &study.registry, seed, &mut { share })?
-                        .map(|columns| Source::Replay(Box::new(columns)))
-                }
+        let runs = map_in_order(means.jobs, &list, |&run| {
+            let mut share = |_| {
+                progress.stage(
+                    stage.label(),
+                    done.load(Ordering::Relaxed) as f64 / list.len() as f64,
+                )
             };
+            let ready = OneRun::prepare(study, stage, run, means.cache, &mut share);
             done.fetch_add(1, Ordering::Relaxed);
-            Ok::<_, Error>(source)
+            ready
         });
-        let mut runs = Vec::new();
-        for ((group, seed), source) in list.into_iter().zip(sources) {
-            match source? {
-                None => return Ok(None),
-                Some(source) => runs.push(OneRun {
-                    group,
-                    seed,
-                    source,
-                    limits: groups
-                        .get(group)
-                        .map(|g| IntegrityLimits::of(&g.scenario.file))
-                        .unwrap_or_default(),
-                }),
-            }
+        let runs: Option<Vec<OneRun>> = runs.into_iter().collect::<Result<_, Error>>()?;
+        Ok(runs.map(|runs| Self {
+            runs,
+            ..Self::empty(study, stage, means)
+        }))
+    }
+
+    /// Of a worker: runs are made ready when a question needs them.
+    pub fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
+        let means = Means {
+            cache,
+            jobs: 1,
+            asker: None,
+        };
+        Self::empty(study, Stage::Tuning, means)
+    }
+
+    fn empty(study: &'a TuningStudy, stage: Stage, means: Means<'a>) -> Self {
+        Self {
+            study,
+            stage,
+            runs: Vec::new(),
+            windows: metric_windows(&study.file),
+            means,
+            ready: Mutex::default(),
         }
-        Ok(Some(Self { study, runs, jobs }))
     }
 
     /// Steps of all recordings together.
@@ -119,16 +196,64 @@ impl<'a> Evaluator<'a> {
         self.runs.iter().map(steps).sum()
     }
 
-    /// All runs with these parameters; the order is that of the study, whatever the number of threads.
-    pub fn evaluate(&self, values: &Values, windows: &[MetricWindow]) -> Vec<RunMetrics> {
-        map_in_order(self.jobs, &self.runs, |run| {
-            let series = self.series(run, values);
-            RunMetrics {
+    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has evaluated them.
+    pub fn evaluate(&self, values: &Values) -> Result<Vec<RunMetrics>, Error> {
+        let measured = match self.means.asker {
+            None => map_in_order(self.means.jobs, &self.runs, |run| self.one(run, values)),
+            Some(asker) => {
+                let question = |run| Question {
+                    stage: self.stage,
+                    run,
+                    values: values.clone(),
+                };
+                let questions: Vec<Question> = (0..self.runs.len()).map(question).collect();
+                let work = |q: &Question| self.one(&self.runs[q.run], &q.values);
+                asker.ask(&questions, self.means.jobs, &work)?
+            }
+        };
+        let runs = self.runs.iter().zip(measured);
+        Ok(runs
+            .map(|(run, values)| RunMetrics {
                 group: run.group,
                 seed: run.seed,
-                values: series.and_then(|series| self.measure(&series, windows)),
+                values,
+            })
+            .collect())
+    }
+
+    /// The answer to a question: the metrics, or why the trial has failed. An error if its run cannot be made ready.
+    pub fn answer(
+        &self,
+        question: &Question,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Result<Vec<f64>, String>, Error> {
+        let key = (question.stage, question.run);
+        let known = || self.ready.lock().unwrap_or_else(PoisonError::into_inner);
+        let ready = known().get(&key).cloned();
+        let run = match ready {
+            Some(run) => run,
+            None => {
+                let of_stage = question.stage.list(self.study);
+                let Some(run) = of_stage.get(question.run) else {
+                    return Ok(Err("there is no such run".into()));
+                };
+                let cache = self.means.cache;
+                let made =
+                    OneRun::prepare(self.study, question.stage, *run, cache, &mut |_| go_on())?;
+                let Some(made) = made.map(Arc::new) else {
+                    return Ok(Err("interrupted".into()));
+                };
+                known().insert(key, made.clone());
+                made
             }
-        })
+        };
+        Ok(self.one(&run, &question.values))
+    }
+
+    /// The metrics of one run.
+    fn one(&self, run: &OneRun, values: &Values) -> Result<Vec<f64>, String> {
+        self.series(run, values)
+            .and_then(|series| self.measure(&series, &self.windows))
     }
 
     /// The samples of the first run of a group with these parameters.

@@ -2,7 +2,7 @@
 //!
 //! A study ([`study`]) says what may vary ([`space`]), over which runs, and what counts as good ([`loss`]), measured by the defaults
 //! ([`baseline`]). [`search`] lets an optimiser ([`optimise`]) propose trials, scores each over all tuning runs ([`evaluate`]) and appends it to the store
-//! ([`trial_store`]). The winner is then held against the defaults and the published constants on runs it has never seen
+//! ([`trial_store`]); other processes may help through a folder ([`queue`], [`worker`]). The winner is then held against the defaults and the published constants on runs it has never seen
 //! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); as a page ([`report`]) too; [`mod@run`] does all of it.
 
 pub mod baseline;
@@ -11,6 +11,7 @@ pub mod loss;
 pub mod name_check;
 pub mod optimise;
 pub mod progress;
+pub mod queue;
 pub mod report;
 pub mod result;
 pub mod run;
@@ -22,6 +23,7 @@ pub mod study;
 pub mod study_check;
 pub mod trial_store;
 pub mod validate;
+pub mod worker;
 pub mod write;
 
 pub use study::{TuningFile, TuningStudy};

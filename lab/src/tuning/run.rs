@@ -2,14 +2,15 @@
 
 use crate::replay::cache::Cache;
 use crate::tuning::baseline::Baseline;
-use crate::tuning::evaluate::Evaluator;
+use crate::tuning::evaluate::{Evaluator, Means, Stage};
 use crate::tuning::progress::Progress;
+use crate::tuning::queue::Asker;
 use crate::tuning::report;
 use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::search::{Begin, search};
 use crate::tuning::sensitivity::{Sensitivity, sensitivity};
 use crate::tuning::study::{RunGroup, TuningStudy};
-use crate::tuning::trial_store::{self, Trial};
+use crate::tuning::trial_store::{self, Trial, TrialsHeader};
 use crate::tuning::validate;
 use crate::tuning::write;
 use monorig_sim::error::Error;
@@ -25,6 +26,8 @@ pub struct TuningRun {
     pub cache: PathBuf,
     /// Threads.
     pub jobs: usize,
+    /// Folder through which other processes answer too, if there is one.
+    pub queue: Option<PathBuf>,
     /// What is done with trials that are there already.
     pub begin: Begin,
     /// The program that runs it.
@@ -63,17 +66,26 @@ fn finished(
         trial_store::vacant(store)?; // found out before anything is recorded
     }
     let cache = Cache::new(&run.cache, &run.monorig);
-    let evaluator = |groups: &[RunGroup], stage: &str| {
-        Evaluator::prepare(study, groups, &cache, run.jobs, stage, progress)
+    let header = || TrialsHeader {
+        study: study.name.clone(),
+        made_from: study.made_from(&run.monorig),
     };
+    let asker = run.queue.as_deref();
+    let asker = asker.map(|dir| Asker::new(dir, &header())).transpose()?;
+    let means = Means {
+        cache: &cache,
+        jobs: run.jobs,
+        asker: asker.as_ref(),
+    };
+    let evaluator = |stage| Evaluator::prepare(study, stage, means, progress);
     let baseline =
         |key, groups, evaluator: &Evaluator<'_>| Baseline::new(study, key, groups, evaluator);
     // before the search, so that runs that measure nothing are refused at once; kept on disk only, not in memory
-    let held_out = match evaluator(&study.validation, "validation runs")? {
+    let held_out = match evaluator(Stage::Validation)? {
         Some(evaluator) => baseline("validation", &study.validation, &evaluator)?,
         None => return Ok(None),
     };
-    let Some(tuning) = evaluator(&study.tuning, "tuning runs")? else {
+    let Some(tuning) = evaluator(Stage::Tuning)? else {
         return Ok(None);
     };
     let tuned_on = baseline("tuning", &study.tuning, &tuning)?;
@@ -91,12 +103,12 @@ fn finished(
             winner: None,
         }));
     };
-    let Some(unseen) = evaluator(&study.validation, "validation runs")? else {
+    let Some(unseen) = evaluator(Stage::Validation)? else {
         return Ok(None);
     };
     let validation =
-        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss());
-    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)
+        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss())?;
+    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)?
     else {
         return Ok(None);
     };

@@ -5,7 +5,6 @@
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
-use crate::tuning::loss::metric_windows;
 use crate::tuning::optimise::{self, Search, WORST};
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
@@ -161,7 +160,13 @@ impl TrialRunner<'_> {
                 origin: origin.to_owned(),
                 ..before
             },
-            (None, None) => self.run(index, origin, parameters),
+            (None, None) => match self.run(index, origin, parameters) {
+                Ok(trial) => trial,
+                Err(e) => {
+                    self.error = Some(e);
+                    return None;
+                }
+            },
         };
         if index >= self.stored.len()
             && let Err(e) = self.store.add(&trial)
@@ -184,25 +189,23 @@ impl TrialRunner<'_> {
         Some(losses)
     }
 
-    fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
+    fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Result<Trial, Error> {
         let started = Instant::now();
         // the first trial is the defaults, which have been run already
         let measured = match index {
             0 => self.baseline.defaults.clone(),
-            _ => self
-                .evaluator
-                .evaluate(&parameters, &metric_windows(&self.study.file)),
+            _ => self.evaluator.evaluate(&parameters)?,
         };
         let verdict = self.baseline.judge.judge(&measured);
         self.running += started.elapsed();
-        Trial {
+        Ok(Trial {
             trial: index,
             origin: origin.to_owned(),
             parameters,
             losses: verdict.losses,
             violation: verdict.violation,
             failed: verdict.failed,
-        }
+        })
     }
 
     /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are broken; between −1 and

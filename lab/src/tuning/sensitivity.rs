@@ -2,12 +2,12 @@
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
-use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
 use crate::tuning::study::TuningStudy;
 use crate::tuning::study::Values;
 use monorig_sim::config::scenario::ParameterValue;
+use monorig_sim::error::Error;
 use serde::Serialize;
 
 /// Curves and maps.
@@ -45,15 +45,14 @@ pub struct Map {
     pub losses: Vec<Vec<Option<f64>>>,
 }
 
-/// Map the neighbourhood of the winner over the tuning runs. None if `progress` stopped it.
+/// Map the neighbourhood of the winner over the tuning runs. `Ok(None)` if `progress` stopped it.
 pub fn sensitivity(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
     winner: &Values,
     progress: &dyn Progress,
-) -> Option<Sensitivity> {
-    let windows = metric_windows(&study.file);
+) -> Result<Option<Sensitivity>, Error> {
     let space = Space::new(&study.file.parameters);
     let names: Vec<String> = space.names().map(str::to_owned).collect();
     let points = study.file.sensitivity;
@@ -69,11 +68,12 @@ pub fn sensitivity(
     let mut loss = |values: &Values| {
         done += 1;
         if !progress.stage("sensitivity", done as f64 / all as f64) {
-            return None;
+            return Ok(None);
         }
-        let v = baseline.judge.judge(&evaluator.evaluate(values, &windows));
+        let v = baseline.judge.judge(&evaluator.evaluate(values)?);
         let held = v.failed.is_none() && v.violation == 0.0;
-        Some(held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64))
+        let loss = held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64);
+        Ok::<_, Error>(Some(loss))
     };
 
     let mut found = Sensitivity::default();
@@ -82,7 +82,10 @@ pub fn sensitivity(
         with_marked(&mut values, marked.iter().filter_map(|m| m.get(name)));
         let mut losses = Vec::new();
         for x in &values {
-            losses.push(loss(&with(winner, &[(name, x)]))?);
+            let Some(loss) = loss(&with(winner, &[(name, x)]))? else {
+                return Ok(None);
+            };
+            losses.push(loss);
         }
         found.curves.push(Curve {
             parameter: name.clone(),
@@ -105,7 +108,10 @@ pub fn sensitivity(
             for vy in &ys {
                 let mut row = Vec::new();
                 for vx in &xs {
-                    row.push(loss(&with(winner, &[(x, vx), (y, vy)]))?);
+                    let Some(loss) = loss(&with(winner, &[(x, vx), (y, vy)]))? else {
+                        return Ok(None);
+                    };
+                    row.push(loss);
                 }
                 rows.push(row);
             }
@@ -119,7 +125,7 @@ pub fn sensitivity(
         }
     }
     found.maps = maps;
-    Some(found)
+    Ok(Some(found))
 }
 
 impl Curve {

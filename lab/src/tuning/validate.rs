@@ -2,10 +2,11 @@
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
-use crate::tuning::loss::{Judge, metric_windows, own_loss};
+use crate::tuning::loss::{Judge, own_loss};
 use crate::tuning::study::Values;
 use crate::tuning::study::{RunGroup, TuningStudy};
 use crate::verdicts::interval::Interval;
+use monorig_sim::error::Error;
 use serde::Serialize;
 
 /// What validation has measured.
@@ -94,10 +95,8 @@ pub fn validate(
     Baseline { judge, defaults }: &Baseline,
     winner: &Values,
     tuning_loss: f64,
-) -> Validation {
-    let windows = metric_windows(&study.file);
-    let run = |values: &Values| evaluator.evaluate(values, &windows);
-    let winners = run(winner);
+) -> Result<Validation, Error> {
+    let winners = evaluator.evaluate(winner)?;
     let mut comparisons = vec![compare(study, judge, "default", &winners, defaults)];
     if let Some(published) = study.published() {
         comparisons.push(compare(
@@ -105,16 +104,16 @@ pub fn validate(
             judge,
             "published",
             &winners,
-            &run(&published),
+            &evaluator.evaluate(&published)?,
         ));
     }
     let verdict = judge.judge(&winners);
     let loss = verdict.losses.iter().sum::<f64>() / verdict.losses.len() as f64;
-    Validation {
+    Ok(Validation {
         tuning_loss: Some(tuning_loss).filter(|x| x.is_finite()),
         validation_loss: Some(loss).filter(|x| x.is_finite()),
         comparisons,
-    }
+    })
 }
 
 fn compare(

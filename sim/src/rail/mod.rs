@@ -40,12 +40,19 @@ pub struct RailFrame {
 impl RailFrame {
     /// Complete a frame from the curve's derivatives.
     pub(crate) fn new(s: f64, p: Vector3<f64>, t: Vector3<f64>, k: Vector3<f64>) -> Self {
-        let level = 1.0 / (t.x * t.x + t.y * t.y).sqrt();
-        let l = Vector3::new(-t.y * level, t.x * level, 0.0);
-        // t × l with l.z = 0, written out
-        let u = Vector3::new(-t.z * l.y, t.z * l.x, t.x * l.y - t.y * l.x);
+        let [l, u] = across(&t);
         Self { s, p, t, l, u, k }
     }
+}
+
+/// Left and up of a tangent.
+#[inline]
+fn across(t: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let level = 1.0 / (t.x * t.x + t.y * t.y).sqrt();
+    let l = Vector3::new(-t.y * level, t.x * level, 0.0);
+    // t × l with l.z = 0, written out
+    let u = Vector3::new(-t.z * l.y, t.z * l.x, t.x * l.y - t.y * l.x);
+    [l, u]
 }
 
 /// Place on the rail of the last call: the warm start of [`Rail::track`] and [`Rail::project`].

@@ -47,6 +47,8 @@ struct Node {
     /// How far a Taylor shift of third order is good for, m; infinite on a straight node.
     reach: f64,
     c: [Vector3<f64>; 7],
+    /// Left and up of a straight node.
+    across: [Vector3<f64>; 2],
 }
 
 /// Position and its first three derivatives with respect to s.
@@ -69,6 +71,7 @@ impl Node {
             mid,
             reach: f64::INFINITY,
             c,
+            across: super::across(&t),
         }
     }
 
@@ -108,6 +111,7 @@ impl Node {
             mid: 0.5 * (from + to),
             reach,
             c,
+            across: [Vector3::zeros(); 2],
         }
     }
 
@@ -263,16 +267,19 @@ impl Nodes {
     pub(super) fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         cursor.node = self.find(cursor.s, cursor.node);
         let node = &self.0[cursor.node];
-        let at = node.eval(cursor.s);
-        let d = p - at.p;
         let inside = |s: f64| s >= node.from && s <= node.to;
         if node.reach == f64::INFINITY {
-            let ds = d.dot(&at.t);
-            if inside(cursor.s + ds) {
-                cursor.s += ds;
-                return RailFrame::new(cursor.s, at.p + at.t * ds, at.t, at.k);
+            let (t, [l, u]) = (node.c[1], node.across);
+            let x = (p - node.c[0]).dot(&t);
+            let s = node.mid + x;
+            if inside(s) {
+                cursor.s = s;
+                let (p, k) = (node.c[0] + t * x, Vector3::zeros());
+                return RailFrame { s, p, t, l, u, k };
             }
         } else {
+            let at = node.eval(cursor.s);
+            let d = p - at.p;
             // f(ds) = (p − p(s + ds))·t(s + ds) has f′ = d·k − 1, f″ = d·j, f‴ = k·k + …, with d = p − p(s), as t·t = 1
             let slope = 1.0 - d.dot(&at.k);
             let inverse = 1.0 / slope;

@@ -1,5 +1,6 @@
 //! Identity of the program that made a result: results of another program are not taken for its own.
 
+use super::arithmetic;
 use crate::config::input_files::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -7,7 +8,7 @@ use std::fmt;
 use std::fs::File;
 use std::sync::OnceLock;
 
-/// Which program made a result. Two programs with one identity give the same bits.
+/// Which program made a result, and on what arithmetic. Two with one identity give the same bits.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
@@ -18,16 +19,21 @@ pub struct Identity {
     pub revision: String,
     /// SHA-256 of the program file: another compiler, another flag or an estimator of one's own makes another program.
     pub program: String,
+    /// Probe of the machine's elementary functions: machines with another may compute other bits with the same program.
+    #[serde(default)]
+    pub arithmetic: String,
 }
 
 impl Identity {
     /// Of the program that is running; `revision` as its build found it.
     pub fn of_program(revision: Option<&str>) -> Self {
         static PROGRAM: OnceLock<String> = OnceLock::new();
+        static ARITHMETIC: OnceLock<String> = OnceLock::new();
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             revision: revision.unwrap_or("unknown").to_owned(),
             program: PROGRAM.get_or_init(program).clone(),
+            arithmetic: ARITHMETIC.get_or_init(arithmetic::probe).clone(),
         }
     }
 
@@ -37,6 +43,11 @@ impl Identity {
             ("version", &self.version, &other.version),
             ("git revision", &self.revision, &other.revision),
             ("program file (SHA-256)", &self.program, &other.program),
+            (
+                "arithmetic of the machine",
+                &self.arithmetic,
+                &other.arithmetic,
+            ),
         ];
         let differing = fields.into_iter().filter(|(_, a, b)| a != b);
         let told: Vec<String> = differing

@@ -52,8 +52,11 @@ pub fn hash(
         version,
         revision,
         program,
+        arithmetic,
     } = monorig;
-    all.update(format!("monorig {version} {revision} {program}\n"));
+    all.update(format!(
+        "monorig {version} {revision} {program} {arithmetic}\n"
+    ));
     for (name, digest) in inputs {
         all.update(format!("{digest}  {name}\n"));
     }
@@ -211,6 +214,10 @@ mod tests {
             },
             Identity {
                 program: "other".into(),
+                ..m.monorig.clone()
+            },
+            Identity {
+                arithmetic: "other".into(),
                 ..m.monorig.clone()
             },
         ] {

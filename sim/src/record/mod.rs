@@ -7,9 +7,11 @@
 //! | `decoder` | decoders of other libraries, whose panics are errors |
 //! | `parquet` `readback` | columns written to a file, and read from one |
 //! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
+//! | `arithmetic` | whether two machines round alike |
 //! | `inputs` | copies of the files that a study was made from |
 //! | `whole` | files that are there whole or not at all |
 
+mod arithmetic;
 mod channels;
 pub mod decoder;
 pub mod folder;

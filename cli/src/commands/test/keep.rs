@@ -19,7 +19,7 @@ pub fn worst_run(
     folder: &Path,
     registry: &Registry,
 ) -> Result<(), CliError> {
-    let Some(seed) = lines::worst_seed(tested) else {
+    let Some(seed) = lines::worst_seed(&tested.judged) else {
         return Ok(());
     };
     let variant = Variant::new(sets, None);

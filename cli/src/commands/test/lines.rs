@@ -1,8 +1,9 @@
 //! Verdicts as lines for people.
 
 use super::{Case, TestedScenario};
-use monorig_lab::verdicts::verdict::Check;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use std::path::Path;
+use std::time::Duration;
 
 /// Findings shown for each scenario; the others are counted.
 const FINDINGS_SHOWN: usize = 5;
@@ -18,18 +19,40 @@ pub fn text(
     width: usize,
     sets: &[(String, String)],
 ) -> String {
-    let word = match tested.judged.held {
+    let made = Made {
+        path: &case.path,
+        took: tested.took,
+    };
+    judged(&tested.judged, Some(made), width, sets)
+}
+
+/// Of runs that were made here: the scenario, and the time they took.
+pub struct Made<'a> {
+    path: &'a Path,
+    took: Duration,
+}
+
+/// The same of runs that may have been made elsewhere.
+pub fn judged(
+    verdict: &ScenarioVerdict,
+    made: Option<Made<'_>>,
+    width: usize,
+    sets: &[(String, String)],
+) -> String {
+    let word = match verdict.held {
         true => "held  ",
         false => "FAILED",
     };
-    let seeds = match case.seeds.as_slice() {
-        [one] => format!("seed {one}"),
+    let seeds = match verdict.runs.as_slice() {
+        [one] => format!("seed {}", one.seed),
         many => format!("{} seeds", many.len()),
     };
-    let took = tested.took.as_secs_f64();
-    let mut text = format!("{word}  {:width$}  {seeds:>9}  {took:6.1} s\n", case.name);
+    let took = made.as_ref().map_or(String::new(), |made| {
+        format!("  {:6.1} s", made.took.as_secs_f64())
+    });
+    let mut text = format!("{word}  {:width$}  {seeds:>9}{took}\n", verdict.scenario);
     let mut add = |line: &str| text += &format!("{INDENT}{line}\n");
-    let findings = tested.judged.findings();
+    let findings = verdict.findings();
     for finding in findings.iter().take(FINDINGS_SHOWN) {
         add(&format!("finding: {}", finding.text));
     }
@@ -41,25 +64,25 @@ pub fn text(
     }
     // what a finding says already is not said again, unless it is listed as known
     let said = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
-    for check in tested.judged.checks.iter().filter(|c| !c.held).filter(said) {
+    for check in verdict.checks.iter().filter(|c| !c.held).filter(said) {
         add(&check.reason());
-        if let Some(values) = by_seed(tested, check) {
+        if let Some(values) = by_seed(verdict, check) {
             add(&values);
         }
     }
-    for check in tested.judged.checks.iter().filter(|c| c.fails_as_known()) {
+    for check in verdict.checks.iter().filter(|c| c.fails_as_known()) {
         let why = check.known_failure.as_deref().unwrap_or_default();
         add(&format!("known failure: {} ({why})", check.reason()));
     }
-    if let Some(seed) = worst_seed(tested) {
-        add(&format!("again: {}", command(&case.path, seed, sets)));
+    if let (Some(seed), Some(made)) = (worst_seed(verdict), made) {
+        add(&format!("again: {}", command(made.path, seed, sets)));
     }
     text
 }
 
 /// The values of an expectation, seed by seed; none if there is only one, or it is no expectation.
-fn by_seed(tested: &TestedScenario, check: &Check) -> Option<String> {
-    let runs = &tested.judged.runs;
+fn by_seed(verdict: &ScenarioVerdict, check: &Check) -> Option<String> {
+    let runs = &verdict.runs;
     let values: Vec<String> = runs
         .iter()
         .filter_map(|run| {
@@ -84,8 +107,8 @@ fn by_seed(tested: &TestedScenario, check: &Check) -> Option<String> {
 }
 
 /// The seed to look at first: the worst of the first check that does not hold.
-pub fn worst_seed(tested: &TestedScenario) -> Option<u64> {
-    let failed = tested.judged.checks.iter().filter(|c| !c.held);
+pub fn worst_seed(verdict: &ScenarioVerdict) -> Option<u64> {
+    let failed = verdict.checks.iter().filter(|c| !c.held);
     failed.filter_map(|c| c.worst_seed).next()
 }
 

@@ -3,9 +3,10 @@
 //! Touching is rare, and looking for it in every step costs several times as much as everything else in it. So colliders
 //! sleep, and are woken by cheap distance checks.
 
-use super::convert::{pose_to_rapier, shared_shape};
+use super::convert::{self, pose_to_rapier, shared_shape};
 use crate::plant::obstacles::ObstacleBox;
 use crate::plant::rapier::clearance::FixedShapes;
+use crate::plant::train::body_state::BodyState;
 use crate::rail::{Rail, profile::Profile};
 use crate::train::Body;
 use rapier3d::math::{Pose, Vector};
@@ -38,7 +39,7 @@ const OBSTACLES: Group = Group::GROUP_4;
 
 /// A part of the train that can touch something.
 struct Part {
-    body: RigidBodyHandle,
+    body: usize,
     pose: Pose,
     shape: SharedShape,
     collider: ColliderHandle,
@@ -47,8 +48,8 @@ struct Part {
 
 impl Part {
     /// Where it is now.
-    fn placed(&self, physics: &PhysicsWorld) -> Pose {
-        *physics.bodies[self.body].position() * self.pose
+    fn placed(&self, bodies: &[BodyState]) -> Pose {
+        convert::pose(&bodies[self.body]) * self.pose
     }
 }
 
@@ -74,11 +75,12 @@ impl Collisions {
         }
     }
 
-    /// Add the colliding shapes of a body.
+    /// Add the colliding shapes of body `index`.
     pub fn add(
         &mut self,
         physics: &mut PhysicsWorld,
         handle: RigidBodyHandle,
+        index: usize,
         body: &Body,
         is_load: bool,
     ) {
@@ -106,7 +108,7 @@ impl Collisions {
                     .colliders
                     .insert_with_parent(collider, handle, &mut physics.bodies);
             self.parts.push(Part {
-                body: handle,
+                body: index,
                 pose,
                 shape: s,
                 collider,
@@ -116,13 +118,13 @@ impl Collisions {
     }
 
     /// Enable the colliders when something could touch before the next check, disable them otherwise.
-    pub fn update_colliders(&mut self, physics: &mut PhysicsWorld, t_s: f64) {
+    pub fn update_colliders(&mut self, physics: &mut PhysicsWorld, bodies: &[BodyState], t_s: f64) {
         if t_s < self.next_check_s {
             return;
         }
         let (mut to_blocks, mut to_rail) = (COLLIDER_REACH_M, COLLIDER_REACH_M);
         for part in &self.parts {
-            let pose = part.placed(physics);
+            let pose = part.placed(bodies);
             to_blocks = self.obstacles.distance(&pose, &part.shape, to_blocks);
             if part.suspended {
                 to_rail = self.rail_hull.distance(&pose, &part.shape, to_rail);
@@ -150,7 +152,7 @@ impl Collisions {
     }
 
     /// Least distance to obstacles and walls, m; infinite when there are none within reach.
-    pub fn clearance(&self, physics: &PhysicsWorld) -> f64 {
+    pub fn clearance(&self, bodies: &[BodyState]) -> f64 {
         if self.obstacles.is_empty() {
             return f64::INFINITY;
         }
@@ -158,7 +160,7 @@ impl Collisions {
         for part in &self.parts {
             least = self
                 .obstacles
-                .distance(&part.placed(physics), &part.shape, least);
+                .distance(&part.placed(bodies), &part.shape, least);
         }
         if least < MAX_CLEARANCE_M {
             least

@@ -62,6 +62,21 @@ pub fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
     })
 }
 
+/// Put a body where `s` is, with its motion.
+pub fn state_to_rapier(s: &BodyState, body: &mut RigidBody) {
+    body.set_position(pose(s), false);
+    body.set_linvel(to_rapier(&s.v), false);
+    body.set_angvel(to_rapier(&s.w), false);
+}
+
+/// Pose of a body for rapier.
+pub fn pose(s: &BodyState) -> Pose {
+    Pose {
+        translation: to_rapier(&s.p),
+        rotation: Rotation::from_xyzw(s.q.i, s.q.j, s.q.k, s.q.w),
+    }
+}
+
 /// The motion of a body.
 pub fn state(b: &RigidBody) -> BodyState {
     let pose = b.position();

@@ -1,7 +1,6 @@
 //! Change of the load: mass that is hung on brings its momentum, mass that is set down takes its own away.
 
 use super::World;
-use super::convert::{mass_properties, to_rapier};
 use crate::train::inertia::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,7 +32,7 @@ impl World {
             inertia: body.inertia,
         };
         (body.mass_kg, body.com, body.inertia) = (now.mass_kg, now.com, now.inertia);
-        let s = self.states[i];
+        let s = self.bodies.states()[i];
         let part = |m: &MassProperties, v: Vector3<f64>, w: Vector3<f64>| Part {
             mass: m.mass_kg,
             c: s.point(&m.com),
@@ -51,12 +50,8 @@ impl World {
             // The motion of the load goes on: its centre of mass has moved within it.
             _ => (s.velocity(&c), s.w),
         };
-        (self.states[i].c, self.states[i].v, self.states[i].w) = (c, v, w);
-        let body = &self.dynamics.train.bodies[i];
-        let rigid = &mut self.physics.bodies[self.handles[i]];
-        rigid.set_additional_mass_properties(mass_properties(body), false);
-        rigid.set_linvel(to_rapier(&v), false);
-        rigid.set_angvel(to_rapier(&w), false);
+        self.bodies.set_mass(i, &self.dynamics.train.bodies[i]);
+        self.bodies.set_velocity(i, v, w);
         self.dynamics.distribute_masses();
     }
 }

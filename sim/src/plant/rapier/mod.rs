@@ -1,12 +1,15 @@
 //! The train as rigid bodies in rapier. No other folder uses rapier.
 //!
-//! rapier integrates the rigid bodies and handles collisions of cabs, beam and load with obstacles (`collisions`). The
-//! forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
+//! rapier handles collisions of cabs, beam and load with obstacles (`collisions`) and integrates the rigid bodies meanwhile; while
+//! nothing can touch they are integrated by the same arithmetic without its pipeline (`bodies`, `free_motion`). The forces between
+//! wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
 //! solver is described in `docs/src/design.md`.
 
+mod bodies;
 mod clearance;
 mod collisions;
 mod convert;
+mod free_motion;
 mod load;
 mod momentum;
 mod truth;
@@ -19,12 +22,9 @@ use crate::plant::train::dynamics::{Dynamics, Sums};
 use crate::plant::{DriveState, MountState, Plant, Truth};
 use crate::rail::{Cursor, Rail};
 use crate::train::Train;
-use collisions::Collisions;
-use convert::{mass_properties, pose_to_rapier, state, to_rapier};
+use bodies::Bodies;
 use monorig_estimators::api::signals::Command;
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
-use rapier3d::math::Vector;
-use rapier3d::prelude::{FrictionModel, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 use truth::Sway;
 
@@ -37,14 +37,12 @@ const SETTLE_KEEP: f64 = 0.995;
 const SETTLED_SPEED_MPS: f64 = 1e-7;
 /// For so many steps, so that a turning point of a swing is not taken for rest.
 const SETTLED_STEPS: u32 = 500;
+
 /// The train in rapier.
 pub struct World {
     rail: Arc<Rail>,
     dynamics: Dynamics,
-    physics: PhysicsWorld,
-    handles: Vec<RigidBodyHandle>,
-    collisions: Collisions,
-    states: Vec<BodyState>,
+    bodies: Bodies,
     wrenches: Vec<Wrench>,
     truth: Truth,
     sums: Sums,
@@ -72,51 +70,17 @@ impl Clock {
 impl World {
     /// Put a train on a rail and let it settle.
     pub fn new(train: Train, rail: Arc<Rail>, options: &PlantOptions) -> Result<Self, Error> {
-        let mut physics = PhysicsWorld {
-            gravity: Vector::new(0.0, 0.0, -options.gravity_mps2),
-            ..Default::default()
-        };
-        let p = &mut physics.integration_parameters;
-        p.num_solver_iterations = 1;
-        p.max_ccd_substeps = 0;
-        p.contact_recycling = false;
-        p.friction_model = FrictionModel::Coulomb;
-
-        let mut collisions = Collisions::new(&mut physics, &rail, &options.obstacles);
-        let mut handles = Vec::new();
-        for (i, b) in train.bodies.iter().enumerate() {
-            let f = rail.frame(options.front_m + b.start_s);
-            let x_wr = Isometry3::from_parts(
-                Translation3::from(f.p),
-                UnitQuaternion::from_matrix(&Matrix3::from_columns(&[f.t, f.l, f.u])),
-            );
-            let body = RigidBodyBuilder::dynamic()
-                .pose(pose_to_rapier(&(x_wr * b.start_pose)))
-                .additional_mass_properties(mass_properties(b))
-                .can_sleep(false)
-                .gyroscopic_forces_enabled(true);
-            let handle = physics.bodies.insert(body);
-            collisions.add(&mut physics, handle, b, Some(i) == train.load);
-            handles.push(handle);
-        }
-        // Masses and centres of mass read 0 until the first step.
-        physics.integration_parameters.dt = 0.0;
-        physics.step();
-
+        let bodies = Bodies::new(&train, &rail, options);
         let mut dynamics = Dynamics::new(train, &rail, options.front_m, options.gravity_mps2);
         dynamics.zones.clone_from(&options.zones);
-        let n = handles.len();
         let imu_start = options.front_m
             + dynamics.train.bodies[dynamics.train.mounts[options.imu].body].start_s;
         let mut world = Self {
             sway: Sway::of(&dynamics.train),
             imu: (options.imu, Cursor::at(imu_start)),
             rail,
-            physics,
-            handles,
-            collisions,
-            states: Vec::with_capacity(n),
-            wrenches: vec![Wrench::ZERO; n],
+            wrenches: vec![Wrench::ZERO; bodies.states().len()],
+            bodies,
             truth: Truth::default(),
             sums: Sums::default(),
             balance: ForceBalance::default(),
@@ -127,7 +91,6 @@ impl World {
             rail_impulse: Vector3::zeros(),
             time: Clock::default(),
         };
-        world.read_states();
         world.settle(options.front_m, options.speed_mps)?;
         Ok(world)
     }
@@ -150,16 +113,15 @@ impl World {
         }
         let mut quiet = 0;
         for _ in 0..(SETTLE_S / dt) as usize {
-            self.advance(&command, dt);
+            self.forces(&command, dt);
+            self.bodies.step(&self.wrenches, self.truth.t_s, dt);
             let mut fastest: f64 = 0.0;
-            for h in &self.handles {
-                let b = &mut self.physics.bodies[*h];
-                let (v, w) = (b.linvel() * SETTLE_KEEP, b.angvel() * SETTLE_KEEP);
-                fastest = fastest.max(v.length());
-                b.set_linvel(v, false);
-                b.set_angvel(w, false);
+            for i in 0..self.wrenches.len() {
+                let s = &self.bodies.states()[i];
+                let (v, w) = (s.v * SETTLE_KEEP, s.w * SETTLE_KEEP);
+                fastest = fastest.max(v.norm());
+                self.bodies.set_velocity(i, v, w);
             }
-            self.read_states();
             quiet = if fastest < SETTLED_SPEED_MPS {
                 quiet + 1
             } else {
@@ -173,12 +135,12 @@ impl World {
         self.lost_j = 0.0;
         self.rail_impulse = Vector3::zeros();
         if speed != 0.0 {
-            let bodies = &self.dynamics.train.bodies;
-            for ((h, s), b) in self.handles.iter().zip(&self.states).zip(bodies) {
+            for (i, b) in self.dynamics.train.bodies.iter().enumerate() {
                 // A body moves along the tangent at its own place on the rail.
                 let mut cursor = Cursor::at(front + b.start_s);
+                let s = &self.bodies.states()[i];
                 let t = self.rail.track(&s.p, &mut cursor).t;
-                self.physics.bodies[*h].set_linvel(to_rapier(&(t * speed)), false);
+                self.bodies.set_velocity(i, t * speed, s.w);
             }
             for u in &mut self.dynamics.drives {
                 u.brake.value = 0.0;
@@ -187,7 +149,6 @@ impl World {
                     w.omega = speed / u.spec.wheel_radius_m;
                 }
             }
-            self.read_states();
         }
         self.time = Clock::default();
         self.truth = Truth {
@@ -200,7 +161,7 @@ impl World {
                 self.dynamics.train.mounts.len()
             ],
             drives: vec![DriveState::default(); self.dynamics.drives.len()],
-            poses: vec![(Vector3::zeros(), UnitQuaternion::identity()); self.handles.len()],
+            poses: vec![(Vector3::zeros(), UnitQuaternion::identity()); self.wrenches.len()],
             clearance_m: f64::INFINITY,
             ..Default::default()
         };
@@ -209,29 +170,15 @@ impl World {
         self.check()
     }
 
-    /// One step of forces and rapier.
-    fn advance(&mut self, command: &Command, dt: f64) {
-        self.sums = self
-            .dynamics
-            .forces(&self.rail, &self.states, command, dt, &mut self.wrenches);
-        for (h, w) in self.handles.iter().zip(&self.wrenches) {
-            let b = &mut self.physics.bodies[*h];
-            b.reset_forces(false);
-            b.reset_torques(false);
-            b.add_force(to_rapier(&w.force), false);
-            b.add_torque(to_rapier(&w.torque), false);
-        }
-        self.collisions
-            .update_colliders(&mut self.physics, self.truth.t_s);
-        self.physics.integration_parameters.dt = dt;
-        self.physics.step();
-    }
-
-    fn read_states(&mut self) {
-        self.states.clear();
-        let bodies = &self.physics.bodies;
-        self.states
-            .extend(self.handles.iter().map(|h| state(&bodies[*h])));
+    /// Forces of a step of `dt` (s), with the internal states behind it.
+    fn forces(&mut self, command: &Command, dt: f64) {
+        self.sums = self.dynamics.forces(
+            &self.rail,
+            self.bodies.states(),
+            command,
+            dt,
+            &mut self.wrenches,
+        );
     }
 
     /// Still on the rail, still finite?
@@ -261,7 +208,7 @@ impl World {
 
     /// Motion of every body.
     pub fn bodies(&self) -> &[BodyState] {
-        &self.states
+        self.bodies.states()
     }
 
     /// Sums of the last step.
@@ -276,8 +223,9 @@ impl World {
 
     /// Energy now, J: kinetic and potential of the bodies, springs, bristles and turning masses.
     pub fn energy(&self) -> f64 {
-        let mut e = self.dynamics.stored_energy(&self.rail, &self.states);
-        for (s, b) in self.states.iter().zip(&self.dynamics.train.bodies) {
+        let states = self.bodies.states();
+        let mut e = self.dynamics.stored_energy(&self.rail, states);
+        for (s, b) in states.iter().zip(&self.dynamics.train.bodies) {
             let w = s.r.transpose() * s.w;
             e += b.mass_kg * (0.5 * s.v.norm_squared() + self.dynamics.gravity * s.c.z)
                 + 0.5 * w.dot(&(b.inertia * w));
@@ -292,17 +240,22 @@ impl World {
 
     /// Give a body a velocity by hand (tests).
     pub fn set_velocity(&mut self, body: usize, v: Vector3<f64>) {
-        self.physics.bodies[self.handles[body]].set_linvel(to_rapier(&v), false);
-        self.read_states();
+        let w = self.bodies.states()[body].w;
+        self.bodies.set_velocity(body, v, w);
+    }
+
+    /// Advance the bodies by rapier's whole pipeline in every step from now on (`true`), or only while something could touch (tests).
+    pub fn set_engine_always(&mut self, on: bool) {
+        self.bodies.set_engine_always(on);
     }
 }
 
 impl Plant for World {
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error> {
         let before = self.momentum();
-        self.advance(command, dt_s);
+        self.forces(command, dt_s);
         let turned = self.bodies_momentum();
-        self.read_states();
+        self.bodies.step(&self.wrenches, self.truth.t_s, dt_s);
         self.update_balance(&before, turned, dt_s);
         self.drive_work_j += self.sums.drive_w * dt_s;
         self.lost_j += self.sums.loss_w * dt_s;
@@ -325,6 +278,6 @@ impl Plant for World {
     }
 
     fn update_clearance(&mut self) {
-        self.truth.clearance_m = self.collisions.clearance(&self.physics);
+        self.truth.clearance_m = self.bodies.clearance();
     }
 }

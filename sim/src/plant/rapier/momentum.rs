@@ -20,7 +20,7 @@ impl World {
 
     /// Σ mᵢ vᵢ·tᵢ, kg·m/s.
     pub(super) fn bodies_momentum(&self) -> f64 {
-        let bodies = self.dynamics.train.bodies.iter().zip(&self.states);
+        let bodies = self.dynamics.train.bodies.iter().zip(self.bodies.states());
         bodies
             .zip(self.dynamics.directions().now())
             .map(|((b, s), t)| b.mass_kg * s.v.dot(t))
@@ -35,7 +35,7 @@ impl World {
         let mass = self.dynamics.train.total_mass_kg() + rotating_mass;
         let sums = &self.sums;
         // Contact is what the solver adds to the forces given to it.
-        let contact = if self.collisions.enabled() {
+        let contact = if self.bodies.contact_possible() {
             (bodies - turned) / dt - sums.along_n - sums.balance.grade_n
         } else {
             0.0

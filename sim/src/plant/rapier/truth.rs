@@ -40,9 +40,10 @@ impl World {
     pub(super) fn update_truth(&mut self, dt: f64) {
         let t = &mut self.truth;
         let train = &self.dynamics.train;
+        let states = self.bodies.states();
         for &i in &self.mounts {
             let m = &train.mounts[i];
-            let s = &self.states[m.body];
+            let s = states[m.body];
             let at = s.point(&m.pose.translation.vector);
             t.mounts[i] = MountState {
                 v_w: s.velocity(&at),
@@ -51,7 +52,7 @@ impl World {
             };
         }
         let m = &train.mounts[self.imu.0];
-        let s = &self.states[m.body];
+        let s = states[m.body];
         let at = s.point(&m.pose.translation.vector);
         let f = self.rail.track(&at, &mut self.imu.1);
         t.speed_at_imu_mps = s.velocity(&at).dot(&f.t);
@@ -83,8 +84,8 @@ impl World {
         t.balance = Some(self.balance);
         t.off_rail_m = sums.off_rail_m;
         if let Some(sway) = &self.sway {
-            let d = self.states[sway.load].c - self.states[sway.above].point(&sway.anchor);
-            let ahead = self.states[sway.above].r.column(0).into_owned();
+            let d = states[sway.load].c - states[sway.above].point(&sway.anchor);
+            let ahead = states[sway.above].r.column(0).into_owned();
             let flat = Vector3::new(ahead.x, ahead.y, 0.0);
             let flat = flat / flat.norm().max(1e-9);
             let left = Vector3::new(-flat.y, flat.x, 0.0);
@@ -95,7 +96,7 @@ impl World {
         }
         for (i, (out, u)) in t.drives.iter_mut().zip(&self.dynamics.drives).enumerate() {
             let r = u.spec.wheel_radius_m;
-            let rates = self.dynamics.wheel_rates(i, &self.states, dt);
+            let rates = self.dynamics.wheel_rates(i, states, dt);
             let slip = u.wheels.map(|w| w.omega * r - u.v_t);
             *out = DriveState {
                 chainage_m: self.dynamics.drive_chainage(i),
@@ -112,7 +113,7 @@ impl World {
                 adhesion: u.adhesion,
             };
         }
-        for (out, s) in t.poses.iter_mut().zip(&self.states) {
+        for (out, s) in t.poses.iter_mut().zip(states) {
             *out = (s.p, s.q);
         }
     }

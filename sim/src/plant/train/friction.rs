@@ -126,8 +126,15 @@ impl SlidingContact {
             return 0.0;
         }
         let z_max = g / b.sigma0;
-        self.z = self.z.clamp(-z_max, z_max);
         let v_r = -v_t;
+        if self.z * v_r > 0.0 && self.z.abs() >= z_max {
+            // Slides on at its limit: what the equations below come to.
+            self.z = z_max.copysign(v_r);
+            self.force = g.copysign(v_r);
+            self.loss = g * v_r.abs();
+            return self.force;
+        }
+        self.z = self.z.clamp(-z_max, z_max);
         let a = 1.0 + dt * b.alpha(self.z, v_r, z_max) * v_r.abs() / z_max;
         let z = ((self.z + dt * v_r) / a).clamp(-z_max, z_max);
         let force = (b.sigma0 * z + b.sigma1 * (z - self.z) / dt).clamp(-g, g);
