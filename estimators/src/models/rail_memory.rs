@@ -14,7 +14,7 @@ use crate::api::snapshot::{Archive, State, state};
 pub const NODES: usize = 250;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 30.0;
+const SPARE_M: Real = 36.0;
 /// Share of what a later visit reads.
 const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
