@@ -79,7 +79,7 @@ impl AidOutcome {
 
 impl AidOutcome {
     /// The one with this code.
-    fn from_code(code: u32) -> Option<Self> {
+    fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             0 => AidOutcome::Stale,
             1 => AidOutcome::Fused,
@@ -97,7 +97,7 @@ impl AidOutcome {
 
 impl State for AidOutcome {
     fn visit(&mut self, archive: &mut Archive) {
-        let mut code = u32::from(self.code());
+        let mut code = self.code();
         code.visit(archive);
         let read = Self::from_code(code);
         archive.require(read.is_some());
@@ -114,10 +114,7 @@ mod tests {
     #[test]
     fn every_code_is_that_of_its_outcome() {
         for code in 0..9 {
-            assert_eq!(
-                AidOutcome::from_code(code).map(|o| u32::from(o.code())),
-                Some(code)
-            );
+            assert_eq!(AidOutcome::from_code(code).map(|o| o.code()), Some(code));
         }
         assert_eq!(AidOutcome::from_code(9), None);
     }

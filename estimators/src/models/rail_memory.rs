@@ -11,7 +11,7 @@ use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 
 /// Nodes remembered.
-pub const NODES: usize = 250;
+pub const NODES: usize = 300;
 /// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
 const MIN_PITCH_M: Real = 0.1;
 const SPARE_M: Real = 36.0;

@@ -4,6 +4,7 @@
 //! a regressor (no errors-in-variables treatment). The accelerometer only shares it out within the block.
 
 use crate::Real;
+use crate::api::aid::{AidOutcome, Rejection};
 use crate::api::real::{floor, within};
 use crate::api::snapshot::{Blank, state};
 use crate::models::rail_memory::{Place, RailMemory};
@@ -17,6 +18,9 @@ const NOMINAL_MPS2: Real = 2.5e-3;
 
 /// Step of the accelerations kept, m/s²: an eighth of their noise.
 const ACCELERATION_STEP: Real = 2e-4;
+
+/// Share of the brake beyond which a block is of no use.
+const MAX_BRAKE: Real = 0.002;
 
 fn quantised(acceleration_mps2: Real) -> i16 {
     within(
@@ -66,14 +70,8 @@ pub struct Block {
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, s.
     pub substep_s: f32,
-    /// Largest brake, 0…1.
-    pub brake: f32,
-    /// Whether all its samples were sound; whether none slipped; whether the torques were doubted.
-    pub sound: bool,
-    /// See above.
-    pub slip: bool,
-    /// See above.
-    pub doubt: bool,
+    /// Fused, or why it cannot be: braked, without an instrument, slip, torques in doubt.
+    pub outcome: AidOutcome,
 }
 
 impl Block {
@@ -162,10 +160,7 @@ impl BlockBuilder {
             speed_mps: stored(self.speed / self.length_s),
             acceleration: self.parts.map(|a| quantised(a + shift)),
             substep_s: stored(self.length_s / SUBSTEPS as Real),
-            brake: stored(self.brake),
-            sound: !self.unsound,
-            slip: self.slip,
-            doubt: self.doubt,
+            outcome: self.outcome(),
         };
         *self = Self {
             started: Some((rail.here(), z.speed_mps)),
@@ -177,6 +172,20 @@ impl BlockBuilder {
 }
 
 impl BlockBuilder {
+    fn outcome(&self) -> AidOutcome {
+        if self.brake > MAX_BRAKE {
+            AidOutcome::Rejected(Rejection::NotRunning)
+        } else if self.unsound {
+            AidOutcome::Stale
+        } else if self.slip {
+            AidOutcome::Rejected(Rejection::Slip)
+        } else if self.doubt {
+            AidOutcome::Rejected(Rejection::Gate)
+        } else {
+            AidOutcome::Fused
+        }
+    }
+
     /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise covers, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
         let noise = self.noise / self.length_s.max(SUBSTEP_S);
@@ -191,7 +200,7 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, acceleration, substep_s, brake, sound, slip, doubt; });
+state!(Block { place, traction_n, variance, speed_mps, acceleration, substep_s, outcome; });
 state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.

@@ -25,10 +25,9 @@ use params::{SwingBalanceParams, SwingSupervision};
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
 const BLOCKS: usize = 28;
-/// Speed from which a block is of use, m/s; time after standing, s; share of the brake beyond which it is not.
+/// Speed from which a block is of use, m/s; time after standing, s.
 const MIN_SPEED_MPS: Real = 0.06;
 const SETTLE_S: Real = 0.3;
-const MAX_BRAKE: f32 = 0.01;
 /// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
 const MIN_WAIT_MPS: Real = 0.05;
 /// Way ahead of the rail read up to which a block is of use, m.
@@ -211,14 +210,10 @@ impl SwingMass {
         // Going back over rail that is no longer remembered, or never was.
         let onto_unknown =
             block.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
-        if !moving || self.settle_s > 0.0 || block.brake > MAX_BRAKE {
+        if !moving || self.settle_s > 0.0 {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
-        } else if !block.sound {
-            Some(AidOutcome::Stale)
-        } else if block.slip {
-            Some(AidOutcome::Rejected(Rejection::Slip))
-        } else if block.doubt {
-            Some(AidOutcome::Rejected(Rejection::Gate))
+        } else if block.outcome != AidOutcome::Fused {
+            Some(block.outcome)
         } else if means.ahead_m > MAX_AHEAD_M || onto_unknown {
             Some(AidOutcome::Rejected(Rejection::NotExcited))
         } else {

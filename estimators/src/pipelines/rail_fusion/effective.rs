@@ -1,6 +1,7 @@
 //! Effective grade: mean over the masses off the rail memory, and for rail that was not read what the force balance says.
 
 use crate::Real;
+use crate::api::aid::AidOutcome;
 use crate::api::real::{GRAVITY, asin, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
@@ -23,9 +24,8 @@ const FORCE_MOTION: Real = 2.0;
 /// Share of a new block in the correction by force, and what is left of it after one of no use.
 const SHARE: Real = 0.6;
 const LEFT: Real = 0.7;
-/// Speed from which the force tells the grade, m/s, and largest brake.
+/// Speed from which the force tells the grade, m/s.
 const MIN_SPEED_MPS: Real = 0.1;
-const MAX_BRAKE: f32 = 0.002;
 /// Distance at which η is a grade, m.
 const ETA_M: Real = 9.0;
 
@@ -49,12 +49,8 @@ impl EffectiveGrade {
         rail: &RailMemory,
     ) {
         let v = Real::from(block.speed_mps);
-        let use_it = block.sound
-            && !block.slip
-            && !block.doubt
-            && block.brake < MAX_BRAKE
-            && v.abs() > MIN_SPEED_MPS
-            && mass.used() > 0;
+        let use_it =
+            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.used() > 0;
         if !use_it {
             self.correction *= LEFT;
             return;
