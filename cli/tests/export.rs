@@ -1,5 +1,7 @@
 //! `export`: a run as a log, and the replay of it, which is the run again.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Simulation, columns};

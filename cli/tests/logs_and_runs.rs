@@ -1,5 +1,7 @@
 //! `judge` and `calibrate`, over a run and over its export.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Simulation, columns};

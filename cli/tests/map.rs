@@ -1,5 +1,7 @@
 //! `monorig map`: drive, map, and drive on the map.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Simulation, project};

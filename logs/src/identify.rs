@@ -277,7 +277,7 @@ fn regression(rows: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Fit> {
     }
     // scaled to ones in the diagonal, so that the determinant tells how alike the two are
     let alike = normal[(0, 1)].powi(2) / (normal[(0, 0)] * normal[(1, 1)]);
-    if !(alike < 1.0 - 1e-9) {
+    if alike.is_nan() || alike >= 1.0 - 1e-9 {
         return None;
     }
     let inverse = normal.try_inverse()?;

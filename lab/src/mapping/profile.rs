@@ -4,7 +4,7 @@ use super::Passage;
 use std::fmt::Write;
 
 /// g, m/s².
-const GRAVITY: f64 = monorig_estimators::api::real::GRAVITY as f64;
+const GRAVITY: f64 = monorig_estimators::api::real::GRAVITY;
 /// Standard deviation of the grade of rail that was not read, rad: as that of the rail behind a train in the estimator.
 const UNREAD_SD_RAD: f64 = 0.02;
 /// A row counts up to these standard deviations of sin θ + b/g and of the speed, m/s.

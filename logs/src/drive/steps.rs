@@ -25,12 +25,15 @@ pub struct Step {
     pub segment: u32,
 }
 
+/// The channels that take something of a table, by place in the list.
+type Bound = Vec<(usize, Binding)>;
+
 /// A log that is played step by step.
 pub struct Drive {
     merged: Merged,
     channels: Vec<Channel>,
     /// By part and table: the channels that take something of it. None until a row of it is seen.
-    bindings: Vec<Vec<Option<Vec<(usize, Binding)>>>>,
+    bindings: Vec<Vec<Option<Bound>>>,
     row: MergedRow,
     many: Many,
     vehicle: Vehicle,

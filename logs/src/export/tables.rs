@@ -157,11 +157,11 @@ impl Tables {
     }
 }
 
+/// Takes the time of a row, ns, and its values.
+type Rows<'a> = dyn FnMut(i64, &[f64]) -> Result<(), Error> + 'a;
+
 /// A row for each stamp of these samples, with those that were taken then.
-fn by_stamp(
-    slots: &[Option<Sample<f64>>],
-    sink: &mut dyn FnMut(i64, &[f64]) -> Result<(), Error>,
-) -> Result<(), Error> {
+fn by_stamp(slots: &[Option<Sample<f64>>], sink: &mut Rows<'_>) -> Result<(), Error> {
     let mut stamps: Vec<i64> = slots.iter().flatten().map(|s| s.t.ns()).collect();
     stamps.sort_unstable();
     stamps.dedup();
