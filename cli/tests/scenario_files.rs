@@ -27,9 +27,14 @@ fn named() -> Vec<String> {
     let page = std::fs::read_to_string(page).unwrap();
     let (tables, _) = page.split_once("## What does not hold").unwrap();
     let mut names = Vec::new();
+    let mut of_scenarios = false;
     for line in tables.lines() {
+        if line.starts_with("| scenario") || !line.starts_with('|') {
+            of_scenarios = line.starts_with('|');
+        }
         let cell = line
             .strip_prefix("| ")
+            .filter(|_| of_scenarios)
             .and_then(|row| row.split(" |").next());
         let cells = cell.into_iter().flat_map(ticked);
         names.extend(cells.filter(|name| !name.contains('/')));

@@ -27,8 +27,7 @@ const EXAMPLES: &str = "\
 Examples:
   monorig tune scenarios/tuning/quick.yaml                  search; results go to runs/tune/quick/
   monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
-  monorig tune study.yaml --queue /shared/queue             search, with the help of workers on other machines
-  monorig tune study.yaml --worker /shared/queue            be such a worker
+  monorig tune scenarios/tuning/quick.yaml --restart --queue queue   search anew, with workers on other machines (the same with --worker queue)
   monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
 
 Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
