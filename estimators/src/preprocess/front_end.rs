@@ -140,23 +140,27 @@ impl FrontEnd {
         }
         let (mut new_speed, mut new_wheel_speed_mps) = (false, [None; MAX_DRIVES]);
         let wheels = self.speed.iter_mut().zip(z.wheel_speed_mps);
-        for ((held, sample), new) in wheels.take(self.drives).zip(&mut new_wheel_speed_mps) {
-            if held.take(sample, now) {
+        let mut wheel_speed_mps = [None; MAX_DRIVES];
+        let fresh = new_wheel_speed_mps.iter_mut().zip(&mut wheel_speed_mps);
+        for ((held, sample), (new, fresh)) in wheels.take(self.drives).zip(fresh) {
+            let taken = held.take(sample, now);
+            *fresh = held.fresh(now, dt);
+            if taken {
                 new_speed = true;
-                *new = held.fresh(now, dt);
+                *new = *fresh;
             }
         }
 
-        let motor_torque_nm = self.total_torque(now, dt);
-        let vector = |axes: [&SampleHold; 3]| {
-            let [x, y, z] = axes.map(|held| held.fresh(now, dt));
-            Some([x?, y?, z?])
-        };
-        let wheels = self.speed.iter().take(self.drives);
-        let voted = self.vote.speed_mps(
-            wheels.filter_map(|held| held.fresh(now, dt)),
-            motor_torque_nm.unwrap_or(0.0),
-        );
+        let mut torques_nm = [None; MAX_DRIVES];
+        for (fresh, held) in torques_nm.iter_mut().zip(&self.torque) {
+            *fresh = held.fresh(now, dt);
+        }
+        let motor_torque_nm = self.total_torque(&torques_nm);
+        let force = [&self.forward, &self.left, &self.up].map(|held| held.fresh(now, dt));
+        let rate = [&self.roll_rate, &self.pitch_rate, &self.yaw_rate].map(|h| h.fresh(now, dt));
+        let vector = |[x, y, z]: [Option<Real>; 3]| Some([x?, y?, z?]);
+        let wheels = wheel_speed_mps.iter().flatten().copied();
+        let voted = self.vote.speed_mps(wheels, motor_torque_nm.unwrap_or(0.0));
         let (new_speed_mps, speed_mps, held_out) = self.condition_speed(voted, new_speed, now);
         let [pitch_bias, yaw_bias] = self
             .conditioning
@@ -167,15 +171,15 @@ impl FrontEnd {
             speed_mps,
             wheel_speed_fault: match speed_mps {
                 Some(_) => held_out.then_some(Rejection::Gate),
-                None => self.wheel_speed_fault(now, dt),
+                None => self.wheel_speed_fault(&wheel_speed_mps, now),
             },
             motor_torque_nm,
-            front_torque_nm: self.torque.first().and_then(|held| held.fresh(now, dt)),
-            specific_force_mps2: self.forward.fresh(now, dt),
-            lateral_force_mps2: self.left.fresh(now, dt),
-            vertical_force_mps2: self.up.fresh(now, dt),
-            pitch_rate_radps: self.pitch_rate.fresh(now, dt).map(|w| w - pitch_bias),
-            yaw_rate_radps: self.yaw_rate.fresh(now, dt).map(|w| w - yaw_bias),
+            front_torque_nm: torques_nm[0],
+            specific_force_mps2: force[0],
+            lateral_force_mps2: force[1],
+            vertical_force_mps2: force[2],
+            pitch_rate_radps: rate[1].map(|w| w - pitch_bias),
+            yaw_rate_radps: rate[2].map(|w| w - yaw_bias),
             gyro_bias_sd_radps: self
                 .conditioning
                 .as_ref()
@@ -187,12 +191,11 @@ impl FrontEnd {
             steering_angle_rad: self.steering.fresh(now, dt),
             brake: u.brake,
             channels: Channels {
-                specific_force_mps2: vector([&self.forward, &self.left, &self.up]),
-                angular_rate_radps: vector([&self.roll_rate, &self.pitch_rate, &self.yaw_rate])
-                    .map(|[p, theta_dot, r]| [p, -theta_dot, r]),
+                specific_force_mps2: vector(force),
+                angular_rate_radps: vector(rate).map(|[p, theta_dot, r]| [p, -theta_dot, r]),
                 new: [new_force, new_rate],
                 new_wheel_speed_mps,
-                motor_torque_nm: self.torque.map(|held| held.fresh(now, dt)),
+                motor_torque_nm: torques_nm,
                 commanded_torque_nm: u.motor_torque_nm,
             },
         })
@@ -246,11 +249,11 @@ impl FrontEnd {
     }
 
     /// Why fresh or stuck wheels give no speed; `None` if all are stale.
-    fn wheel_speed_fault(&self, now: Time, dt: Real) -> Option<Rejection> {
-        let wheels = || self.speed.iter().take(self.drives);
-        if wheels().any(|held| held.fresh(now, dt).is_some()) {
+    fn wheel_speed_fault(&self, fresh: &[Option<Real>], now: Time) -> Option<Rejection> {
+        let mut wheels = self.speed.iter().take(self.drives);
+        if fresh.iter().any(Option::is_some) {
             Some(Rejection::Slip)
-        } else if wheels().any(|held| held.is_stuck(now)) {
+        } else if wheels.any(|held| held.is_stuck(now)) {
             Some(Rejection::Stuck)
         } else {
             None
@@ -258,13 +261,8 @@ impl FrontEnd {
     }
 
     /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal shares).
-    fn total_torque(&self, now: Time, dt: Real) -> Option<Real> {
-        let fresh = || {
-            self.torque
-                .iter()
-                .take(self.drives)
-                .filter_map(|held| held.fresh(now, dt))
-        };
+    fn total_torque(&self, fresh_nm: &[Option<Real>]) -> Option<Real> {
+        let fresh = || fresh_nm.iter().take(self.drives).flatten();
         let count = fresh().count();
         (count > 0 && 2 * count >= self.drives)
             .then(|| fresh().sum::<Real>() * self.drives as Real / count as Real)
