@@ -39,7 +39,7 @@ fn a_seed_draws_a_course_of_its_own_and_always_the_same() {
 }
 
 /// A point on the rail comes to the end of every drive, near the place where it was meant to stand: motors, brakes and rail suffice. The
-/// reference is one of speeds, and what the controller lags in a grade stays: a tenth of the way.
+/// reference is one of speeds, and what the controller lags in a grade stays: 2.5 % of the way at worst here.
 #[test]
 fn every_course_is_driven_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,11 +64,11 @@ fn every_course_is_driven_to_its_end() {
         assert!(outcome.finished, "seed {seed}");
         let driven = simulation.front_m() - start;
         assert!(
-            (driven - way).abs() < 0.1 * length + 0.5,
+            (driven - way).abs() < 0.04 * length + 0.5,
             "seed {seed}: {driven} m of {way} m"
         );
         assert!(
-            simulation.plant.truth().speed_mps.abs() < 0.1,
+            simulation.plant.truth().speed_mps.abs() < 0.05,
             "seed {seed}"
         );
     }

@@ -110,7 +110,7 @@ const TIED: Real = 0.5;
 
 /// Says when the state has jumped, with hysteresis: strong tracking that is always on follows noise.
 ///
-/// Innovations too large for the noise believed can mean a jump or a noisier sensor. After a jump they keep to one side; noise
+/// Innovations too large for the assumed noise can mean a jump or a noisier sensor. After a jump they keep to one side; noise
 /// changes sides. So the alarm rings when yᵀ S⁻¹ y is too large *and* successive innovations are tied: the very orthogonality that
 /// strong tracking is there to restore.
 #[derive(Clone, Copy, Debug, PartialEq)]
