@@ -25,13 +25,18 @@ use std::time::Duration;
 
 const REPLAY_EXAMPLES: &str = "\
 Examples:
-  monorig replay --map drive.map.yaml                    the files and the estimators that the map names
-  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion,dffrls_aekf_robust
-  monorig replay --map drive.map.yaml --check            what is wrong with this log, before anything runs
+  monorig replay --map drive.map.yaml
+      the files and the estimators that the map names
+  monorig replay drive.mf4 --map crane.map.yaml \\
+      --estimators rail_fusion,dffrls_aekf_robust
+  monorig replay --map drive.map.yaml --check
+      what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit out/replay.xml
 
-Results are those of `monorig run`: OUT/<map>/1/ with manifest.json, channels.parquet, metrics.json and, with the viewer built in, run.rrd;
-`monorig report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig schema map` prints every key.";
+Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
+channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
+report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig
+schema map` prints every key.";
 
 /// `monorig replay`
 #[derive(Debug, clap::Args)]
@@ -161,7 +166,7 @@ pub fn play(
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::print(&summary::text(&run.summary, run.wall_s))?;
+    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
