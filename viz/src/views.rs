@@ -3,7 +3,7 @@
 use crate::columns::follow_entity;
 use crate::stream::{TIMELINE, entity};
 use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground, PlotLegend,
     ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents,
     ViewportBlueprint, VisualBounds2D,
 };
@@ -143,6 +143,8 @@ impl Builder {
             y_range: side(1),
         });
         self.property(&place, "VisualBounds2D", bounds);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(BACKGROUND);
+        self.property(&place, "Background", background);
         place
     }
 
@@ -187,6 +189,9 @@ impl Builder {
             .with_corner(style.corner)
             .with_visible(lines.len() <= MAX_LEGEND);
         self.property(&place, "PlotLegend", legend);
+        // the truth is white: it must be seen in a light theme, too
+        let background = PlotBackground::new().with_color(BACKGROUND);
+        self.property(&place, "PlotBackground", background);
         Some(place)
     }
 

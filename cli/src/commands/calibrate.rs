@@ -14,8 +14,9 @@ Examples:
   monorig calibrate drive.mf4 --map crane.map.yaml --known mass,slope
   monorig calibrate --map drive.map.yaml --known mass,slope --json found.json
 
-Finds torque gain, running resistance, lean and bias of the accelerometer, and noise, each with its standard deviation. Mass and slope are
-those under `reference` in the map.";
+Finds torque gain, running resistance, lean and bias of the accelerometer, and
+noise, each with its standard deviation. Mass and slope are those under
+`reference` in the map.";
 
 /// `monorig calibrate`
 #[derive(Debug, clap::Args)]

@@ -14,10 +14,13 @@ use std::path::PathBuf;
 
 const CHECK_EXAMPLES: &str = "\
 Examples:
-  monorig check scenarios/*.yaml                a scenario with everything it names, as before a run
-  monorig check assets/*/*.yaml                 tracks, trains, units, sensor sheets, rail profiles by themselves
+  monorig check scenarios/*.yaml
+      a scenario with everything it names, as before a run
+  monorig check assets/*/*.yaml
+      tracks, trains, units, sensor sheets, rail profiles by themselves
   monorig check --kind track assets/tracks/winding.yaml
-  monorig check runs/liu2023_section1/1/*       what a run left behind: whole and readable?";
+  monorig check runs/liu2023_section1/1/*
+      what a run left behind: whole and readable?";
 
 /// `monorig check`
 #[derive(Debug, clap::Args)]

@@ -173,7 +173,7 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<CommandOutcome, CliError> {
     output::write(to, &json(&told, None)?)?;
     let width = told.iter().map(|v| v.scenario.chars().count()).max();
     for verdict in &verdicts {
-        output::print(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
+        output::verdicts(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
     }
     let failed = verdicts.iter().filter(|v| !v.held).count();
     let runs: usize = verdicts.iter().map(|v| v.runs.len()).sum();
