@@ -111,6 +111,7 @@ fn run_plots() -> Section {
                 y: Axis::linear("slope error, °"),
                 groups: groups(50),
                 references: vec![("published".into(), 1, 0.1)],
+                bounds: Vec::new(),
             }
             .figure(),
         )
@@ -329,6 +330,7 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             groups: group(),
             references: vec![],
+            bounds: Vec::new(),
         }
         .figure(),
         Boxes {
@@ -336,6 +338,7 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             groups: vec![],
             references: vec![],
+            bounds: Vec::new(),
         }
         .figure(),
         Consistency {
