@@ -3,9 +3,9 @@
 use crate::columns::follow_entity;
 use crate::stream::{TIMELINE, entity};
 use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground, PlotLegend,
-    ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents,
-    ViewportBlueprint, VisualBounds2D,
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground,
+    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint,
+    ViewContents, ViewportBlueprint, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
     ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,

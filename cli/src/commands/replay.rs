@@ -208,7 +208,12 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             true => "-".to_owned(),
             false => format!("{} {}", tables::number(c.value), c.unit),
         };
-        let told = format!("{word:<4}  {}: {} (good: {})", c.what, value.trim_end(), c.good);
+        let told = format!(
+            "{word:<4}  {}: {} (good: {})",
+            c.what,
+            value.trim_end(),
+            c.good
+        );
         text += &format!("{}\n", paragraph(&told, ""));
         if !why.is_empty() {
             text += &format!("{}\n", paragraph(&why, "      "));
