@@ -33,7 +33,7 @@ fn commands(help: &str) -> Vec<String> {
         .lines()
         .filter(|l| l.starts_with("  ") && !l.starts_with("   "));
     let first = |l: &str| l.split_whitespace().next().unwrap().to_owned();
-    named.map(first).collect()
+    named.map(first).filter(|c| c != "help").collect()
 }
 
 #[test]

@@ -250,7 +250,7 @@ fn a_known_failure_is_shown_and_not_red_until_it_holds() {
     assert_eq!(code, Some(0), "{out}");
     let known = "known failure: a bias of the accelerometer\n          dffrls_aukf_robust slope_mae_deg from 6 s: ";
     assert!(
-        out.contains(known) && out.contains("; 1 known failures\n"),
+        out.contains(known) && out.contains("; 1 known failure\n"),
         "{out}"
     );
     assert!(out.lines().all(|l| l.chars().count() <= 80), "{out}");

@@ -8,7 +8,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::prose::paragraph;
+use crate::ui::prose::{counted, paragraph};
 use crate::ui::tables::{grouped, number};
 use monorig_lab::batch::in_order;
 use monorig_lab::bound::{AFTER_S, BoundObserver, MeanSquares, RunBound, SheetNoise};
@@ -140,7 +140,8 @@ fn text(runs: &[RunBound]) -> String {
         groups.push(("no estimator".to_owned(), rows.into()));
     }
     let runs = runs.len();
-    let about = format!("root mean squares over {runs} runs, all samples from {AFTER_S} s on");
+    let runs = counted(runs, "run");
+    let about = format!("root mean squares over {runs}, all samples from {AFTER_S} s on");
     format!(
         "{}\n\n{}\n",
         paragraph(&about, ""),

@@ -3,7 +3,7 @@
 use crate::CommandOutcome;
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
-use crate::files::results;
+use crate::files::{results, written};
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
 use monorig_sim::closed_loop::registry::Registry;
@@ -72,15 +72,21 @@ fn check_one(
     }
     let row = match row {
         Some(row) => row,
-        None => recognise(file)?,
+        None => {
+            let document = Document::read(file)?;
+            let keys = document.keys();
+            if keys.iter().any(|key| key == written::VEHICLE_KEY) {
+                return written::vehicle(&document);
+            }
+            recognise(file, &keys)?
+        }
     };
     (row.check)(file, registry)?;
     Ok(format!("{} ok", row.name))
 }
 
-fn recognise(file: &Path) -> Result<&'static FileFormat, Error> {
-    let keys = Document::read(file)?.keys();
-    formats::recognise(&keys).ok_or_else(|| {
+fn recognise(file: &Path, keys: &[String]) -> Result<&'static FileFormat, Error> {
+    formats::recognise(keys).ok_or_else(|| {
         let names: Vec<_> = KINDS.iter().map(|row| row.name).collect();
         input_error(
             file,

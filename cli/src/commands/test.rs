@@ -15,7 +15,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::prose::paragraph;
+use crate::ui::prose::{counted, paragraph};
 use baseline::Baseline;
 use monorig_lab::batch::{RunResult, RunSpec, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
@@ -173,7 +173,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let checks = tested.iter().flat_map(|t| &t.judged.checks);
     let known = match checks.filter(|c| c.fails_as_known()).count() {
         0 => String::new(),
-        n => format!("; {n} known failures"),
+        n => format!("; {}", counted(n, "known failure")),
     };
     let unusable = match bad {
         0 => String::new(),
@@ -183,8 +183,9 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         output::verdicts(&format!("{}\n", paragraph(&metric.text(), "")))?;
     }
     output::print(&format!(
-        "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
-        tested.len() - elsewhere
+        "{}, {}: {held} held, {failed} failed{unusable}{known}\n",
+        counted(tested.len() - elsewhere, "scenario"),
+        counted(runs, "run")
     ))?;
     if baseline.is_some() {
         output::print(&format!(
@@ -194,7 +195,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         ))?;
     }
     let took = begun.elapsed().as_secs_f64();
-    note(&format!("{runs} runs in {took:.1} s"));
+    note(&format!("{} in {took:.1} s", counted(runs, "run")));
     match (bad, failed + worse.len()) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),

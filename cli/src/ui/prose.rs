@@ -18,6 +18,14 @@ pub fn paragraph(text: &str, indent: &str) -> String {
     textwrap::fill(text, options)
 }
 
+/// A number of things, such as `1 run` or `3 runs`.
+pub fn counted(n: usize, thing: &str) -> String {
+    match n {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {thing}s"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
