@@ -74,7 +74,7 @@ def main() -> int:
     parser.add_argument("picture", type=Path)
     parser.add_argument("tab")
     parser.add_argument("--tabs", default="Overview,Values,Forces,Sensors,Filters")
-    parser.add_argument("--wait", type=float, default=60.0, help="seconds to let the page load and draw")
+    parser.add_argument("--wait", type=float, default=110.0, help="seconds to let the page load and draw")
     args = parser.parse_args()
     viewer, browser = shutil.which("rerun"), shutil.which("chromium")
     if viewer is None or browser is None:

@@ -30,11 +30,15 @@ pub struct ResultKind {
 /// Files of this ending are results only if they say so: a scenario may be written as JSON too.
 const ANY_JSON: &str = ".json";
 
+const PARQUET: &str = ".parquet";
+/// What a run calls its channels.
+const CHANNELS: &str = "channels.parquet";
+
 /// The first that fits a name counts.
 const KINDS: &[ResultKind] = &[
     of_run("recording", ".rrd", recording),
     of_run("samples", SAMPLES, samples),
-    of_run("channels", ".parquet", channels),
+    of_run("channels", PARQUET, channels),
     of_run("manifest", "manifest.json", manifest),
     of_run("metrics", "metrics.json", metrics),
     other("error budget", "explain.json", budget),
@@ -51,6 +55,9 @@ const KINDS: &[ResultKind] = &[
     other("CAN database", ".dbc", written::database),
     other("verdicts", ".xml", written::junit),
 ];
+
+/// A table in Parquet that is not of a run, as `monorig export` writes them.
+const LOG: ResultKind = other("log", "", written::log);
 
 /// Copies of the inputs of a study, which are called by their check sum.
 const COPY: ResultKind = other("copy of an input", "", written::copy);
@@ -92,6 +99,12 @@ pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     let name = path.file_name()?.to_string_lossy();
     if written::is_copy(&name) {
         return Some(&COPY);
+    }
+    if name.ends_with(PARQUET) && name != CHANNELS && !name.ends_with(SAMPLES) {
+        let of_run = readback::read(path).is_ok();
+        if !of_run && written::log(path).is_ok() {
+            return Some(&LOG);
+        }
     }
     let found = KINDS.iter().find(|k| name.ends_with(k.ending))?;
     (found.ending != ANY_JSON || has_results(path)).then_some(found)

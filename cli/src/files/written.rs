@@ -5,6 +5,7 @@ use monorig_logs::drive::vehicle_file::VehicleFile;
 use monorig_logs::inspect::inspect;
 use monorig_logs::read::ReadOptions;
 use monorig_logs::read::dbc::Database;
+use monorig_logs::time::TimeUnit;
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;
@@ -41,7 +42,13 @@ pub fn log(path: &Path) -> Result<String, Error> {
         dbc: beside(path, "dbc"),
         ..ReadOptions::default()
     };
-    let found = inspect(path, &options)?;
+    // tables that `monorig export` writes have a stamp of their own
+    let stamped = ReadOptions {
+        time: Some("stamp_ns".into()),
+        unit: Some(TimeUnit::Nanoseconds),
+        ..ReadOptions::default()
+    };
+    let found = inspect(path, &options).or_else(|e| inspect(path, &stamped).map_err(|_| e))?;
     let rows: u64 = found.tables.iter().map(|t| t.rows).sum();
     let tables = found.tables.len();
     Ok(format!(
