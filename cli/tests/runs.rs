@@ -178,6 +178,54 @@ fn two_variants_of_a_scenario_are_kept_apart() {
         assert!(listed.contains(part), "{listed}");
     }
     assert!(listed.lines().all(|l| l.chars().count() <= 80), "{listed}");
+    // the folder may be named; a file is told
+    let of = |place: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        command.arg("runs").arg(place).output().unwrap()
+    };
+    assert_eq!(of(out.path()).stdout, listed.as_bytes());
+    let file = out.path().join("minimal@light/1/manifest.json");
+    let refused = of(&file);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("is a file"));
+}
+
+/// One viewer that is given the recordings of two variants has two, each with its own truth and its own estimates; of one recording given twice it
+/// would have one with everything doubled.
+#[cfg(feature = "viewer")]
+#[test]
+fn two_variants_in_one_store_are_two_recordings() {
+    use monorig_viz::readback::{read, read_all};
+    let out = tempfile::tempdir().unwrap();
+    let files = ["10000", "5000"].map(|kg| {
+        let name = format!("load{kg}");
+        let load = format!("load.mass_kg={kg}");
+        let set = ["--set", "stop.after_s=6", "--set", &load, "--name", &name];
+        let done = monorig(out.path(), "minimal", &set).output().unwrap();
+        assert!(done.status.code().is_some_and(|c| c < 2));
+        let folder = out.path().join(format!("minimal@{name}/1"));
+        folder.join("run.rrd")
+    });
+    let store = read_all(&[&files[0], &files[1]]).unwrap();
+    let ids: Vec<&str> = store.iter().map(|r| r.id.as_str()).collect();
+    assert_eq!(ids, ["minimal@load10000-1", "minimal@load5000-1"]);
+    for (recording, file) in store.iter().zip(&files) {
+        let alone = read(file).unwrap();
+        assert_eq!(recording.rows(), alone.rows(), "{}", recording.id);
+        assert!(recording.entities.keys().eq(alone.entities.keys()));
+    }
+    let [a, b] = [0, 1].map(|i: usize| &store[i].entities["/truth/total_mass"].scalars);
+    assert!(!a.is_empty() && a.len() == b.len());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b - 5000.0).abs() < 1e-6, "{a} {b}");
+    }
+    let estimates = "/estimates/dffrls_aekf_robust/total_mass";
+    let [a, b] = [0, 1].map(|i: usize| &store[i].entities[estimates]);
+    assert!(a.scalars != b.scalars, "both have the estimates of one");
+
+    let twice = read_all(&[&files[0], &files[0]]).unwrap();
+    assert_eq!(twice.len(), 1);
+    assert_eq!(twice[0].rows(), 2 * store[0].rows());
 }
 
 #[test]

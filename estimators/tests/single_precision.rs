@@ -60,14 +60,24 @@ fn narrow(z: &Measurements) -> single::api::signals::Measurements {
     }
 }
 
-/// Twenty minutes of starts, stops and grades.
+/// Twenty minutes of starts, stops and grades. All axes have noise: of one without, a stuck detector sees other repetitions in single
+/// precision, where a value that changes slowly is the same for some samples.
 fn drive() -> Vec<Measurements> {
     let mut crane = Crane::new(vehicle(2), 15_000.0, 11);
+    let mut random = Random::new(12);
     (0..120_000)
         .map(|k| {
             crane.grade_rad = 0.1 * (crane.chainage_m / 8.0).sin();
             let wanted = [1.2, 0.4, 0.0, -1.0][(k / 3000) % 4];
-            crane.step(wanted, DT)
+            let mut z = crane.step(wanted, DT);
+            if let Some(force) = &mut z.specific_force_mps2 {
+                force.value[1] += 0.007 * random.normal();
+                force.value[2] += 0.007 * random.normal();
+            }
+            if let Some(rate) = &mut z.angular_rate_radps {
+                rate.value[0] += 1e-4 * random.normal();
+            }
+            z
         })
         .collect()
 }
@@ -77,17 +87,8 @@ fn each_named_estimator_strays_little() {
     let drive = drive();
     let narrowed: Vec<_> = drive.iter().map(narrow).collect();
     let mut strayed = Vec::new();
-    let there = |name: &&str| registry32::NAMES.contains(name);
-    let forms = registry::NAMES
-        .iter()
-        .filter(|name| there(name))
-        .map(|name| (*name, true));
-    let missing: Vec<_> = registry::NAMES.iter().filter(|name| !there(name)).collect();
-    assert_eq!(
-        missing,
-        [&"rail_fusion", &"attitude"],
-        "only what its Cargo.toml leaves out"
-    );
+    assert_eq!(registry::NAMES, registry32::NAMES);
+    let forms = registry::NAMES.iter().map(|name| (*name, true));
     for (name, square_root) in forms.chain([
         ("dffrls_aekf_robust", false),
         ("rls_ekf_robust", false),
@@ -128,7 +129,10 @@ fn each_named_estimator_strays_little() {
             grade.sqrt().to_degrees(),
             100.0 * beyond
         );
-        if end > 0.01 || beyond > 0.01 {
+        // Of ours the rounding must not be seen: a hundredth of the smallest standard deviation that it tells.
+        let ours = ["rail_fusion", "attitude"].contains(&name);
+        let strays = ours && (grade.sqrt() > 3e-6 || mass.sqrt() > 1e-3);
+        if end > 0.01 || beyond > 0.01 || strays {
             strayed.push((name, square_root));
         }
     }

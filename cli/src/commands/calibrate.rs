@@ -15,9 +15,11 @@ Examples:
   monorig calibrate drive.mf4 --map crane.map.yaml --known mass,slope
   monorig calibrate --map drive.map.yaml --known mass,slope --json found.json
 
-Finds torque gain, running resistance, lean and bias of the accelerometer, and noise, each with its standard deviation; with
-`reference.speed` or `reference.distance` in the map the radius of the wheels too; where the vehicle stands for 12 s random walk and bias
-instability of the IMU. Mass and slope are those under `reference` in the map.";
+Finds torque gain, running resistance, lean and bias of the accelerometer, and
+noise, each with its standard deviation; with `reference.speed` or
+`reference.distance` in the map the radius of the wheels too; where the vehicle
+stands for 12 s random walk and bias instability of the IMU. Mass and slope are
+those under `reference` in the map.";
 
 /// `monorig calibrate`
 #[derive(Debug, clap::Args)]

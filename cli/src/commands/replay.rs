@@ -10,6 +10,7 @@ use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::progress::ProgressDisplay;
+use crate::ui::prose::paragraph;
 use crate::ui::{output, summary, tables};
 use crate::variant::Variant;
 use monorig_lab::batch::RunResult;
@@ -26,14 +27,20 @@ use std::time::Duration;
 
 const REPLAY_EXAMPLES: &str = "\
 Examples:
-  monorig replay --map drive.map.yaml                    the files and the estimators that the map names
-  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion,dffrls_aekf_robust
-  monorig replay --map drive.map.yaml --check            what is wrong with this log, before anything runs
+  monorig replay --map drive.map.yaml
+      the files and the estimators that the map names
+  monorig replay drive.mf4 --map crane.map.yaml \\
+      --estimators rail_fusion,dffrls_aekf_robust
+  monorig replay --map drive.map.yaml --check
+      what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit out/replay.xml
-  monorig replay --map drive.map.yaml --ghost            beside the vehicle of the map on the same drive
+  monorig replay --map drive.map.yaml --ghost
+      beside the vehicle of the map on the same drive
 
-Results are those of `monorig run`: OUT/<map>/1/ with manifest.json, channels.parquet, metrics.json and, with the viewer built in, run.rrd;
-`monorig report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig schema map` prints every key.";
+Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
+channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
+report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig
+schema map` prints every key.";
 
 /// `monorig replay`
 #[derive(Debug, clap::Args)]
@@ -181,7 +188,7 @@ pub fn play(
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::print(&summary::text(&run.summary, run.wall_s))?;
+    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
@@ -208,12 +215,9 @@ pub fn play(
     })
 }
 
-/// The checks of a log as a table.
+/// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut table, mut bad) = (
-        tables::table(["", "check", "found", "good", "what it means"]),
-        0,
-    );
+    let (mut text, mut bad) = (String::new(), 0);
     for c in check(map)? {
         let (word, why) = match &c.verdict {
             Verdict::Good => ("good", String::new()),
@@ -225,19 +229,22 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             true => "-".to_owned(),
             false => format!("{} {}", tables::number(c.value), c.unit),
         };
-        table.add_row([
-            word.to_owned(),
+        let told = format!(
+            "{word:<4}  {}: {} (good: {})",
             c.what,
-            value.trim_end().to_owned(),
-            c.good,
-            why,
-        ]);
+            value.trim_end(),
+            c.good
+        );
+        text += &format!("{}\n", paragraph(&told, ""));
+        if !why.is_empty() {
+            text += &format!("{}\n", paragraph(&why, "      "));
+        }
     }
     let end = match bad {
         0 => "nothing wrong was found".to_owned(),
         n => format!("{n} checks say that something is wrong"),
     };
-    output::print(&format!("{}\n\n{end}\n", tables::lines(&table)))?;
+    output::print(&format!("{text}\n{end}\n"))?;
     Ok(match bad {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,

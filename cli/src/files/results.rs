@@ -1,5 +1,6 @@
 //! Reading back what was written: is it there, whole, and ours?
 
+use crate::files::written;
 use crate::viewer;
 use monorig_lab::explain::Budget;
 use monorig_lab::report::study;
@@ -43,7 +44,16 @@ const KINDS: &[ResultKind] = &[
     other("sensitivity", "sensitivity.json", json),
     other("results", ANY_JSON, many_runs),
     other("page", ".html", page),
+    other("table", ".csv", written::table),
+    other("log", ".mcap", written::log),
+    other("log", ".mf4", written::log),
+    other("log", ".log", written::log),
+    other("CAN database", ".dbc", written::database),
+    other("verdicts", ".xml", written::junit),
 ];
+
+/// Copies of the inputs of a study, which are called by their check sum.
+const COPY: ResultKind = other("copy of an input", "", written::copy);
 
 type Read = fn(&Path) -> Result<String, Error>;
 
@@ -80,6 +90,9 @@ pub fn verify(path: &Path) -> Result<(), Error> {
 /// The kind of a result file, by its name.
 pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     let name = path.file_name()?.to_string_lossy();
+    if written::is_copy(&name) {
+        return Some(&COPY);
+    }
     let found = KINDS.iter().find(|k| name.ends_with(k.ending))?;
     (found.ending != ANY_JSON || has_results(path)).then_some(found)
 }
@@ -216,7 +229,8 @@ fn page(path: &Path) -> Result<String, Error> {
     }
 }
 
-fn broken(path: &Path, message: String) -> Error {
+/// A result that cannot be used.
+pub fn broken(path: &Path, message: String) -> Error {
     InputError {
         file: path.into(),
         line: None,

@@ -32,12 +32,23 @@ impl WheelSpeedVote {
     ) -> Option<Real> {
         let mut room = [0.0; MAX_DRIVES];
         let mut count = 0;
-        for (place, value) in room.iter_mut().zip(wheels_mps) {
+        // Insertion without branches: speeds of wheels that roll come in any order.
+        for mut value in wheels_mps {
+            let Some((sorted, [place, ..])) = room.split_at_mut_checked(count) else {
+                break;
+            };
+            for other in sorted {
+                let (low, high) = if value < *other {
+                    (value, *other)
+                } else {
+                    (*other, value)
+                };
+                (*other, value) = (low, high);
+            }
             *place = value;
             count += 1;
         }
         let sorted = room.get_mut(..count)?;
-        sorted.sort_unstable_by(Real::total_cmp);
         if motor_torque_nm < 0.0 {
             sorted.reverse();
         }
