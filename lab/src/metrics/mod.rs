@@ -6,6 +6,7 @@
 //! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
 //! sees to it.
 
+pub mod lagged;
 mod marks;
 mod of_estimator;
 mod of_run;

@@ -114,6 +114,8 @@ mod tests {
             slope_effective: 3.0 * e * DEGREE,
             effective_nees: 900.0 * e * e,
             effective_valid: valid,
+            lagged: e * DEGREE,
+            lagged_nees: 400.0 * e * e,
             nis: 16.0 * e * e,
             running_resistance: f64::NAN,
             mass_bound: 0.1,

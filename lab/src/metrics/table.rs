@@ -94,6 +94,12 @@ table! {
             = share_in_band(|x: &ErrorSample| x.slope_nees);
         Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, over the same samples"
             = rms_over(|x: &ErrorSample| x.slope, |x: &ErrorSample| x.slope_bound);
+        Slope "lagged_slope_rmse_deg" ["°", Least] "root mean square error of the slope told with the lag of the IMU's arm, against the grade under the middle of the unit that carries the IMU; of estimators that tell one (internal `lagged_grade_rad`)"
+            = rms(|x: &ErrorSample| x.lagged / DEGREE);
+        Slope "lagged_slope_error_max_deg" ["°", Least] "largest error of that slope"
+            = max(|x: &ErrorSample| x.lagged / DEGREE);
+        Slope "lagged_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of that slope; 1 when consistent"
+            = mean(|x: &ErrorSample| x.lagged_nees);
         EffectiveSlope "effective_slope_rmse_deg" ["°", Least] "root mean square error of the effective slope against the effective grade of the whole vehicle"
             = rms(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_mae_deg" ["°", Least] "mean absolute error of the effective slope"
