@@ -73,7 +73,7 @@ pub struct ReplayArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Record long logs at the full rate too
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate too
     #[arg(long)]
     pub full_rate: bool,
     /// Write the verdicts as JUnit XML, as CI servers read it
