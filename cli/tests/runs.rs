@@ -285,7 +285,7 @@ fn another_seed_differs_by_its_noise_and_by_nothing_else() {
 #[test]
 fn the_recording_says_what_the_columns_say() {
     let out = tempfile::tempdir().unwrap();
-    let folder = run(out.path(), "minimal", &[]);
+    let folder = run(out.path(), "minimal", &["--full-rate"]);
     let recording = monorig_viz::readback::read(&folder.join("run.rrd")).unwrap();
     assert!(recording.complete);
     assert_eq!(recording.application, "monorig");
@@ -333,6 +333,51 @@ fn the_recording_says_what_the_columns_say() {
         !recording.layout.is_empty(),
         "the viewer's layout is in the file"
     );
+}
+
+/// By default the lines of truth, control and estimates are thinned to the first row of each tenth of a second and what stands out between, and
+/// samples are not.
+#[cfg(feature = "viewer")]
+#[test]
+fn lines_are_thinned_and_samples_are_not() {
+    let out = tempfile::tempdir().unwrap();
+    let read = |name: &str, more: &[&str]| {
+        let folder = run(&out.path().join(name), "minimal", more);
+        monorig_viz::readback::read(&folder.join("run.rrd")).unwrap()
+    };
+    let (thinned, full) = (read("thinned", &[]), read("full", &["--full-rate"]));
+    let tenth = |ns: &i64| ns.div_euclid(100_000_000);
+    let rows = |line: &monorig_viz::readback::Entity| -> Vec<(i64, u64)> {
+        let bits = line.scalars.iter().map(|x| x.to_bits());
+        line.times.iter().copied().zip(bits).collect()
+    };
+    let (mut lines, mut samples, mut kept, mut of) = (0, 0, 0, 0);
+    for (name, all) in &full.entities {
+        let here = &thinned.entities[name];
+        if name.starts_with("/truth/") || name.starts_with("/control/") {
+            let (here, all) = (rows(here), rows(all));
+            let mut last = None;
+            for row in &all {
+                let first = last.replace(tenth(&row.0)) != Some(tenth(&row.0));
+                assert!(!first || here.contains(row), "{name} at {} ns", row.0);
+            }
+            assert!(here.iter().all(|row| all.contains(row)), "{name}");
+            (lines, kept, of) = (lines + 1, kept + here.len(), of + all.len());
+        } else if name.starts_with("/sensors/") {
+            assert_eq!(rows(here), rows(all), "{name}");
+            samples += 1;
+        }
+    }
+    assert!(
+        lines > 20 && samples > 20,
+        "{lines} lines, {samples} streams of samples"
+    );
+    assert!(2 * kept < of, "{kept} of {of} rows");
+    let events = |of: &monorig_viz::readback::Recording| {
+        let events = of.entities.get("/events");
+        events.map(|e| (e.times.clone(), e.texts.clone()))
+    };
+    assert_eq!(events(&thinned), events(&full));
 }
 
 #[cfg(feature = "viewer")]

@@ -65,9 +65,8 @@ pub struct JudgeArgs {
 pub fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let file = EstimatesFile::load(&task.estimates)?;
     let options = ReplayOptions {
-        estimators: Vec::new(),
         judged: vec![(task.name.clone(), file)],
-        noise_from_log: false,
+        ..ReplayOptions::default()
     };
     let out = task.out.get();
     let playing = Playing {

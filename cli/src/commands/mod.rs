@@ -20,6 +20,7 @@ pub mod runs;
 pub mod schema;
 pub mod sensors;
 pub mod shared;
+mod standing_noise;
 pub mod study;
 pub mod test;
 pub mod tune;

@@ -3,6 +3,7 @@
 use crate::CommandOutcome;
 use crate::commands::run::{VIEWER, address, prepare_out};
 use crate::commands::shared::{Out, assignment};
+use crate::commands::standing_noise;
 use crate::commands::test::{TestedScenario, junit};
 use crate::simulate::{RecordOptions, simulate};
 use crate::ui::errors::CliError;
@@ -12,12 +13,12 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::paragraph;
 use crate::ui::{output, summary, tables};
 use crate::variant::Variant;
-use clap::ValueEnum;
 use monorig_lab::batch::RunResult;
 use monorig_lab::verdicts::expected;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_logs::check::{Verdict, check};
-use monorig_logs::map::Map;
+use monorig_logs::drive::Found;
+use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::{ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use std::net::SocketAddr;
@@ -33,6 +34,8 @@ Examples:
   monorig replay --map drive.map.yaml --check
       what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit out/replay.xml
+  monorig replay --map drive.map.yaml --ghost
+      beside the vehicle of the map on the same drive
 
 Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
 channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
@@ -52,10 +55,14 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
     /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
-    #[arg(long, value_name = "SOURCE")]
+    #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
+    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor torque and specific force
+    /// that it has, and how far off the measured ones are
+    #[arg(long)]
+    pub ghost: bool,
     /// Only say what is wrong with the log: each check with a number and a verdict
-    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
+    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
     #[command(flatten)]
     pub out: Out,
@@ -66,7 +73,7 @@ pub struct ReplayArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Record long logs at the full rate too
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate too
     #[arg(long)]
     pub full_rate: bool,
     /// Write the verdicts as JUnit XML, as CI servers read it
@@ -77,11 +84,12 @@ pub struct ReplayArgs {
     pub sets: Vec<(String, String)>,
 }
 
-/// Where the noise of the measurements is from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NoiseSource {
-    /// Successive differences of the log's samples
-    FromLog,
+/// Where the noise is from, in the words of the map file.
+fn noise_source(word: &str) -> Result<NoiseSource, String> {
+    match word {
+        "from-log" => Ok(NoiseSource::FromLog),
+        _ => Err("write from-log".to_owned()),
+    }
 }
 
 /// Play the log to the estimators, and judge them.
@@ -90,10 +98,23 @@ pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, 
     if task.check {
         return check_log(&map);
     }
+    let noise_from_log = task.noise.or(map.file.noise).is_some();
+    let found = match noise_from_log {
+        true => standing_noise::figures(&map)?,
+        false => Vec::new(),
+    };
+    let found = found.into_iter().map(|p| Found {
+        what: p.name,
+        value: p.value,
+        sd: p.sd,
+        unit: p.unit,
+    });
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
-        judged: Vec::new(),
-        noise_from_log: task.noise == Some(NoiseSource::FromLog),
+        noise_from_log,
+        ghost: task.ghost,
+        found: found.collect(),
+        ..ReplayOptions::default()
     };
     let playing = Playing {
         options: &options,

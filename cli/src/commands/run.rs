@@ -65,7 +65,8 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Record long runs at the full rate too, instead of at half of it after two hours (360 000 rows), a quarter after four …
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate too, instead of at half
+    /// of it after two hours (360 000 rows), a quarter after four …
     #[arg(long)]
     pub full_rate: bool,
     /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it

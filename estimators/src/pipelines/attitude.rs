@@ -82,6 +82,10 @@ impl Pipeline for AttitudePipeline {
         Internal::new("read_sd", "-"),
         Internal::new("wheel_scale_sd", "-"),
         Internal::new("imu_arm_m", "m"),
+        Internal::new("lagged_grade_rad", "rad"),
+        Internal::new("lagged_grade_sd_rad", "rad"),
+        Internal::new("heading_rad", "rad"),
+        Internal::new("heading_sd_rad", "rad"),
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
@@ -134,6 +138,10 @@ impl Pipeline for AttitudePipeline {
     fn internal_values(&self, values: &mut [Real]) {
         let x = &self.filter.belief().x;
         let [bias_sd, read_sd, scale_sd, arm_m] = self.filter.reading();
+        let lagged = self.filter.lagged_grade();
+        let lean = self.lean_rad();
+        let lean_sd = self.lean.lean_sd * lean;
+        let [heading, heading_sd] = self.filter.heading();
         copy_into(
             values,
             &[
@@ -142,11 +150,15 @@ impl Pipeline for AttitudePipeline {
                 x[3],
                 x[7],
                 x[8],
-                self.lean_rad(),
+                lean,
                 bias_sd,
                 read_sd,
                 scale_sd,
                 arm_m,
+                lagged.grade_rad - lean,
+                sqrt(lagged.sd_rad * lagged.sd_rad + lean_sd * lean_sd),
+                heading,
+                heading_sd,
             ],
         );
     }

@@ -244,6 +244,10 @@ impl Pipeline for RailFusion {
         Internal::new("read_sd", "-"),
         Internal::new("wheel_scale_sd", "-"),
         Internal::new("imu_arm_m", "m"),
+        Internal::new("lagged_grade_rad", "rad"),
+        Internal::new("lagged_grade_sd_rad", "rad"),
+        Internal::new("heading_rad", "rad"),
+        Internal::new("heading_sd_rad", "rad"),
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
@@ -263,6 +267,8 @@ impl Pipeline for RailFusion {
         let belief = self.mass.filter().belief();
         let (x, P) = (&belief.x, &belief.P);
         let [bias_sd, read_sd, scale_sd, arm_m] = self.attitude.reading();
+        let lagged = self.attitude.lagged_grade();
+        let [heading, heading_sd] = self.attitude.heading();
         copy_into(
             values,
             &[
@@ -283,6 +289,10 @@ impl Pipeline for RailFusion {
                 read_sd,
                 scale_sd,
                 arm_m,
+                lagged.grade_rad,
+                lagged.sd_rad,
+                heading,
+                heading_sd,
             ],
         );
     }

@@ -6,6 +6,7 @@
 //! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
 //! sees to it.
 
+pub mod lagged;
 mod marks;
 mod of_estimator;
 mod of_run;
@@ -186,6 +187,16 @@ impl Accumulator<ErrorSample> for OfValid {
     fn add(&mut self, x: &ErrorSample) {
         if self.quantity.is_valid(x) {
             self.all.add(x);
+        }
+    }
+
+    /// By stretches of which all are valid.
+    fn add_all(&mut self, all: &[ErrorSample]) {
+        let valid = |x: &ErrorSample| self.quantity.is_valid(x);
+        for stretch in all.chunk_by(|a, b| valid(a) == valid(b)) {
+            if stretch.first().is_some_and(valid) {
+                self.all.add_all(stretch);
+            }
         }
     }
 

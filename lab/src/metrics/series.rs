@@ -1,6 +1,7 @@
 //! Errors of every estimator, sample by sample.
 
 use crate::bound::{BoundSample, RunningBound};
+use crate::metrics::lagged::GradeAtMiddle;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -18,6 +19,8 @@ pub struct Target {
     pub total_mass_kg: f64,
     /// Grade at the IMU, rad.
     pub grade_at_imu_rad: f64,
+    /// Grade under the middle of the unit that carries the IMU, rad: what a grade that lags is held against.
+    pub grade_at_middle_rad: f64,
     /// Effective grade of the train, rad.
     pub grade_effective_rad: f64,
     /// Running-resistance coefficient.
@@ -32,10 +35,11 @@ pub struct Target {
 }
 
 impl Target {
-    /// Of this truth, with the bound of the run.
-    pub fn of(truth: &Truth, bound: Option<BoundSample>) -> Self {
+    /// Of this truth, with the bound of the run and the grade under the middle of the unit, rad.
+    pub fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
         Self {
             bound,
+            grade_at_middle_rad,
             t_s: truth.t_s,
             total_mass_kg: truth.total_mass_kg,
             grade_at_imu_rad: truth.grade_at_imu_rad,
@@ -74,6 +78,10 @@ pub struct ErrorSample {
     pub effective_nees: f64,
     /// Whether the estimator marked the effective slope valid.
     pub effective_valid: bool,
+    /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell none.
+    pub lagged: f64,
+    /// Its normalised square.
+    pub lagged_nees: f64,
     /// Normalised innovation squared.
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
@@ -93,6 +101,10 @@ impl ErrorSample {
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
         let effective = e.effective_grade_rad.value - t.grade_effective_rad;
+        let [lagged, lagged_sd, resistance] = member
+            .internals_named([LAGGED, LAGGED_SD, RESISTANCE])
+            .map(|value| value.unwrap_or(f64::NAN));
+        let lagged = lagged - t.grade_at_middle_rad;
         Self {
             t_s: t.t_s,
             mass_rel: mass / t.total_mass_kg,
@@ -106,10 +118,10 @@ impl ErrorSample {
             effective_valid: e.effective_grade_rad.valid,
             slope_nees: normalised(slope, e.grade_rad.sd, t.grade_sd_rad),
             slope_valid: e.grade_rad.valid,
+            lagged,
+            lagged_nees: normalised(lagged, lagged_sd, t.grade_sd_rad),
             nis: e.nis,
-            running_resistance: member
-                .internal(RESISTANCE)
-                .map_or(f64::NAN, |mu| mu - t.running_resistance),
+            running_resistance: resistance - t.running_resistance,
             mass_bound: t.bound.map_or(f64::NAN, |b| b.mass_rel),
             slope_bound: t.bound.map_or(f64::NAN, |b| b.slope_rad),
             effective_bound: t.bound.map_or(f64::NAN, |b| b.effective_rad),
@@ -118,6 +130,9 @@ impl ErrorSample {
 }
 /// The internal that counts as an estimate of the running-resistance coefficient.
 const RESISTANCE: &str = "running_resistance";
+/// The internals that count as a grade told with a lag, rad, and its standard deviation.
+const LAGGED: &str = "lagged_grade_rad";
+const LAGGED_SD: &str = "lagged_grade_sd_rad";
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -188,6 +203,8 @@ pub struct ErrorSeries {
     pub limits: IntegrityLimits,
     /// The Cramér-Rao bound of the run, if there is one.
     pub bound: Option<RunningBound>,
+    /// Grade under the middle of the unit.
+    pub middle: Option<GradeAtMiddle>,
 }
 
 impl ErrorSeries {
@@ -215,6 +232,7 @@ impl Observer for ErrorSeries {
     fn begin(&mut self, s: &Simulation) -> Result<(), Error> {
         self.limits = IntegrityLimits::of(&s.scenario.file);
         self.bound = RunningBound::of(s);
+        self.middle = Some(GradeAtMiddle::of(s));
         Ok(())
     }
 
@@ -233,7 +251,9 @@ impl Observer for ErrorSeries {
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
         }
-        let target = Target::of(f.truth, bound);
+        let middle = self.middle.as_mut();
+        let middle = middle.map_or(f64::NAN, |m| m.at(f.truth.chainage_m));
+        let target = Target::of(f.truth, bound, middle);
         for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
             samples.push(ErrorSample::new(m, &target));
         }

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 3";
+const MAGIC: &[u8; 16] = b"monorig replay 4";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -96,6 +96,7 @@ fn encode(columns: &ReplayData) -> Vec<u8> {
         put(t.t_s);
         put(t.total_mass_kg);
         put(t.grade_at_imu_rad);
+        put(t.grade_at_middle_rad);
         put(t.grade_effective_rad);
         put(t.running_resistance);
         numbers_of(t.bound).into_iter().for_each(&mut put);
@@ -131,6 +132,7 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
             t_s: get()?,
             total_mass_kg: get()?,
             grade_at_imu_rad: get()?,
+            grade_at_middle_rad: get()?,
             grade_effective_rad: get()?,
             running_resistance: get()?,
             // a recording of a simulation: its truth is exact

@@ -1,6 +1,7 @@
 //! Records a run's measurements: an observer, and the run that it observes.
 
 use crate::bound::RunningBound;
+use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::Target;
 use crate::replay::ReplayData;
 use monorig_estimators::api::signals::Command;
@@ -17,6 +18,7 @@ pub struct ReplayRecorder {
     pub columns: ReplayData,
     last: Command,
     bound: Option<RunningBound>,
+    middle: GradeAtMiddle,
 }
 
 impl ReplayRecorder {
@@ -26,6 +28,7 @@ impl ReplayRecorder {
             columns: ReplayData::new(simulation.vehicle),
             last: Command::default(),
             bound: RunningBound::of(simulation),
+            middle: GradeAtMiddle::of(simulation),
         }
     }
 }
@@ -38,7 +41,8 @@ impl Observer for ReplayRecorder {
         });
         if f.sampled {
             let change = (*f.command != self.last).then_some(f.command);
-            let truth = Target::of(f.truth, bound);
+            let middle = self.middle.at(f.truth.chainage_m);
+            let truth = Target::of(f.truth, bound, middle);
             self.columns.push(f.measurements, change, truth);
             self.last = *f.command;
         }

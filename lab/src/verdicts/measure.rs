@@ -1,6 +1,7 @@
 //! Measures while a run goes on what its [`Summary`] holds, in memory that does not grow with the run.
 
 use crate::bound::RunningBound;
+use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
 use crate::metrics::{
     End, Metric, Wanted, Window, WindowedMetrics, estimator_metrics, run_metrics,
@@ -24,6 +25,7 @@ pub struct SummaryObserver {
     reference_at: Option<usize>,
     limits: IntegrityLimits,
     bound: Option<RunningBound>,
+    middle: Option<GradeAtMiddle>,
     estimators: Vec<EstimatorSoFar>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
@@ -108,6 +110,7 @@ impl Observer for SummaryObserver {
         let file = &s.scenario.file;
         self.limits = IntegrityLimits::of(file);
         self.bound = RunningBound::of(s);
+        self.middle = Some(GradeAtMiddle::of(s));
         self.bounds = expected::bounds(file);
         let geometry = Geometry::of(s);
         let of_bound = |bound: &Bound| {
@@ -167,7 +170,9 @@ impl Observer for SummaryObserver {
         if !f.sampled {
             return Ok(());
         }
-        let target = Target::of(f.truth, bound);
+        let middle = self.middle.as_mut();
+        let middle = middle.map_or(f64::NAN, |m| m.at(f.truth.chainage_m));
+        let target = Target::of(f.truth, bound, middle);
         self.samples.clear();
         let samples = f.estimators.iter().map(|e| ErrorSample::new(e, &target));
         self.samples.extend(samples);

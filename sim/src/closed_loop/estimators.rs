@@ -66,10 +66,20 @@ impl RunningEstimator {
 
     /// One of its internals now; none if it has none of that name.
     pub fn internal(&self, name: &str) -> Option<f64> {
-        let place = self.list_internals().iter().position(|i| i.name == name)?;
-        let mut values = vec![f64::NAN; self.list_internals().len()];
+        let [value] = self.internals_named([name]);
+        value
+    }
+
+    /// Internals now, by their names; `None` for one that it does not have.
+    pub fn internals_named<const N: usize>(&self, names: [&str; N]) -> [Option<f64>; N] {
+        let list = self.list_internals();
+        let places = names.map(|name| list.iter().position(|i| i.name == name));
+        if places.iter().all(Option::is_none) {
+            return [None; N];
+        }
+        let mut values = vec![f64::NAN; list.len()];
         self.estimator.internal_values(&mut values);
-        values.get(place).copied()
+        places.map(|place| values.get(place?).copied())
     }
 
     /// Its internals now, appended to `row` in the order of their names.

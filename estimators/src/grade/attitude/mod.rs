@@ -16,10 +16,12 @@
 
 pub mod arm_error;
 pub mod gravity_aiding;
+pub mod heading;
 pub mod imu_health;
 pub mod kinematics;
 pub mod params;
 pub mod rail_curvature;
+pub mod survey;
 pub mod wheel_aiding;
 
 use nalgebra::{SVector, Vector3};
@@ -35,6 +37,7 @@ use crate::preprocess::front_end::Channels;
 use crate::supervise::validity::Integrity;
 use arm_error::ArmError;
 use gravity_aiding::GravityAiding;
+use heading::{Heading, Turn};
 use imu_health::ImuHealth;
 use kinematics::Inputs;
 use params::{AttitudeParams, AttitudeSupervision};
@@ -149,6 +152,7 @@ pub struct AttitudeFilter {
     gravity: GravityAiding,
     curvature: RailCurvature,
     arm: ArmError,
+    heading: Heading,
     found: Attitude,
     innovation: Real,
     nis: Real,
@@ -197,6 +201,7 @@ impl AttitudeFilter {
             gravity: GravityAiding::new(&params, supervision.noise_learning),
             curvature: RailCurvature::default(),
             arm: ArmError::new(vehicle.imu_arm_m),
+            heading: Heading::default(),
             found: Attitude::default(),
             innovation: 0.0,
             nis: 0.0,
@@ -249,6 +254,16 @@ impl AttitudeFilter {
             self.curvature.per_m(),
         );
         let [_, q, r] = inputs.rate.unwrap_or_default();
+        let yaw_rate_radps = (q * sin(x[PHI]) + r * cos(x[PHI])) / cos(x[THETA]);
+        self.heading.step(
+            &Turn {
+                rate_radps: inputs.rate.map(|_| yaw_rate_radps),
+                bias_sd_radps: self.yaw_bias_sd_radps(),
+                walk: self.params.angle_random_walk,
+                speed_mps: speed,
+            },
+            dt,
+        );
         self.found = Attitude {
             speed_mps: speed,
             speed_sd_mps: sqrt(self.belief.P[(V, V)]),
@@ -260,7 +275,7 @@ impl AttitudeFilter {
             bias_mps2: x[BIAS_X],
             sum_sd: self.sum_sd(),
             pitch_rate_radps: motion.theta_dot,
-            yaw_rate_radps: (q * sin(x[PHI]) + r * cos(x[PHI])) / cos(x[THETA]),
+            yaw_rate_radps,
             curvature_per_m: self.curvature.per_m(),
             imu: inputs.force.is_some() && (inputs.rate.is_some() || !self.supervision.gyro),
             wheels: [outcome.used, outcome.rejected],
@@ -465,19 +480,6 @@ impl AttitudeFilter {
         )
     }
 
-    /// What a map of the rail is made with: standard deviations of the accelerometer's bias (m/s²), of sin θ + b/g with that of the mounting, of
-    /// the scale of the wheels; how far the IMU is ahead of the place whose pitch is told (m).
-    pub fn reading(&self) -> [Real; 4] {
-        let P = &self.belief.P;
-        let (read, mount) = (self.found.sum_sd, self.mount_sd_rad());
-        [
-            sqrt(P[(BIAS_X, BIAS_X)]),
-            sqrt(read * read + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD),
-            sqrt(P[(SCALE, SCALE)]),
-            self.lever.ahead_m,
-        ]
-    }
-
     /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
     pub fn monitor(&self) -> Real {
         self.wheels.test()
@@ -544,6 +546,7 @@ impl State for AttitudeFilter {
             gravity,
             curvature,
             arm,
+            heading,
             found,
             innovation,
             nis,
@@ -558,6 +561,7 @@ impl State for AttitudeFilter {
         gravity.visit(archive);
         curvature.visit(archive);
         arm.visit(archive);
+        heading.visit(archive);
         found.visit(archive);
         innovation.visit(archive);
         nis.visit(archive);

@@ -24,6 +24,9 @@ pub const LOADS: [[Real; 2]; 8] = [
 ];
 const FIRST: [Real; 2] = LOADS[0];
 
+/// Share of the squares in the logarithm of a weight: half by theory, all of them because the residuals have a third of the variance that they are
+/// told, so that the noise is on the safe side.
+const SHARPNESS: Real = 1.0;
 /// Innovation beyond which an outlier counts linearly and not by its square, in standard deviations (Huber).
 const HUBER_SD: Real = 3.0;
 
@@ -91,13 +94,13 @@ impl StartSearch {
             return Some((square - 2.0 * mean * load + load * load).max(variance));
         }
         if self.pass == 0 || self.square < self.best_square {
-            let old = exp(-0.5 * (self.best_square - self.square).max(0.0));
+            let old = exp(-SHARPNESS * (self.best_square - self.square).max(0.0));
             self.sums = self.sums.map(|sum| sum * old);
             (self.best, self.best_square) = (self.pass, self.square);
         }
         // the loads are not evenly spaced: each stands for as much as it is wide
         let [_, width] = self.start();
-        let weight = width * exp(-0.5 * (self.square - self.best_square));
+        let weight = width * exp(-SHARPNESS * (self.square - self.best_square));
         let moments = [1.0, load, variance + load * load];
         for (sum, moment) in self.sums.iter_mut().zip(moments) {
             *sum += weight * moment;
@@ -141,7 +144,7 @@ mod tests {
         let weights = found
             .iter()
             .zip(LOADS)
-            .map(|(f, [_, width])| width * exp(-0.5 * f[2]));
+            .map(|(f, [_, width])| width * exp(-SHARPNESS * f[2]));
         let total: Real = weights.clone().sum();
         let terms = weights.zip(found).map(|(w, [load, sd, _])| {
             let off = load - 0.31;

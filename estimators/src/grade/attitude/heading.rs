@@ -1,0 +1,107 @@
+//! Heading of the unit since the start, and how uncertain it is: the integral of the yaw rate. Nothing measures the heading itself, so it drifts; maps of
+//! the rail take their bends from it.
+
+use crate::Real;
+use crate::api::real::{PI, sqrt};
+use crate::api::snapshot::state;
+
+/// Scale error of a calibrated gyro and of its axes against each other.
+const SCALE: Real = 0.001;
+/// Sharpest bend that a vehicle may have gone round while the gyro was out of use, 1/m: a radius of 4 m.
+const MAX_BEND_PER_M: Real = 0.25;
+/// The uncertainty is that of no knowledge beyond half a turn, rad.
+const MAX_SD_RAD: Real = PI;
+
+/// Heading since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Heading {
+    angle_rad: Real,
+    walk_rad2: Real,
+    drift_rad: Real,
+}
+
+/// What a step of the heading goes by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Rate of the heading, rad/s; `None` while there is no gyro.
+    pub rate_radps: Option<Real>,
+    /// Standard deviation of its bias, rad/s.
+    pub bias_sd_radps: Real,
+    /// Random walk of its integral, rad/√s.
+    pub walk: Real,
+    /// Speed, m/s.
+    pub speed_mps: Real,
+}
+
+impl Heading {
+    /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends to the left and to the
+    /// right follow each other.
+    pub fn step(&mut self, turn: &Turn, dt: Real) {
+        match turn.rate_radps {
+            Some(rate) => {
+                let angle = self.angle_rad + rate * dt;
+                // one turn at most in a step
+                self.angle_rad = match angle {
+                    angle if angle > PI => angle - 2.0 * PI,
+                    angle if angle < -PI => angle + 2.0 * PI,
+                    angle => angle,
+                }
+                .clamp(-PI, PI);
+                self.walk_rad2 += turn.walk * turn.walk * dt;
+                self.drift_rad += (turn.bias_sd_radps + SCALE * rate.abs()) * dt;
+            }
+            None => self.drift_rad += MAX_BEND_PER_M * turn.speed_mps.abs() * dt,
+        }
+        self.walk_rad2 = self.walk_rad2.min(MAX_SD_RAD * MAX_SD_RAD);
+        self.drift_rad = self.drift_rad.min(MAX_SD_RAD);
+    }
+
+    /// Heading against that of the start, + left, within ±π, rad.
+    pub fn angle_rad(&self) -> Real {
+        self.angle_rad
+    }
+
+    /// Its standard deviation, rad, at most π.
+    pub fn sd_rad(&self) -> Real {
+        sqrt(self.walk_rad2 + self.drift_rad * self.drift_rad).min(MAX_SD_RAD)
+    }
+}
+
+state!(Heading { angle_rad, walk_rad2, drift_rad; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEFT: Turn = Turn {
+        rate_radps: Some(0.5),
+        bias_sd_radps: 1e-4,
+        walk: 1e-3,
+        speed_mps: 1.0,
+    };
+
+    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10.
+    #[test]
+    fn it_is_the_integral_of_the_rate_and_wraps() {
+        let mut heading = Heading::default();
+        (0..1000).for_each(|_| heading.step(&LEFT, 0.01));
+        assert!((heading.angle_rad() - (5.0 - 2.0 * PI)).abs() < 1e-9);
+        let sd = sqrt((6e-3 as Real).powi(2) + 1e-5);
+        assert!((heading.sd_rad() / sd - 1.0).abs() < 1e-9);
+    }
+
+    /// Without a gyro for 4 m a bend of 4 m radius may have been gone round: 1 rad.
+    #[test]
+    fn without_a_gyro_it_may_have_gone_round_a_bend() {
+        let mut heading = Heading::default();
+        let without = Turn {
+            rate_radps: None,
+            ..LEFT
+        };
+        (0..400).for_each(|_| heading.step(&without, 0.01));
+        assert_eq!(heading.angle_rad(), 0.0);
+        assert!((heading.sd_rad() - 1.0).abs() < 1e-9);
+        (0..4000).for_each(|_| heading.step(&without, 0.01));
+        assert_eq!(heading.sd_rad(), PI);
+    }
+}
