@@ -80,7 +80,11 @@ pub fn simulate(
     let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
     if !options.no_rerun {
-        match viewer::sink(folder.path().join("run.rrd"), options.live) {
+        match viewer::sink(
+            folder.path().join("run.rrd"),
+            options.live,
+            options.full_rate,
+        ) {
             Some(rerun) => sinks.push(rerun),
             None => note(&viewer::not_written("run.rrd")),
         }

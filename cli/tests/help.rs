@@ -1,13 +1,16 @@
 //! The help teaches by examples: every one of them works.
 
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
 mod common;
 
 use common::{Simulation, project};
 use std::process::{Command, Stdio};
 
-/// Examples in a help text: lines that start with `monorig`, without the remark behind them.
+/// Examples in a help text: lines that start with `monorig`, with those they go on in, without the remark behind them.
 fn examples(help: &str) -> Vec<String> {
-    let lines = help
+    let whole = help.replace("\\\n", "");
+    let lines = whole
         .lines()
         .filter(|l| l.trim_start().starts_with("monorig "));
     lines
@@ -20,6 +23,48 @@ fn examples(help: &str) -> Vec<String> {
                 .to_owned()
         })
         .collect()
+}
+
+/// The names of all commands, from the help of the program.
+fn commands(help: &str) -> Vec<String> {
+    let list = help.split("Commands:\n").nth(1).unwrap();
+    let list = list.split("\n\n").next().unwrap();
+    let named = list
+        .lines()
+        .filter(|l| l.starts_with("  ") && !l.starts_with("   "));
+    let first = |l: &str| l.split_whitespace().next().unwrap().to_owned();
+    named.map(first).filter(|c| c != "help").collect()
+}
+
+#[test]
+fn help_fits_80_columns() {
+    let of = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        let told = command
+            .args(arguments)
+            .env("COLUMNS", "80")
+            .output()
+            .unwrap();
+        assert!(told.status.success(), "{arguments:?}");
+        let help = String::from_utf8(told.stdout).unwrap();
+        for line in help.lines() {
+            assert!(line.chars().count() <= 80, "{arguments:?}: {line}");
+        }
+        help
+    };
+    let all = commands(&of(&["--help"]));
+    assert!(all.len() > 20, "{all:?}");
+    for command in all {
+        of(&[&command, "-h"]);
+        let help = of(&[&command, "--help"]);
+        // an example that the terminal would break cannot be copied
+        for line in help
+            .lines()
+            .filter(|l| l.trim_start().starts_with("monorig "))
+        {
+            assert!(line.starts_with("  monorig "), "{command}: {line}");
+        }
+    }
 }
 
 #[test]

@@ -151,3 +151,191 @@ fn what_was_planted_in_a_run_is_found_in_its_log() {
     let told = rig.refused(&["calibrate", "--map", map, "--known", "mass"]);
     assert!(told.contains("--known mass,slope"), "{told}");
 }
+
+/// A minute at rest with white noise of a known density, then a drive: `--noise from-log` shows the random walk of the integral of each axis
+/// (standard deviation of a sample times the root of its period) within three standard deviations, and nothing of a bias that is not there;
+/// it stands in the manifest. Of a log that never stands it says so.
+#[test]
+fn allan_figures_are_those_of_the_standing_part_of_a_log() {
+    let rig = Simulation::new();
+    let mut noise = monorig_sim::sensors::stream::Stream::new(3, "standing");
+    let (force_sd, rate_sd, period_s) = (0.04, 0.002, 0.01);
+    let mut lines = Vec::new();
+    for k in 0..9000 {
+        let t = f64::from(k) * period_s;
+        let v = if t < 60.0 { 0.0 } else { 0.8 };
+        let mut line = format!("{t},{v}");
+        for (mean, sd) in [(0.0, force_sd), (0.0, force_sd), (9.81, force_sd)] {
+            write!(line, ",{}", mean + sd * noise.normal()).unwrap();
+        }
+        for _ in 0..3 {
+            // it shakes while it drives
+            let sd = if t < 60.0 { rate_sd } else { 0.1 };
+            write!(line, ",{}", sd * noise.normal()).unwrap();
+        }
+        lines.push(line);
+    }
+    let title = "t,v,fx,fy,fz,wx,wy,wz\n";
+    rig.write(
+        "stands.csv",
+        (title.to_owned() + &lines.join("\n")).as_bytes(),
+    );
+    rig.write(
+        "drives.csv",
+        (title.to_owned() + &lines[6000..].join("\n")).as_bytes(),
+    );
+    let map = "version: 1
+files: {log: stands.csv}
+noise: from-log
+nominal: {tare_kg: 10000, wheel_radius_m: 0.2}
+channels:
+  specific_force: {columns: [fx, fy, fz], unit: m/s2}
+  angular_rate: {columns: [wx, wy, wz], unit: rad/s}
+  wheel_speed: [{columns: [v], unit: m/s}]
+estimators: {attitude: {}}
+";
+    rig.write("log.map.yaml", map.as_bytes());
+    let played = |log: &str, out: &str| {
+        let args = [
+            "replay",
+            log,
+            "--map",
+            "log.map.yaml",
+            "--no-rerun",
+            "--out",
+            out,
+        ];
+        let (code, said, err) = rig.monorig(&args);
+        assert!(matches!(code, Some(0 | 1)), "{said}{err}");
+        let manifest: serde_json::Value =
+            serde_json::from_str(&rig.read(&format!("{out}/log/1/manifest.json"))).unwrap();
+        (err, manifest.to_string())
+    };
+    let (_, manifest) = played("stands.csv", "a");
+    let value = |what: &str| -> (f64, f64) {
+        let from = manifest
+            .find(&format!("\"{what}\""))
+            .unwrap_or_else(|| panic!("{what}: {manifest}"));
+        // the object around the name
+        let begin = manifest[..from].rfind('{').unwrap();
+        let end = from + manifest[from..].find('}').unwrap();
+        let found: serde_json::Value = serde_json::from_str(&manifest[begin..=end]).unwrap();
+        (
+            found["value"].as_f64().unwrap(),
+            found["sd"].as_f64().unwrap(),
+        )
+    };
+    for (walk, name, sd) in [
+        ("velocity", "specific force", force_sd),
+        ("angle", "angular rate", rate_sd),
+    ] {
+        for axis in ["forward", "left", "up"] {
+            let (value, value_sd) = value(&format!("{walk} random walk of the {name} {axis}"));
+            let planted = sd * period_s.sqrt();
+            let off = (value - planted).abs();
+            assert!(
+                off < 3.0 * value_sd && value_sd < 0.02 * planted,
+                "{name} {axis}: {value} ± {value_sd}, planted {planted}"
+            );
+        }
+    }
+    assert!(!manifest.contains("bias instability"), "{manifest}");
+    let (told, manifest) = played("drives.csv", "b");
+    assert!(told.contains("no Allan figures"), "{told}");
+    assert!(!manifest.contains("random walk"), "{manifest}");
+}
+
+/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the differences as the
+/// force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running resistance that is 0.01 too large as
+/// −0.01 m g.
+#[test]
+fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
+    let rig = Simulation::new();
+    let run = run(&rig);
+    let (code, out, err) = rig.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let folder = std::fs::read_dir(rig.path("log")).unwrap();
+    let mut names = folder.map(|e| e.unwrap().file_name().into_string().unwrap());
+    let map = names.find(|name| name.ends_with(".map.yaml")).unwrap();
+    let map = format!("log/{map}");
+    let known = columns(&rig.path(&run));
+    let (mass, resistance) = (
+        known["truth/total_mass"][0],
+        known["truth/running_resistance"]
+            .iter()
+            .find(|x| x.is_finite())
+            .copied()
+            .unwrap(),
+    );
+    // gain and offset of what was measured over what the ghost has
+    let line = |of: &str, set: &str, folder: &str| -> (f64, f64) {
+        let args = [
+            "replay",
+            "--map",
+            &map,
+            "--ghost",
+            "--no-rerun",
+            "--out",
+            folder,
+            "--set",
+            set,
+        ];
+        let (code, out, err) = rig.monorig(&args);
+        assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+        let name = std::fs::read_dir(rig.path(folder)).unwrap().next().unwrap();
+        let name = name.unwrap().file_name().into_string().unwrap();
+        let all = columns(&rig.path(&format!("{folder}/{name}/1")));
+        let path = format!("ghost/{of}");
+        let rows = all[&path].iter().zip(&all[&format!("{path}_difference")]);
+        let rows: Vec<_> = rows
+            .filter(|(g, d)| g.is_finite() && d.is_finite())
+            .collect();
+        assert!(rows.len() > 1000, "{} rows", rows.len());
+        let n = rows.len() as f64;
+        let (x, y) = rows
+            .iter()
+            .fold((0.0, 0.0), |(x, y), (g, d)| (x + *g / n, y + (*g + *d) / n));
+        let (sxx, sxy) = rows.iter().fold((0.0, 0.0), |(a, b), (g, d)| {
+            (a + (*g - x).powi(2), b + (*g - x) * (*g + *d - y))
+        });
+        (sxy / sxx, y - sxy / sxx * x)
+    };
+    let near = |what: &str, x: f64, expected: f64, by: f64| {
+        assert!(
+            (x - expected).abs() < by,
+            "{what}: {x}, expected {expected}"
+        );
+    };
+    let weight = mass * 9.80665;
+    let told = |resistance: f64| format!("nominal.running_resistance={resistance}");
+    let own = line("traction", &told(resistance), "own");
+    near("gain of its own train", own.0, 1.0, 0.02);
+    near(
+        "offset of its own train, shares of the weight",
+        own.1 / weight,
+        0.0,
+        1e-3,
+    );
+    let force = line("specific_force_x", &told(resistance), "force");
+    near("gain of the specific force", force.0, 1.0, 0.03);
+    near("offset of the specific force", force.1, 0.0, 0.05);
+    let heavy = format!("reference.mass={{kg: {}, sd_kg: 0}}", 1.1 * mass);
+    near(
+        "10 % too heavy",
+        line("traction", &heavy, "heavy").0 * 1.1,
+        own.0,
+        0.01,
+    );
+    let rough = line("traction", &told(resistance + 0.01), "rough");
+    near(
+        "resistance, shares of the weight",
+        (rough.1 - own.1) / weight,
+        -0.01,
+        5e-4,
+    );
+    let alone = rig.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
+    assert!(
+        alone.contains("`slope` and `mass` under `reference`"),
+        "{alone}"
+    );
+}

@@ -384,6 +384,23 @@ fn a_page_with_the_viewer_needs_a_recording_and_the_viewer() {
 }
 
 #[test]
+fn a_run_without_errors_has_no_budget() {
+    let rig = Simulation::new();
+    let short = QUICK
+        .replace("stop: {after_s: 60}", "stop: {after_s: 4}")
+        .replace("events: [{at_s: 20, load_mass_kg: 1500}]\n", "");
+    assert_ne!(short, QUICK);
+    rig.write("short.yaml", short.as_bytes());
+    let (code, out, err) = rig.monorig(&["run", "short.yaml", "--no-rerun"]);
+    assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+    let told = rig.refused(&["explain", "runs/short/1", "--seeds", "1"]);
+    assert!(
+        told.contains("it ends after 4.0 s") && told.contains("from 5 s on"),
+        "{told}"
+    );
+}
+
+#[test]
 fn an_error_budget_is_in_the_report() {
     let rig = with_run();
     let explain = ["explain", RUN, "--seeds", "1..2"];

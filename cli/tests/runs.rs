@@ -178,6 +178,54 @@ fn two_variants_of_a_scenario_are_kept_apart() {
         assert!(listed.contains(part), "{listed}");
     }
     assert!(listed.lines().all(|l| l.chars().count() <= 80), "{listed}");
+    // the folder may be named; a file is told
+    let of = |place: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        command.arg("runs").arg(place).output().unwrap()
+    };
+    assert_eq!(of(out.path()).stdout, listed.as_bytes());
+    let file = out.path().join("minimal@light/1/manifest.json");
+    let refused = of(&file);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("is a file"));
+}
+
+/// One viewer that is given the recordings of two variants has two, each with its own truth and its own estimates; of one recording given twice it
+/// would have one with everything doubled.
+#[cfg(feature = "viewer")]
+#[test]
+fn two_variants_in_one_store_are_two_recordings() {
+    use monorig_viz::readback::{read, read_all};
+    let out = tempfile::tempdir().unwrap();
+    let files = ["10000", "5000"].map(|kg| {
+        let name = format!("load{kg}");
+        let load = format!("load.mass_kg={kg}");
+        let set = ["--set", "stop.after_s=6", "--set", &load, "--name", &name];
+        let done = monorig(out.path(), "minimal", &set).output().unwrap();
+        assert!(done.status.code().is_some_and(|c| c < 2));
+        let folder = out.path().join(format!("minimal@{name}/1"));
+        folder.join("run.rrd")
+    });
+    let store = read_all(&[&files[0], &files[1]]).unwrap();
+    let ids: Vec<&str> = store.iter().map(|r| r.id.as_str()).collect();
+    assert_eq!(ids, ["minimal@load10000-1", "minimal@load5000-1"]);
+    for (recording, file) in store.iter().zip(&files) {
+        let alone = read(file).unwrap();
+        assert_eq!(recording.rows(), alone.rows(), "{}", recording.id);
+        assert!(recording.entities.keys().eq(alone.entities.keys()));
+    }
+    let [a, b] = [0, 1].map(|i: usize| &store[i].entities["/truth/total_mass"].scalars);
+    assert!(!a.is_empty() && a.len() == b.len());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b - 5000.0).abs() < 1e-6, "{a} {b}");
+    }
+    let estimates = "/estimates/dffrls_aekf_robust/total_mass";
+    let [a, b] = [0, 1].map(|i: usize| &store[i].entities[estimates]);
+    assert!(a.scalars != b.scalars, "both have the estimates of one");
+
+    let twice = read_all(&[&files[0], &files[0]]).unwrap();
+    assert_eq!(twice.len(), 1);
+    assert_eq!(twice[0].rows(), 2 * store[0].rows());
 }
 
 #[test]
@@ -237,7 +285,7 @@ fn another_seed_differs_by_its_noise_and_by_nothing_else() {
 #[test]
 fn the_recording_says_what_the_columns_say() {
     let out = tempfile::tempdir().unwrap();
-    let folder = run(out.path(), "minimal", &[]);
+    let folder = run(out.path(), "minimal", &["--full-rate"]);
     let recording = monorig_viz::readback::read(&folder.join("run.rrd")).unwrap();
     assert!(recording.complete);
     assert_eq!(recording.application, "monorig");
@@ -285,6 +333,51 @@ fn the_recording_says_what_the_columns_say() {
         !recording.layout.is_empty(),
         "the viewer's layout is in the file"
     );
+}
+
+/// By default the lines of truth, control and estimates are thinned to the first row of each tenth of a second and what stands out between, and
+/// samples are not.
+#[cfg(feature = "viewer")]
+#[test]
+fn lines_are_thinned_and_samples_are_not() {
+    let out = tempfile::tempdir().unwrap();
+    let read = |name: &str, more: &[&str]| {
+        let folder = run(&out.path().join(name), "minimal", more);
+        monorig_viz::readback::read(&folder.join("run.rrd")).unwrap()
+    };
+    let (thinned, full) = (read("thinned", &[]), read("full", &["--full-rate"]));
+    let tenth = |ns: &i64| ns.div_euclid(100_000_000);
+    let rows = |line: &monorig_viz::readback::Entity| -> Vec<(i64, u64)> {
+        let bits = line.scalars.iter().map(|x| x.to_bits());
+        line.times.iter().copied().zip(bits).collect()
+    };
+    let (mut lines, mut samples, mut kept, mut of) = (0, 0, 0, 0);
+    for (name, all) in &full.entities {
+        let here = &thinned.entities[name];
+        if name.starts_with("/truth/") || name.starts_with("/control/") {
+            let (here, all) = (rows(here), rows(all));
+            let mut last = None;
+            for row in &all {
+                let first = last.replace(tenth(&row.0)) != Some(tenth(&row.0));
+                assert!(!first || here.contains(row), "{name} at {} ns", row.0);
+            }
+            assert!(here.iter().all(|row| all.contains(row)), "{name}");
+            (lines, kept, of) = (lines + 1, kept + here.len(), of + all.len());
+        } else if name.starts_with("/sensors/") {
+            assert_eq!(rows(here), rows(all), "{name}");
+            samples += 1;
+        }
+    }
+    assert!(
+        lines > 20 && samples > 20,
+        "{lines} lines, {samples} streams of samples"
+    );
+    assert!(2 * kept < of, "{kept} of {of} rows");
+    let events = |of: &monorig_viz::readback::Recording| {
+        let events = of.entities.get("/events");
+        events.map(|e| (e.times.clone(), e.texts.clone()))
+    };
+    assert_eq!(events(&thinned), events(&full));
 }
 
 #[cfg(feature = "viewer")]

@@ -81,7 +81,8 @@ def with_all_forms(scenario, methods, folder):
         method = entry["estimator"].removesuffix("_robust")
         entries = [{**entry, "estimator": name} for name in forms(method) if name in names]
         file["published"] = [e for e in file["published"] if e is not entry] + entries
-    file.pop("expect", None)
+    for judged in ("expect", "known_failures", "availability"):
+        file.pop(judged, None)
     path = Path(folder) / f"{scenario}.yaml"
     path.write_text(json.dumps(file))
     return path, names

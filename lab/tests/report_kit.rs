@@ -111,6 +111,7 @@ fn run_plots() -> Section {
                 y: Axis::linear("slope error, °"),
                 groups: groups(50),
                 references: vec![("published".into(), 1, 0.1)],
+                bounds: vec![(0, 0.2)],
             }
             .figure(),
         )
@@ -329,6 +330,7 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             groups: group(),
             references: vec![],
+            bounds: vec![],
         }
         .figure(),
         Boxes {
@@ -336,6 +338,7 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             groups: vec![],
             references: vec![],
+            bounds: vec![],
         }
         .figure(),
         Consistency {
@@ -350,6 +353,7 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             scores: nan.clone(),
             references: vec![],
+            bounds: vec![],
         }
         .figure(),
         Scatter::new("t", axis(), axis()).figure(),

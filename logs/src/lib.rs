@@ -9,8 +9,9 @@
 //! | [`drive`] | rows through the map into steps of measurements, references and commands |
 //! | [`replay`] | a log and its map as a [`Simulation`](monorig_sim::Simulation): the loop of a run, with a plant and instruments that play back |
 //! | [`export`] | a run out as a log, with its map |
+//! | `ghost` | the vehicle of the map on the drive of the log, beside it |
 //! | [`identify`] | parameters of vehicle and instruments from a log whose mass and slope are known |
-//! | [`noise`] | noise of a log, and the parameters of estimators that stand for it |
+//! | [`noise`] [`standing`] | noise of a log, and the parameters of estimators that stand for it; its IMU while the vehicle stands |
 //! | [`judge`] | estimates made elsewhere, played back beside those in the loop |
 //! | [`inspect`] | what is in a log, and a map proposed for it |
 //! | [`check`] | what is wrong with a log and its map, from the log alone |
@@ -31,6 +32,7 @@ pub mod check;
 pub mod drive;
 pub mod export;
 pub mod expression;
+mod ghost;
 pub mod identify;
 pub mod inspect;
 pub mod judge;
@@ -39,8 +41,10 @@ pub mod merge;
 pub mod noise;
 pub mod read;
 pub mod replay;
+pub mod standing;
 pub mod time;
 pub mod units;
+mod wheel_radius;
 
 use monorig_sim::error::{Error, InputError};
 use std::path::Path;

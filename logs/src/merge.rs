@@ -190,7 +190,9 @@ impl Stream {
         };
         into.values.clear();
         into.values.extend_from_slice(self.chunk.values_of(&row));
-        into.tables = self.chunk.tables.clone();
+        if !Arc::ptr_eq(&into.tables, &self.chunk.tables) {
+            into.tables = self.chunk.tables.clone();
+        }
         self.at += 1;
         if let Some((name, unit)) = &self.stamp {
             let table = into.tables.get(row.table as usize);

@@ -157,7 +157,9 @@ impl Noise {
             for (parameter, kind) in NAMES {
                 let key = of_type.keys().find(|k| k.name == *parameter);
                 let Some(Kind::Number {
-                    range: [low, high], ..
+                    range: [low, high],
+                    default,
+                    ..
                 }) = key.map(|k| k.kind)
                 else {
                     continue;
@@ -174,8 +176,11 @@ impl Noise {
                 let value = (used.iter().map(|f| f.sd * f.sd).sum::<f64>() / n).sqrt();
                 let value = value.clamp(low, high);
                 *settings = std::mem::take(settings).set(parameter, value);
+                let default = default.map_or("of the vehicle".to_owned(), |x| format!("{x}"));
                 given.push(Found {
-                    what: format!("estimators.{name}.{parameter}, noise of the log"),
+                    what: format!(
+                        "estimators.{name}.{parameter}, noise of the log (default {default})"
+                    ),
                     value,
                     sd: used.iter().map(|f| f.sd_of_sd).fold(0.0, f64::max),
                     unit: used.first().map_or("", |f| f.unit),

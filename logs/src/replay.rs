@@ -1,6 +1,7 @@
 //! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play back.
 
 use crate::drive::{Drive, Found, Plan, Reference, Step, Target, calibrate};
+use crate::ghost::{self, Ghost};
 use crate::judge::EstimatesFile;
 use crate::map::Map;
 use crate::noise::Noise;
@@ -35,6 +36,11 @@ pub struct ReplayOptions {
     pub judged: Vec<(String, EstimatesFile)>,
     /// Give estimators the noise of the log where the map does not set it: a parameter so given is among what was found.
     pub noise_from_log: bool,
+    /// Record the vehicle of the map on the same drive beside the log: what it needs of traction with the speed that was measured on the
+    /// reference slope with the reference mass.
+    pub ghost: bool,
+    /// What was found of the log beforehand, to be kept in the results with what is found now.
+    pub found: Vec<Found>,
 }
 
 /// A log being played: shared by what says the time and what delivers the samples.
@@ -42,10 +48,25 @@ struct Playback {
     drive: Drive,
     map: Map,
     reference: Reference,
-    step: Step,
-    next: Option<Step>,
+    /// The step that is played and the one after it: they are large, and stay where they are.
+    steps: [Step; 2],
+    /// Which of the two is played; the other one comes next.
+    now: usize,
+    /// Whether there is a next one.
+    more: bool,
     /// The command of the next step; in a log without commands the last measured torques.
     command: Command,
+    ghost: Option<Ghost>,
+}
+
+impl Playback {
+    fn step(&self) -> &Step {
+        &self.steps[self.now & 1]
+    }
+
+    fn next(&self) -> Option<&Step> {
+        self.more.then(|| &self.steps[1 - (self.now & 1)])
+    }
 }
 
 type Shared = Arc<Mutex<Playback>>;
@@ -67,19 +88,16 @@ struct RecordedPlant {
 impl Plant for RecordedPlant {
     fn step(&mut self, _: &Command, _: f64) -> Result<(), Error> {
         let mut play = lock(&self.shared);
-        let Playback {
-            drive,
-            map,
-            reference,
-            step,
-            next,
-            command,
-        } = &mut *play;
-        let Some(now) = next.take() else {
+        let play = &mut *play;
+        if !play.more {
             return Ok(());
-        };
-        *next = drive.next(map)?;
-        if next.is_none()
+        }
+        play.now = 1 - play.now;
+        let [a, b] = &mut play.steps;
+        let (now, next) = if play.now == 0 { (a, b) } else { (b, a) };
+        let (drive, map, reference) = (&mut play.drive, &play.map, &mut play.reference);
+        play.more = drive.next_into(map, next)?;
+        if !play.more
             && let Some((key, column)) = drive.missing().into_iter().next()
         {
             return Err(map.error(
@@ -88,17 +106,20 @@ impl Plant for RecordedPlant {
                 "`monorig inspect` shows the columns",
             ));
         }
-        self.over = next.is_none();
-        *step = now;
+        self.over = !play.more;
         self.segment.store(now.segment, Ordering::Relaxed);
         if now.command.is_none() {
-            let torques = command.motor_torque_nm.iter_mut();
+            let torques = play.command.motor_torque_nm.iter_mut();
             for (torque, sample) in torques.zip(&now.z.motor_torque_nm) {
                 *torque = sample.map_or(*torque, |s| s.value);
             }
         }
         let effective = reference.effective_at(now.t_ns);
         let (slope, mass) = reference.at(now.t_ns);
+        if let Some(ghost) = &mut play.ghost {
+            let at = (now.t_ns as f64 * 1e-9, now.segment);
+            ghost.see(at, &now.z, [slope, effective.unwrap_or(slope)], mass);
+        }
         let t = &mut self.truth;
         t.t_s = now.t_ns as f64 * 1e-9;
         t.total_mass_kg = mass;
@@ -129,6 +150,7 @@ struct RecordedInstrument {
     shared: Shared,
     targets: Vec<Target>,
     drives: usize,
+    ghost: bool,
 }
 
 impl Instrument for RecordedInstrument {
@@ -145,7 +167,8 @@ impl Instrument for RecordedInstrument {
     }
 
     fn measure(&mut self, _: StepInterval, _: &Truth, z: &mut Measurements) -> Result<(), Error> {
-        z.merge(&lock(&self.shared).step.z);
+        // of all that there is of a replay nothing else measures
+        *z = lock(&self.shared).step().z;
         Ok(())
     }
 
@@ -215,6 +238,12 @@ impl Instrument for RecordedInstrument {
                 ));
             }
         }
+        if self.ghost {
+            let shared = self.shared.clone();
+            all.extend(ghost::channels(move |of| {
+                lock(&shared).ghost.as_ref().and_then(of)
+            }));
+        }
         all
     }
 }
@@ -232,7 +261,7 @@ struct RecordedCommand(Shared);
 impl Controller for RecordedCommand {
     fn control(&mut self, _: &Asked, _: &Perception, _: f64) -> Command {
         let mut play = lock(&self.0);
-        if let Some(command) = play.next.as_ref().and_then(|next| next.command) {
+        if let Some(command) = play.next().and_then(|next| next.command) {
             play.command = command;
         }
         play.command
@@ -308,10 +337,17 @@ pub fn build(
 ) -> Result<(Simulation, Vec<Found>), Error> {
     let mut plan = Plan::new(map)?;
     let mut found = calibrate(map, &mut plan)?;
+    found.extend(options.found.iter().cloned());
     let mut drive = Drive::open(map, &plan)?;
     let reference = Reference::load(map, drive.origin_ns())?;
-    let next = drive.next(map)?;
-    let Some(first) = next else {
+    if options.ghost && reference.known() != (true, true) {
+        return Err(map.error(
+            "reference",
+            "a ghost drives over a slope with a mass, and one of the two is not known",
+            "`slope` and `mass` under `reference`",
+        ));
+    }
+    let Some(first) = drive.next(map)? else {
         let path = map.files.values().next().cloned().unwrap_or_default();
         return Err(wrong(
             &path,
@@ -334,7 +370,7 @@ pub fn build(
         added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
         estimators.insert(name.clone(), Settings::default());
     }
-    if options.noise_from_log {
+    if options.noise_from_log || map.file.noise.is_some() {
         found.extend(Noise::of_log(map, &plan)?.give(&mut estimators, &registry));
     }
     if estimators.is_empty() {
@@ -369,8 +405,10 @@ pub fn build(
         drive,
         map: map.clone(),
         reference,
-        step: Step::default(),
-        next,
+        steps: [first, Step::default()],
+        now: 1,
+        more: true,
+        ghost: options.ghost.then(|| Ghost::new(vehicle)),
         command: Command::default(),
     }));
     let segment = Arc::new(AtomicU32::new(0));
@@ -402,6 +440,7 @@ pub fn build(
             shared: shared.clone(),
             targets,
             drives: vehicle.drives,
+            ghost: options.ghost,
         }),
         controller: Box::new(RecordedCommand(shared)),
         around: Box::new(move |inner| {

@@ -1,7 +1,7 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in `views`.
 //!
 //! Tabs: *Overview*: how good the estimates are and when they are valid, beside the train. *Values*: estimates and truth. *Forces*,
-//! *Sensors*. *Filters*: what goes on inside each estimator. `plots` has which line goes to which plot.
+//! *Sensors*. *Filters*: what goes on inside each estimator, a tab for each. `plots` has which line goes to which plot.
 
 use crate::lanes::lane_entity;
 use crate::plots::{FORCES, OVERVIEW, Plot, SENSORS, Titled, VALUES, plot};
@@ -52,7 +52,7 @@ pub fn entities(contents: &Contents<'_>) -> Entities {
         tabs.extend(b.filled(ContainerKind::Grid, name, views, &[]));
     }
     tabs.extend(filters(&mut b, contents));
-    let root = b.tabs(tabs, overview);
+    let root = b.tabs("Run", tabs, overview);
     b.finish(root)
 }
 
@@ -63,7 +63,8 @@ fn scene(b: &mut Builder, contents: &Contents<'_>) -> Placed {
     let side = b.world(vehicle, Camera::Side, contents.vehicle_length_m);
     let others = [("Driver", Camera::Driver), ("Above", Camera::Above)];
     let others = others.map(|(name, camera)| b.world(name, camera, contents.vehicle_length_m));
-    let world = b.tabs(std::iter::once(side.clone()).chain(others).collect(), side);
+    let views = std::iter::once(side.clone()).chain(others).collect();
+    let world = b.tabs(vehicle, views, side);
     let readout = b.text("TextDocument", "Values", "/readout");
     let plan = b.plan("Plan", contents.plan);
     let below = b.container(
@@ -74,7 +75,7 @@ fn scene(b: &mut Builder, contents: &Contents<'_>) -> Placed {
     );
     let events = b.events();
     let about = b.text("TextDocument", "About", "/about");
-    let texts = b.tabs(vec![events.clone(), about], events);
+    let texts = b.tabs("Texts", vec![events.clone(), about], events);
     b.container(
         ContainerKind::Vertical,
         vehicle,
@@ -102,65 +103,83 @@ fn plots_of(
             Plot::Speed => Corner2D::RightBottom,
             _ => Corner2D::RightTop,
         };
-        views.extend(b.plot(title, &lines, PlotStyle { range, corner }));
+        let legend = true;
+        let style = PlotStyle {
+            range,
+            corner,
+            legend,
+        };
+        views.extend(b.plot(title, &lines, style));
     }
     views
 }
 
-/// For each estimator: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a plot for each unit.
+/// For each estimator a tab: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a plot for each unit.
 fn filters(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
-    let series = contents.series;
+    let names = contents.estimators.iter();
+    let tabs: Vec<Placed> = names
+        .filter_map(|name| filter(b, contents.series, name))
+        .collect();
+    let first = tabs.first().cloned()?;
+    Some(b.tabs("Filters", tabs, first))
+}
+
+/// The tab of one estimator; none if nothing of its inside is recorded.
+fn filter(b: &mut Builder, series: &[PlottedSeries], name: &str) -> Option<Placed> {
+    let own = |s: &PlottedSeries| s.estimator() == Some(name) && s.is_raw();
+    let is = |s: &PlottedSeries, group: &str, leaf: &str| {
+        own(s) && s.group() == group && s.leaf() == leaf
+    };
     let limits = |names: &[&str]| {
         let wanted = |s: &PlottedSeries| s.group() == "limits" && names.contains(&s.leaf());
         lines(series, wanted)
     };
     let mut views = Vec::new();
-    for name in contents.estimators {
-        let own = |s: &PlottedSeries| s.estimator() == Some(name) && s.is_raw();
-        let is = |s: &PlottedSeries, group: &str, leaf: &str| {
-            own(s) && s.group() == group && s.leaf() == leaf
-        };
-        let mut add = |title: String, lines: Vec<EntityPath>, limits: Vec<EntityPath>, range| {
-            if !lines.is_empty() {
-                let all: Vec<EntityPath> = lines.into_iter().chain(limits).collect();
-                let corner = Corner2D::RightTop;
-                views.extend(b.plot(&title, &all, PlotStyle { range, corner }));
-            }
-        };
-        let innovation = lines(series, |s| is(s, "estimates", "innovation"));
-        add(
-            format!("{name}: innovation [m/s]"),
-            innovation,
-            vec![],
-            None,
-        );
-        let nis = lines(series, |s| is(s, "estimates", "nis"));
-        let title =
-            format!("{name}: NIS, limits of χ² with 1 degree of freedom at 95 % and 99.9 %");
-        let nis_limits = limits(&["nis_95", "nis_999"]);
-        add(title, nis, nis_limits, Some([0.0, MAX_NIS]));
-        let ratios = lines(series, |s| is(s, "aid", "test_ratio"));
-        let title = format!("{name}: test ratio of each measurement, gate at 1");
-        add(
-            title,
-            ratios,
-            limits(&["gate"]),
-            Some([0.0, MAX_TEST_RATIO]),
-        );
-        let inside = |s: &PlottedSeries| own(s) && s.group() == "internals";
-        let mut units: Vec<&str> = Vec::new();
-        for s in series.iter().filter(|s| inside(s)) {
-            if !units.contains(&s.unit.as_str()) {
-                units.push(&s.unit);
-            }
+    let mut add = |title: &str, lines: Vec<EntityPath>, limits: Vec<EntityPath>, range| {
+        // the title names a line that is alone
+        let legend = lines.len() > 1;
+        if !lines.is_empty() {
+            let all: Vec<EntityPath> = lines.into_iter().chain(limits).collect();
+            let corner = Corner2D::RightTop;
+            let style = PlotStyle {
+                range,
+                corner,
+                legend,
+            };
+            views.extend(b.plot(title, &all, style));
         }
-        for unit in units {
-            let title = format!("{name}: internals [{unit}]");
-            let of_unit = lines(series, |s| inside(s) && s.unit == unit);
-            add(title, of_unit, vec![], None);
+    };
+    let innovation = lines(series, |s| is(s, "estimates", "innovation"));
+    add("Innovation [m/s]", innovation, vec![], None);
+    let nis = lines(series, |s| is(s, "estimates", "nis"));
+    let nis_limits = limits(&["nis_95", "nis_999"]);
+    let title = "NIS, limits of χ² with 1 degree of freedom at 95 % and 99.9 %";
+    add(title, nis, nis_limits, Some([0.0, MAX_NIS]));
+    let ratios = lines(series, |s| is(s, "aid", "test_ratio"));
+    let title = "Test ratio of each measurement, gate at 1";
+    let gate = limits(&["gate"]);
+    add(title, ratios, gate, Some([0.0, MAX_TEST_RATIO]));
+    let inside = |s: &&PlottedSeries| own(s) && s.group() == "internals";
+    let mut units: Vec<&str> = Vec::new();
+    for s in series.iter().filter(inside) {
+        if !units.contains(&s.unit.as_str()) {
+            units.push(&s.unit);
         }
     }
-    b.filled(ContainerKind::Grid, "Filters", views, &[])
+    for unit in units {
+        let of_unit: Vec<&PlottedSeries> = series
+            .iter()
+            .filter(inside)
+            .filter(|s| s.unit == unit)
+            .collect();
+        let title = match of_unit.as_slice() {
+            [one] => format!("{} [{unit}]", one.leaf()),
+            _ => format!("Internals [{unit}]"),
+        };
+        let of_unit = of_unit.iter().map(|s| s.entity.clone());
+        add(&title, of_unit.collect(), vec![], None);
+    }
+    b.filled(ContainerKind::Grid, name, views, &[])
 }
 
 fn lines(series: &[PlottedSeries], wanted: impl Fn(&PlottedSeries) -> bool) -> Vec<EntityPath> {

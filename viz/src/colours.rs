@@ -15,6 +15,10 @@ const PALETTE: [[u8; 3]; 7] = [
     [204, 121, 167],
     [120, 140, 255],
 ];
+/// What these colours are called.
+const NAMES: [&str; PALETTE.len()] = [
+    "sky blue", "orange", "green", "yellow", "red", "pink", "violet",
+];
 /// A level rail, one that climbs and one that descends at [`FULL_GRADE_RAD`].
 const LEVEL: [f64; 3] = [165.0, 168.0, 172.0];
 const CLIMB: [f64; 3] = [230.0, 120.0, 30.0];
@@ -25,6 +29,11 @@ const FULL_GRADE_RAD: f64 = 0.21;
 /// The colour of an estimator, by its place among those of the run.
 pub fn estimator(index: usize) -> [u8; 3] {
     PALETTE[index % PALETTE.len()]
+}
+
+/// The name of that colour.
+pub fn name(index: usize) -> &'static str {
+    NAMES[index % NAMES.len()]
 }
 
 /// The colour of the line of a channel. `index`: its place among the channels.

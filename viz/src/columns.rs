@@ -8,6 +8,7 @@ use crate::scene::{WheelShape, body_entity};
 use crate::series::{PlottedSeries, plan};
 use crate::source::ScalarSource;
 use crate::stream::{MessageStream, entity, times};
+use crate::thinning::{Periods, thin};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout};
 use monorig_sim::train::ConnectionKind;
@@ -39,6 +40,38 @@ pub struct ChunkColumns {
     links: Vec<Link>,
     /// Index of the body the camera follows.
     followed: usize,
+    /// Thins the lines of what is not sampled; none: they go through each row.
+    periods: Option<Periods>,
+}
+
+/// Rows of a chunk, of which a line is drawn through some.
+struct Rows {
+    /// The first of each period, if the line is thinned.
+    first: Option<Vec<bool>>,
+    /// Times of these, or of all.
+    times: TimeColumn,
+}
+
+impl Rows {
+    fn all(chunk: &Chunk) -> Self {
+        Self {
+            first: None,
+            times: times(chunk.time_ns.clone()),
+        }
+    }
+
+    fn thinned(chunk: &Chunk, periods: &mut Periods) -> Self {
+        let first = periods.first_rows(&chunk.time_ns);
+        let kept = chunk
+            .time_ns
+            .iter()
+            .zip(&first)
+            .filter(|(_, first)| **first);
+        Self {
+            times: times(kept.map(|(ns, _)| *ns).collect()),
+            first: Some(first),
+        }
+    }
 }
 
 /// A frame that moves with the train: origin at the followed body, x along its heading, z up. For the camera.
@@ -60,6 +93,7 @@ impl ChunkColumns {
         layout: &Layout<'_>,
         wheels: Vec<WheelShape>,
         origin: Origin,
+        periods: Option<Periods>,
     ) -> Result<Self, Error> {
         let series = plan(layout.channels);
         for s in &series {
@@ -88,6 +122,7 @@ impl ChunkColumns {
             wheels,
             links,
             followed: layout.train.load.unwrap_or(layout.train.bodies.len() / 2),
+            periods,
         })
     }
 
@@ -103,9 +138,13 @@ impl ChunkColumns {
 
     /// Some seconds of the run.
     pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
-        let all_times = times(chunk.time_ns.clone());
+        let all = Rows::all(chunk);
+        let periods = self.periods.as_mut();
+        let thinned = periods.map(|periods| Rows::thinned(chunk, periods));
         for (s, gaps) in self.series.iter().zip(&mut self.gaps) {
-            scalars(stream, s, gaps, chunk, &all_times)?;
+            // a sample stands in one row only
+            let rows = thinned.as_ref().filter(|_| !s.is_sampled());
+            scalars(stream, s, gaps, chunk, rows.unwrap_or(&all))?;
         }
         self.lanes.log(stream, chunk)?;
         self.readout.log(stream, chunk)?;
@@ -256,7 +295,7 @@ fn scalars(
     series: &PlottedSeries,
     gaps: &mut GapFinder,
     chunk: &Chunk,
-    all_times: &TimeColumn,
+    of: &Rows,
 ) -> Result<(), Error> {
     let (rows, width) = (chunk.time_ns.len(), series.line.width());
     if let ScalarSource::Limit(limit) = series.line {
@@ -278,8 +317,11 @@ fn scalars(
         }
         written.push(gaps.keeps(ns, whole));
     }
-    let row_times = if written.iter().all(|&w| w) {
-        all_times.clone()
+    if let Some(first) = &of.first {
+        thin(&values, width, first, &mut written);
+    }
+    let row_times = if of.first.is_none() && written.iter().all(|&w| w) {
+        of.times.clone()
     } else {
         let kept = values
             .chunks_exact(width)
@@ -288,7 +330,10 @@ fn scalars(
         let ns = chunk.time_ns.iter().zip(&written).filter(|(_, w)| **w);
         let ns: Vec<i64> = ns.map(|(t, _)| *t).collect();
         values = kept.flat_map(|(v, _)| v.iter().copied()).collect();
-        times(ns)
+        match of.first.as_ref() == Some(&written) {
+            true => of.times.clone(),
+            false => times(ns),
+        }
     };
     if values.is_empty() {
         return Ok(());

@@ -39,6 +39,7 @@ mod series;
 pub mod sink;
 mod source;
 mod stream;
+mod thinning;
 mod track;
 mod views;
 

@@ -53,19 +53,38 @@ impl Recording {
 /// Read a recording. A file that breaks off is read as far as it goes; see [`Recording::complete`]. A damaged file is an error: what
 /// the decoders of Rerun and Arrow do with it, panics among it, ends here.
 pub fn read(path: &Path) -> Result<Recording, Error> {
-    let damaged = |what: String| Error::Io {
-        path: path.into(),
-        source: std::io::Error::new(std::io::ErrorKind::InvalidData, what),
-    };
-    let failed = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
-    frames::check(path).map_err(failed)?.map_err(damaged)?;
-    guarded(|| decode(path)).unwrap_or_else(|e| Err(damaged(e.into())))
+    let mut all = read_all(&[path])?;
+    match all.len() {
+        0 => Ok(Recording::default()),
+        1 => Ok(all.remove(0)),
+        n => Err(damaged(path, format!("{n} recordings in one file"))),
+    }
 }
 
-fn decode(path: &Path) -> Result<Recording, Error> {
+/// Read files into one store, as a viewer does that is given all of them: recordings are told apart by the application and the id that stand in
+/// each message and by nothing else, so that files with the same become one recording. In the order in which they begin.
+pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
+    let mut all = Vec::new();
+    for path in paths {
+        let failed = |source| Error::Io {
+            path: path.into(),
+            source,
+        };
+        let checked = frames::check(path).map_err(failed)?;
+        checked.map_err(|what| damaged(path, what))?;
+        guarded(|| decode(path, &mut all)).unwrap_or_else(|e| Err(damaged(path, e.into())))?;
+    }
+    Ok(all)
+}
+
+fn damaged(path: &Path, what: String) -> Error {
+    Error::Io {
+        path: path.into(),
+        source: std::io::Error::new(std::io::ErrorKind::InvalidData, what),
+    }
+}
+
+fn decode(path: &Path, all: &mut Vec<Recording>) -> Result<(), Error> {
     let fail = |source| Error::Io {
         path: path.into(),
         source,
@@ -73,23 +92,43 @@ fn decode(path: &Path) -> Result<Recording, Error> {
     let other = |e: String| fail(std::io::Error::new(std::io::ErrorKind::InvalidData, e));
     let file = BufReader::new(File::open(path).map_err(fail)?);
     let mut messages = Decoder::<LogMsg>::decode_eager(file).map_err(|e| other(e.to_string()))?;
-    let mut recording = Recording::default();
+    let mut of_file = Vec::new();
+    let mut layout = Vec::new();
     for message in messages.by_ref() {
         if let LogMsg::ArrowMsg(store, arrow) = message.map_err(|e| other(e.to_string()))? {
             let chunk = Chunk::from_arrow_msg(&arrow).map_err(|e| other(e.to_string()))?;
             if store.is_recording() {
-                recording.application = store.application_id().to_string();
-                recording.id = store.recording_id().to_string();
+                let id = store.recording_id().to_string();
+                let application = store.application_id().to_string();
                 let name = chunk.entity_path().to_string();
-                recording.entities.entry(name).or_default().add(&chunk);
+                let same = |r: &Recording| r.id == id && r.application == application;
+                let place = all.iter().position(same).unwrap_or_else(|| {
+                    all.push(Recording {
+                        application,
+                        id,
+                        ..Recording::default()
+                    });
+                    all.len() - 1
+                });
+                if !of_file.contains(&place) {
+                    of_file.push(place);
+                }
+                if let Some(recording) = all.get_mut(place) {
+                    recording.entities.entry(name).or_default().add(&chunk);
+                }
             } else {
-                recording.layout.push(chunk.entity_path().to_string());
+                layout.push(chunk.entity_path().to_string());
             }
         }
     }
     let manifests = messages.rrd_manifests().map_err(|e| other(e.to_string()))?;
-    recording.complete = !manifests.is_empty();
-    Ok(recording)
+    for place in of_file {
+        if let Some(recording) = all.get_mut(place) {
+            recording.layout.clone_from(&layout);
+            recording.complete = !manifests.is_empty();
+        }
+    }
+    Ok(())
 }
 
 impl Entity {

@@ -1,5 +1,6 @@
 //! Read-out: speed, slope and mass of truth and estimators as a table, once a second.
 
+use crate::colours;
 use crate::columns::send;
 use crate::series::estimators;
 use crate::stream::{MessageStream, entity, times};
@@ -55,10 +56,11 @@ impl Readout {
         };
         let truth = ["speed", "grade_at_imu", "total_mass"].map(|leaf| format!("truth/{leaf}"));
         let mut rows = vec![row("truth", truth)];
-        for name in estimators(channels) {
+        for (i, name) in estimators(channels).iter().enumerate() {
             let paths = ["speed", "grade", "total_mass"];
             let paths = paths.map(|leaf| format!("estimates/{name}/{leaf}"));
-            rows.push(row(&name, paths));
+            // with many estimators the plots have no legends
+            rows.push(row(&format!("{name} ({})", colours::name(i)), paths));
         }
         Self {
             chainage: find("truth/chainage".into()),
@@ -156,8 +158,14 @@ mod tests {
         let readout = Readout::new(&channels);
         let valid = readout.text(&chunk, 0);
         assert!(valid.contains("| truth | 1.00 | – | 20.00 |"), "{valid}");
-        assert!(valid.contains("| e | – | – | 21.00 ± 1.00 |"), "{valid}");
+        assert!(
+            valid.contains("| e (sky blue) | – | – | 21.00 ± 1.00 |"),
+            "{valid}"
+        );
         let not = readout.text(&chunk, 1);
-        assert!(not.contains("| e | – | – | not valid |"), "{not}");
+        assert!(
+            not.contains("| e (sky blue) | – | – | not valid |"),
+            "{not}"
+        );
     }
 }

@@ -6,6 +6,7 @@ use crate::live::Live;
 use crate::origin::Origin;
 use crate::scene;
 use crate::stream::MessageStream;
+use crate::thinning::Periods;
 use crate::track;
 use crate::views::Entities;
 use monorig_sim::error::Error;
@@ -18,6 +19,9 @@ pub const CHUNK_S: f64 = 30.0;
 /// Chunks of this length suit a recording that is watched, s: shorter ones cost more.
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
+/// Lines of a thinned recording have so many points a second, and what stands out between them.
+pub const THINNED_HZ: f64 = 10.0;
+
 /// Writes a `.rrd` file, and shows the run in a viewer if there is one.
 ///
 /// The same layout and chunks give the same file, byte for byte: ids count up, no clock is read, and the index at the end is put in
@@ -28,6 +32,7 @@ pub struct RerunSink {
     path: PathBuf,
     live: Option<Live>,
     open: Option<Open>,
+    lines_hz: Option<f64>,
 }
 
 /// A recording that is being written.
@@ -62,7 +67,15 @@ impl RerunSink {
             path: path.into(),
             live: None,
             open: None,
+            lines_hz: None,
         }
+    }
+
+    /// Record lines of truth, control and estimates at [`THINNED_HZ`]: through the first row of each tenth of a second, both ends of each gap,
+    /// and rows between that stand out. Samples, poses, states and events stay as they are.
+    pub fn thinned(mut self) -> Self {
+        self.lines_hz = Some(THINNED_HZ);
+        self
     }
 
     /// A recording in a file and in the viewer at `address`. If none answers within 0.3 s the run is recorded without
@@ -92,7 +105,8 @@ impl Sink for RerunSink {
         let mut stream = MessageStream::create(&self.path, &id, self.live.take())?;
         let origin = Origin::of(layout);
         let wheels = scene::log(&mut stream, layout, &origin)?;
-        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin)?;
+        let periods = self.lines_hz.map(|hz| Periods::new((1e9 / hz) as i64));
+        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, periods)?;
         let about = blueprint::Contents {
             series: columns.series(),
             estimators: columns.estimators(),

@@ -3,9 +3,9 @@
 use crate::columns::follow_entity;
 use crate::stream::{TIMELINE, entity};
 use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
-    ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents,
-    ViewportBlueprint, VisualBounds2D,
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground,
+    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint,
+    ViewContents, ViewportBlueprint, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
     ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
@@ -60,6 +60,8 @@ pub struct PlotStyle {
     pub range: Option<[f64; 2]>,
     /// Where the legend is.
     pub corner: Corner2D,
+    /// Whether it has one, if its lines are few.
+    pub legend: bool,
 }
 
 /// Path of a view or container in the blueprint store, and its id.
@@ -143,6 +145,8 @@ impl Builder {
             y_range: side(1),
         });
         self.property(&place, "VisualBounds2D", bounds);
+        let background = Background::new(BackgroundKind::SolidColor).with_color(BACKGROUND);
+        self.property(&place, "Background", background);
         place
     }
 
@@ -185,8 +189,11 @@ impl Builder {
         }
         let legend = PlotLegend::new()
             .with_corner(style.corner)
-            .with_visible(lines.len() <= MAX_LEGEND);
+            .with_visible(style.legend && lines.len() <= MAX_LEGEND);
         self.property(&place, "PlotLegend", legend);
+        // the truth is white: it must be seen in a light theme, too
+        let background = PlotBackground::new().with_color(BACKGROUND);
+        self.property(&place, "PlotBackground", background);
         Some(place)
     }
 
@@ -223,10 +230,11 @@ impl Builder {
     }
 
     /// One of these at a time; `active` first.
-    pub fn tabs(&mut self, contents: Vec<Placed>, active: Placed) -> Placed {
+    pub fn tabs(&mut self, name: &str, contents: Vec<Placed>, active: Placed) -> Placed {
         let place = self.place("container");
         let active = ActiveTab(active.path.to_string().as_str().into());
         let blueprint = ContainerBlueprint::new(ContainerKind::Tabs)
+            .with_display_name(name)
             .with_contents(contents.iter().map(included))
             .with_active_tab(active);
         self.add(place.path.clone(), blueprint);

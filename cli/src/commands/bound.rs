@@ -8,7 +8,8 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::prose::{counted, paragraph};
+use crate::ui::tables::{grouped, number};
 use monorig_lab::batch::in_order;
 use monorig_lab::bound::{AFTER_S, BoundObserver, MeanSquares, RunBound, SheetNoise};
 use monorig_sim::closed_loop::builder::SimulationBuilder;
@@ -22,11 +23,14 @@ use std::path::PathBuf;
 const BOUND_EXAMPLES: &str = "\
 Examples:
   monorig bound scenarios/minimal.yaml
-  monorig bound scenarios/liu2023_section1.yaml --set estimators.rail_fusion={} --csv bound.csv
+  monorig bound scenarios/liu2023_section1.yaml \\
+      --set estimators.rail_fusion={} --csv bound.csv
 
-The bound is the least root mean square over runs that is possible with the white noise, biases and scale errors of the sensor sheet on
-this motion, the models being right; slip, sway, rail ahead that was not read, vibration, faults and delays are not in it. Errors are those of
-all samples from 5 s on, of the mass in the last second.";
+The bound is the least root mean square over runs that is possible with the
+white noise, biases and scale errors of the sensor sheet on this motion, the
+models being right; slip, sway, rail ahead that was not read, vibration, faults
+and delays are not in it. Errors are those of all samples from 5 s on, of the
+mass in the last second.";
 
 /// `monorig bound`
 #[derive(Debug, clap::Args)]
@@ -102,47 +106,46 @@ fn of_seed(scenario: &Scenario, registry: &Registry, seed: u64) -> Result<Option
     Ok((!outcome.interrupted).then(|| observer.into_run()))
 }
 
-/// Root mean squares over the runs: the bound, then each estimator with its ratio to it.
+/// Root mean squares over the runs: of each estimator, beside the bound, and their ratio.
 fn text(runs: &[RunBound]) -> String {
-    let titles = [
-        "",
-        "slope °",
-        "/ bound",
-        "effective °",
-        "/ bound",
-        "mass at end %",
-        "/ bound",
-    ];
-    let mut table = table(titles);
-    right(&mut table, 1..titles.len());
-    let least = mean(runs.iter().map(|r| r.bound));
     let figures = |of: MeanSquares| {
         [
-            of.slope.sqrt().to_degrees(),
-            of.effective.sqrt().to_degrees(),
-            100.0 * of.mass_at_end.sqrt(),
+            ("slope °", of.slope.sqrt().to_degrees()),
+            ("effective slope °", of.effective.sqrt().to_degrees()),
+            ("mass at end %", 100.0 * of.mass_at_end.sqrt()),
         ]
     };
-    let bounds = figures(least);
-    let mut row = |name: &str, of: [f64; 3], ratio: bool| {
-        let cells = of.iter().zip(bounds).flat_map(|(x, bound)| {
-            let beside = match ratio && bound > 0.0 {
-                true => format!("{:.2}", x / bound),
-                false => String::new(),
-            };
-            [shown(*x), beside]
-        });
-        table.add_row([name.to_owned()].into_iter().chain(cells));
-    };
-    row("bound", bounds, false);
-    for (i, (name, _)) in runs.first().iter().flat_map(|r| &r.estimators).enumerate() {
-        let all = runs.iter().filter_map(|r| r.estimators.get(i));
-        row(name, figures(mean(all.map(|(_, sums)| *sums))), true);
+    let bounds = figures(mean(runs.iter().map(|r| r.bound)));
+    let estimators = runs
+        .first()
+        .into_iter()
+        .flat_map(|r| &r.estimators)
+        .enumerate();
+    let mut groups: Vec<(String, Vec<Vec<String>>)> = estimators
+        .map(|(i, (name, _))| {
+            let all = runs.iter().filter_map(|r| r.estimators.get(i));
+            let of = figures(mean(all.map(|(_, sums)| *sums)));
+            let rows = of.iter().zip(bounds).map(|((what, x), (_, bound))| {
+                let ratio = match bound > 0.0 {
+                    true => format!("{:.2}", x / bound),
+                    false => String::new(),
+                };
+                vec![(*what).to_owned(), shown(bound), shown(*x), ratio]
+            });
+            (name.clone(), rows.collect())
+        })
+        .collect();
+    if groups.is_empty() {
+        let rows = bounds.map(|(what, bound)| vec![what.to_owned(), shown(bound)]);
+        groups.push(("no estimator".to_owned(), rows.into()));
     }
     let runs = runs.len();
+    let runs = counted(runs, "run");
+    let about = format!("root mean squares over {runs}, all samples from {AFTER_S} s on");
     format!(
-        "root mean squares over {runs} runs, all samples from {AFTER_S} s on\n\n{}\n",
-        lines(&table)
+        "{}\n\n{}\n",
+        paragraph(&about, ""),
+        grouped(&["", "bound", "error", "error / bound"], &groups)
     )
 }
 

@@ -2,6 +2,7 @@
 
 use crate::CommandOutcome;
 use crate::commands::shared::assignment;
+use crate::commands::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
 use clap::ValueEnum;
@@ -14,7 +15,10 @@ Examples:
   monorig calibrate drive.mf4 --map crane.map.yaml --known mass,slope
   monorig calibrate --map drive.map.yaml --known mass,slope --json found.json
 
-Finds torque gain, running resistance, lean and bias of the accelerometer, and noise, each with its standard deviation. Mass and slope are
+Finds torque gain, running resistance, lean and bias of the accelerometer, and
+noise, each with its standard deviation; with `reference.speed` or
+`reference.distance` in the map the radius of the wheels too; where the vehicle
+stands for 12 s random walk and bias instability of the IMU. Mass and slope are
 those under `reference` in the map.";
 
 /// `monorig calibrate`
@@ -70,7 +74,8 @@ pub fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
             return Err(map.error(key, why, help).into());
         }
     }
-    let found = identify(&map)?;
+    let mut found = identify(&map)?;
+    found.extend(standing_noise::figures(&map)?);
     if let Some(path) = &task.json {
         // numbers and words: nothing that cannot be JSON
         let text = serde_json::to_string_pretty(&found).unwrap_or_default();

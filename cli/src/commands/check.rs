@@ -3,7 +3,7 @@
 use crate::CommandOutcome;
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
-use crate::files::results;
+use crate::files::{results, written};
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
 use monorig_sim::closed_loop::registry::Registry;
@@ -14,10 +14,13 @@ use std::path::PathBuf;
 
 const CHECK_EXAMPLES: &str = "\
 Examples:
-  monorig check scenarios/*.yaml                a scenario with everything it names, as before a run
-  monorig check assets/*/*.yaml                 tracks, trains, units, sensor sheets, rail profiles by themselves
+  monorig check scenarios/*.yaml
+      a scenario with everything it names, as before a run
+  monorig check assets/*/*.yaml
+      tracks, trains, units, sensor sheets, rail profiles by themselves
   monorig check --kind track assets/tracks/winding.yaml
-  monorig check runs/liu2023_section1/1/*       what a run left behind: whole and readable?";
+  monorig check runs/liu2023_section1/1/*
+      what a run left behind: whole and readable?";
 
 /// `monorig check`
 #[derive(Debug, clap::Args)]
@@ -69,15 +72,21 @@ fn check_one(
     }
     let row = match row {
         Some(row) => row,
-        None => recognise(file)?,
+        None => {
+            let document = Document::read(file)?;
+            let keys = document.keys();
+            if keys.iter().any(|key| key == written::VEHICLE_KEY) {
+                return written::vehicle(&document);
+            }
+            recognise(file, &keys)?
+        }
     };
     (row.check)(file, registry)?;
     Ok(format!("{} ok", row.name))
 }
 
-fn recognise(file: &Path) -> Result<&'static FileFormat, Error> {
-    let keys = Document::read(file)?.keys();
-    formats::recognise(&keys).ok_or_else(|| {
+fn recognise(file: &Path, keys: &[String]) -> Result<&'static FileFormat, Error> {
+    formats::recognise(keys).ok_or_else(|| {
         let names: Vec<_> = KINDS.iter().map(|row| row.name).collect();
         input_error(
             file,

@@ -9,7 +9,8 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::prose::paragraph;
+use crate::ui::tables::{grouped, number};
 use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells};
@@ -22,13 +23,19 @@ use std::path::PathBuf;
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
-  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust --seeds 1..50
-  monorig compare scenarios/liu2023_section1.yaml --estimators dffrls_aekf_robust,tuned=dffrls_aekf_robust --set estimators.tuned.delta=0.9
-  monorig compare scenarios/liu2023_section1.yaml --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
+  monorig compare scenarios/liu2023_section1.yaml \\
+      --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust \\
+      --seeds 1..50
+  monorig compare scenarios/liu2023_section1.yaml \\
+      --estimators dffrls_aekf_robust,tuned=dffrls_aekf_robust \\
+      --set estimators.tuned.delta=0.9
+  monorig compare scenarios/liu2023_section1.yaml \\
+      --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
 
-All estimators run in the same runs on the same measurements; `in_loop` stays what the scenario says. Differences to
-the reference are taken run by run; those of an error only on the samples that both estimators mark valid.
-Intervals: 95 %, percentile bootstrap over seeds.";
+All estimators run in the same runs on the same measurements; `in_loop` stays
+what the scenario says. Differences to the reference are taken run by run; those
+of an error only on the samples that both estimators mark valid.
+Intervals of 95 % are percentile bootstraps over seeds.";
 
 /// `monorig compare`
 #[derive(Debug, clap::Args)]
@@ -44,8 +51,9 @@ pub struct CompareArgs {
     /// Change a value of the scenario; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
-    /// Metrics to compare
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
+    /// Metrics to compare [default: mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share,
+    /// slope_misleading_share]
+    #[arg(long, hide_default_value = true, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
         default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,mass_misleading_share,slope_misleading_share")]
     pub metrics: Vec<String>,
     /// Estimator that the others are held against; without it the first
@@ -213,65 +221,71 @@ fn run(
     Ok(runs)
 }
 
+/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on those valid in common.
 fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
+    let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
     let mut parts = Vec::new();
     for metric in metrics {
-        let rows: Vec<&ComparedMetric> = cells.iter().filter(|c| c.metric == *metric).collect();
         let unit = match metrics::unit(metric) {
             Some("1") | None => String::new(),
             Some(unit) => format!(", {unit}"),
         };
-        let against = format!("minus {reference}");
-        let title = format!("{metric}{unit}");
-        let error = rows.iter().any(|c| c.valid.is_some());
-        let mut titles = vec![title.as_str(), "runs", "mean", "95 %", "median"];
-        if error {
-            titles[2] = "all samples";
-            titles.extend(["own valid", "of all", "common valid", "of all"]);
-        }
-        titles.extend([against.as_str(), "95 %", "published"]);
-        let columns = titles.len();
-        let mut table = table(titles);
-        for c in &rows {
-            let [mean, range] = words(c.mean);
-            let [difference, between] = words(c.difference);
-            let mut row = vec![
-                c.estimator.clone(),
-                format!("{}/{}", c.measured, c.runs),
-                mean,
-                range,
-                c.median.map_or("-".to_owned(), number),
-            ];
-            if error {
-                row.extend(on_samples(c.valid.as_ref()));
-                row.extend(on_samples(c.common.as_ref()));
-            }
-            row.extend([
-                difference,
-                between,
-                c.published
-                    .as_ref()
-                    .map_or("-".to_owned(), |p| number(p.value.get())),
-            ]);
-            table.add_row(row);
-        }
-        right(&mut table, 1..columns);
-        parts.push(lines(&table));
+        let of_metric = cells.iter().filter(|c| c.metric == *metric);
+        let groups: Vec<_> = of_metric
+            .map(|c| {
+                let name = format!("{}, {} of {} runs", c.estimator, c.measured, c.runs);
+                (name, rows(c))
+            })
+            .collect();
+        parts.push(format!("{metric}{unit}\n{}", grouped(&titles, &groups)));
     }
-    parts.push(format!(
+    let about = format!(
         "all samples: from {} s on; own valid, common valid: those that the estimator, or it and {reference} both, mark valid, and \
-         their share of all. Differences of errors are on common ones.",
+         their share of all. differs: from {reference}, run by run, an error on the common ones.",
         monorig_lab::verdicts::summary::AFTER_S
-    ));
+    );
+    parts.push(paragraph(&about, ""));
     let sources: std::collections::BTreeSet<&str> = cells
         .iter()
         .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
         .collect();
     if !sources.is_empty() {
         let sources: Vec<&str> = sources.into_iter().collect();
-        parts.push(format!("published: {}", sources.join("; ")));
+        parts.push(paragraph(&format!("published: {}", sources.join("; ")), ""));
     }
     parts.join("\n\n") + "\n"
+}
+
+/// The rows of an estimator and a metric.
+fn rows(c: &ComparedMetric) -> Vec<Vec<String>> {
+    let [mean, range] = words(c.mean);
+    let [difference, between] = words(c.difference);
+    let row = |cells: &[&str]| cells.iter().map(|&c| c.to_owned()).collect::<Vec<String>>();
+    let median = c.median.map_or("-".to_owned(), number);
+    let mut rows = match (&c.valid, &c.common) {
+        (None, _) => vec![row(&["mean", &mean, &range, "", &difference, &between])],
+        (Some(valid), common) => {
+            let [own, own_share] = on_samples(Some(valid));
+            let [both, both_share] = on_samples(common.as_ref());
+            vec![
+                row(&["all samples", &mean, &range]),
+                row(&["own valid", &own, "", &own_share]),
+                row(&[
+                    "common valid",
+                    &both,
+                    "",
+                    &both_share,
+                    &difference,
+                    &between,
+                ]),
+            ]
+        }
+    };
+    rows.insert(1, row(&["median", &median]));
+    if let Some(published) = &c.published {
+        rows.push(row(&["published", &number(published.value.get())]));
+    }
+    rows
 }
 
 /// Mean and share of the samples.
@@ -291,7 +305,7 @@ fn words(interval: Option<Interval>) -> [String; 2] {
     match interval {
         Some(i) => [
             number(i.mean),
-            format!("{} … {}", number(i.low), number(i.high)),
+            format!("{}…{}", number(i.low), number(i.high)),
         ],
         None => ["-".to_owned(), "-".to_owned()],
     }

@@ -12,12 +12,15 @@ use std::path::{Path, PathBuf};
 
 const DRAW_EXAMPLES: &str = "\
 Examples:
-  monorig draw --seed 1 --count 5                        five scenarios, drawn/drawn_1.yaml to drawn/drawn_5.yaml
-  monorig test drawn                                     no estimator was tuned on them: does any mislead?
+  monorig draw --seed 1 --count 5
+      five scenarios, drawn/drawn_1.yaml to drawn/drawn_5.yaml
+  monorig test drawn   no estimator was tuned on them: does any mislead?
   monorig compare drawn/drawn_3.yaml --seeds 1..5        errors side by side
-  monorig draw assets/ranges/roadway.yaml --seed 7 --out other      with a file of ranges of your own
+  monorig draw assets/ranges/roadway.yaml --seed 7 --out other
+      with a file of ranges of your own
 
-The same ranges and seed give the same files. Track and sensor sheet of each scenario are in OUT/parts.";
+The same ranges and seed give the same files. Track and sensor sheet of each
+scenario are in OUT/parts.";
 
 /// `monorig draw`
 #[derive(Debug, clap::Args)]

@@ -11,8 +11,9 @@ use crate::ui::note::{detail, note};
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::tables::{lines, number, right, table, within_terminal};
-use monorig_lab::batch::{RunSpec, in_order, run_one};
+use monorig_lab::batch::{RunResult, RunSpec, in_order, run_one};
 use monorig_lab::explain::{self, Budget, METRICS, Source};
+use monorig_lab::verdicts::summary::AFTER_S;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::scenario::{Scenario, Seeds};
@@ -21,13 +22,16 @@ use std::path::{Path, PathBuf};
 
 const EXPLAIN_EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/liu2023_section1.yaml            leaves the folder runs/liu2023_section1/1
-  monorig explain runs/liu2023_section1/1                where do its errors come from?
+  monorig run scenarios/liu2023_section1.yaml
+      leaves the folder runs/liu2023_section1/1
+  monorig explain runs/liu2023_section1/1   where do its errors come from?
   monorig explain runs/minimal/1 --scenario my/minimal.yaml --seeds 1..20
 
-The run is made again over several seeds: as it was, and without noise, biases, errors of scale, late and lost samples, and
-errors of the model, one at a time and all at once; then with more excitation. The table goes to the terminal, and as
-explain.json into the folder of the run, whose report.html is written anew with table and plots.";
+The run is made again over several seeds: as it was, and without noise, biases,
+errors of scale, late and lost samples, and errors of the model, one at a time
+and all at once; then with more excitation. The table goes to the terminal, and
+as explain.json into the folder of the run, whose report.html is written anew
+with table and plots.";
 
 /// `monorig explain`
 #[derive(Debug, clap::Args)]
@@ -64,15 +68,40 @@ pub fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome
     let runs = runs(task, scenario, &changes, &seeds, &sources, registry)?;
     let name = manifest.scenario.clone();
     let budget = Budget::new(identity().to_string(), name, seeds, &sources, &runs);
+    if budget.errors.is_empty() {
+        return Err(nothing(task, &runs));
+    }
     let json = serde_json::to_string_pretty(&budget).map_err(CliError::Json)?;
     output::write(&task.run.join(explain::NAME), &(json + "\n"))?;
     let page = report::of_run(&task.run)?;
     output::print(&text(&budget))?;
     note(&format!("report in {}", page.display()));
-    Ok(match budget.errors.is_empty() {
-        true => CommandOutcome::Failed,
-        false => CommandOutcome::Held,
-    })
+    Ok(CommandOutcome::Held)
+}
+
+/// Why there is no error that could be explained.
+fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
+    let run = task.run.display();
+    let broken = runs.iter().find_map(|r| r.error.as_ref());
+    let longest = runs
+        .iter()
+        .filter_map(|r| Some(r.summary.as_ref()?.simulated_s));
+    let longest = longest.fold(0.0, f64::max);
+    let (message, help) = match broken {
+        Some(error) => (error.clone(), "a run that comes to its end"),
+        None if longest <= AFTER_S => (
+            format!("it ends after {longest:.1} s, and errors are measured from {AFTER_S} s on"),
+            "a longer run",
+        ),
+        None => (
+            "it has no estimator with an error".to_owned(),
+            "a run of a scenario with `estimators`",
+        ),
+    };
+    CliError::Name {
+        message: format!("{run}: there are no errors to explain: {message}"),
+        help: help.into(),
+    }
 }
 
 /// What was changed against the scenario file in this run.
@@ -152,7 +181,7 @@ fn runs(
     seeds: &[u64],
     sources: &[Source],
     registry: &Registry,
-) -> Result<Vec<monorig_lab::batch::RunResult>, CliError> {
+) -> Result<Vec<RunResult>, CliError> {
     let nothing = Vec::new();
     let off = std::iter::once(&nothing).chain(sources.iter().map(|s| &s.changes));
     let specs = off.flat_map(|off| {

@@ -10,12 +10,16 @@ use std::path::PathBuf;
 
 const EXPORT_EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/minimal.yaml --keep-samples      keep every sample of the run
-  monorig export runs/minimal/1 --to csv                 exports/minimal/1/csv/ with minimal_1_csv.map.yaml
+  monorig run scenarios/minimal.yaml --keep-samples
+      keep every sample of the run
+  monorig export runs/minimal/1 --to csv
+      exports/minimal/1/csv/ with minimal_1_csv.map.yaml
   monorig export runs/minimal/1 --to can --out bus       candump and DBC
-  monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml      the estimates of the run again
+  monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml
+      the estimates of the run again
 
-Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit; CAN signals have steps.";
+Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit;
+CAN signals have steps.";
 
 /// `monorig export`
 #[derive(Debug, clap::Args)]

@@ -10,12 +10,16 @@ use std::path::PathBuf;
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
-  monorig inspect drive.mf4                              channel groups, rates, jitter, gaps, ranges, and a map to begin with
-  monorig inspect bus.log --dbc crane.dbc                a CAN log needs the database of its messages
-  monorig inspect table.csv --time Zeit --unit ms        a table whose column of time is not called like one
+  monorig inspect drive.mf4
+      channel groups, rates, jitter, gaps, ranges, and a map to begin with
+  monorig inspect bus.log --dbc crane.dbc
+      a CAN log needs the database of its messages
+  monorig inspect table.csv --time Zeit --unit ms
+      a table whose column of time is not called like one
 
-Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program
-built with the feature `blf`.";
+Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64,
+TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
+the feature `blf`.";
 
 /// `monorig inspect`
 #[derive(Debug, clap::Args)]

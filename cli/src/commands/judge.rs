@@ -18,11 +18,15 @@ use std::path::PathBuf;
 
 const JUDGE_EXAMPLES: &str = "\
 Examples:
-  monorig judge runs/minimal/1 --estimates mine.csv      a run that has kept its samples (`monorig run --keep-samples`)
-  monorig judge drive.mf4 --map crane.map.yaml --estimates mine.parquet --name filter_7
+  monorig judge runs/minimal/1 --estimates mine.csv
+      a run that has kept its samples (`monorig run --keep-samples`)
+  monorig judge drive.mf4 --map crane.map.yaml --estimates mine.parquet \\
+      --name filter_7
 
-The table has a time and at least one of mass_kg, slope_deg, effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
-and …_valid (0 or 1) if there are. Times are those of the run or of the log's clock. Results are those of `monorig replay`.";
+The table has a time and at least one of mass_kg, slope_deg,
+effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
+and …_valid (0 or 1) if there are. Times are those of the run or of the log's
+clock. Results are those of `monorig replay`.";
 
 /// `monorig judge`
 #[derive(Debug, Args)]
@@ -61,9 +65,8 @@ pub struct JudgeArgs {
 pub fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let file = EstimatesFile::load(&task.estimates)?;
     let options = ReplayOptions {
-        estimators: Vec::new(),
         judged: vec![(task.name.clone(), file)],
-        noise_from_log: false,
+        ..ReplayOptions::default()
     };
     let out = task.out.get();
     let playing = Playing {

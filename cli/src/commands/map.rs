@@ -13,13 +13,19 @@ use std::path::{Path, PathBuf};
 const MAP_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml --set estimators.rail_fusion={}
-  monorig map runs/liu2023_section1/1 --profile assets/rails/i140e.yaml --out maps/section1.yaml
-  monorig run scenarios/liu2023_section1.yaml --set track=../maps/section1.yaml        drive on it
-  monorig replay --map crane.map.yaml && monorig map runs/crane/1 --from 120 --profile assets/rails/i140e.yaml
+  monorig map runs/liu2023_section1/1 --profile assets/rails/i140e.yaml \\
+      --out maps/section1.yaml
+  monorig run scenarios/liu2023_section1.yaml --set track=../maps/section1.yaml
+      drive on it
+  monorig replay --map crane.map.yaml && monorig map runs/crane/1 --from 120 \\
+      --profile assets/rails/i140e.yaml
 
-Of a run or a replay that has an estimator with an attitude filter. The grade of a place is told when the middle of the unit with the IMU has reached
-it, and with the bias of the accelerometer as it is known at the end. OUT is a track file; beside it is a CSV file with chainage, grade and
-standard deviation. Rail before the start and beyond the end goes on at the first and the last grade, with a standard deviation of 1.1°.";
+Of a run or a replay that has an estimator with an attitude filter. The grade of
+a place is told when the middle of the unit with the IMU has reached it, and
+with the bias of the accelerometer as it is known at the end. OUT is a track
+file; beside it is a CSV file with chainage, grade and standard deviation. Rail
+before the start and beyond the end goes on at the first and the last grade,
+with a standard deviation of 1.1°.";
 
 /// `monorig map`
 #[derive(Debug, clap::Args)]

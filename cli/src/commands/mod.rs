@@ -20,6 +20,7 @@ pub mod runs;
 pub mod schema;
 pub mod sensors;
 pub mod shared;
+mod standing_noise;
 pub mod study;
 pub mod test;
 pub mod tune;
@@ -34,17 +35,18 @@ use std::sync::OnceLock;
 
 const EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/liu2023_section1.yaml            simulate; results go to runs/liu2023_section1/1/
-  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7       another load, another seed
-  monorig test scenarios --filter minimal                every scenario over its seeds: does what it expects hold?
-  monorig tune scenarios/tuning/quick.yaml               search for the best parameters of an estimator
-  monorig report runs/liu2023_section1/1                 plots, errors and verdicts of a run as one HTML file
-  monorig list estimators                                what there is: also metrics, channels, faults, scenarios …
-  monorig runs                                           the runs there are, and how their variants differ
-  monorig check scenarios/*.yaml                         find mistakes without running
-  monorig schema scenario                                every key a scenario can have
+  monorig run scenarios/minimal.yaml           simulate: see runs/minimal/1/
+  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7
+  monorig test scenarios --filter minimal      does what it expects hold?
+  monorig tune scenarios/tuning/quick.yaml     search for the best parameters
+  monorig report runs/minimal/1                plots and verdicts, one HTML file
+  monorig list estimators                      also metrics, faults, scenarios …
+  monorig runs                                 the runs there are, and variants
+  monorig check scenarios/*.yaml               find mistakes without running
+  monorig schema scenario                      every key a scenario can have
 
-Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input, files).";
+Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input,
+files).";
 
 /// A physics-simulated test rig for the mass and slope estimators of monorail cranes.
 #[derive(Debug, Parser)]

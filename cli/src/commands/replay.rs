@@ -3,20 +3,22 @@
 use crate::CommandOutcome;
 use crate::commands::run::{VIEWER, address, prepare_out};
 use crate::commands::shared::{Out, assignment};
+use crate::commands::standing_noise;
 use crate::commands::test::{TestedScenario, junit};
 use crate::simulate::{RecordOptions, simulate};
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::progress::ProgressDisplay;
+use crate::ui::prose::paragraph;
 use crate::ui::{output, summary, tables};
 use crate::variant::Variant;
-use clap::ValueEnum;
 use monorig_lab::batch::RunResult;
 use monorig_lab::verdicts::expected;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_logs::check::{Verdict, check};
-use monorig_logs::map::Map;
+use monorig_logs::drive::Found;
+use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::{ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use std::net::SocketAddr;
@@ -25,13 +27,20 @@ use std::time::Duration;
 
 const REPLAY_EXAMPLES: &str = "\
 Examples:
-  monorig replay --map drive.map.yaml                    the files and the estimators that the map names
-  monorig replay drive.mf4 --map crane.map.yaml --estimators rail_fusion,dffrls_aekf_robust
-  monorig replay --map drive.map.yaml --check            what is wrong with this log, before anything runs
+  monorig replay --map drive.map.yaml
+      the files and the estimators that the map names
+  monorig replay drive.mf4 --map crane.map.yaml \\
+      --estimators rail_fusion,dffrls_aekf_robust
+  monorig replay --map drive.map.yaml --check
+      what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit out/replay.xml
+  monorig replay --map drive.map.yaml --ghost
+      beside the vehicle of the map on the same drive
 
-Results are those of `monorig run`: OUT/<map>/1/ with manifest.json, channels.parquet, metrics.json and, with the viewer built in, run.rrd;
-`monorig report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig schema map` prints every key.";
+Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
+channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
+report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig
+schema map` prints every key.";
 
 /// `monorig replay`
 #[derive(Debug, clap::Args)]
@@ -46,10 +55,14 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
     /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
-    #[arg(long, value_name = "SOURCE")]
+    #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
+    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor torque and specific force
+    /// that it has, and how far off the measured ones are
+    #[arg(long)]
+    pub ghost: bool,
     /// Only say what is wrong with the log: each check with a number and a verdict
-    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
+    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
     #[command(flatten)]
     pub out: Out,
@@ -60,7 +73,7 @@ pub struct ReplayArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Record long logs at the full rate too
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate too
     #[arg(long)]
     pub full_rate: bool,
     /// Write the verdicts as JUnit XML, as CI servers read it
@@ -71,11 +84,12 @@ pub struct ReplayArgs {
     pub sets: Vec<(String, String)>,
 }
 
-/// Where the noise of the measurements is from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NoiseSource {
-    /// Successive differences of the log's samples
-    FromLog,
+/// Where the noise is from, in the words of the map file.
+fn noise_source(word: &str) -> Result<NoiseSource, String> {
+    match word {
+        "from-log" => Ok(NoiseSource::FromLog),
+        _ => Err("write from-log".to_owned()),
+    }
 }
 
 /// Play the log to the estimators, and judge them.
@@ -84,10 +98,23 @@ pub fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, 
     if task.check {
         return check_log(&map);
     }
+    let noise_from_log = task.noise.or(map.file.noise).is_some();
+    let found = match noise_from_log {
+        true => standing_noise::figures(&map)?,
+        false => Vec::new(),
+    };
+    let found = found.into_iter().map(|p| Found {
+        what: p.name,
+        value: p.value,
+        sd: p.sd,
+        unit: p.unit,
+    });
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
-        judged: Vec::new(),
-        noise_from_log: task.noise == Some(NoiseSource::FromLog),
+        noise_from_log,
+        ghost: task.ghost,
+        found: found.collect(),
+        ..ReplayOptions::default()
     };
     let playing = Playing {
         options: &options,
@@ -161,7 +188,7 @@ pub fn play(
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::print(&summary::text(&run.summary, run.wall_s))?;
+    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
@@ -188,12 +215,9 @@ pub fn play(
     })
 }
 
-/// The checks of a log as a table.
+/// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut table, mut bad) = (
-        tables::table(["", "check", "found", "good", "what it means"]),
-        0,
-    );
+    let (mut text, mut bad) = (String::new(), 0);
     for c in check(map)? {
         let (word, why) = match &c.verdict {
             Verdict::Good => ("good", String::new()),
@@ -205,19 +229,22 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             true => "-".to_owned(),
             false => format!("{} {}", tables::number(c.value), c.unit),
         };
-        table.add_row([
-            word.to_owned(),
+        let told = format!(
+            "{word:<4}  {}: {} (good: {})",
             c.what,
-            value.trim_end().to_owned(),
-            c.good,
-            why,
-        ]);
+            value.trim_end(),
+            c.good
+        );
+        text += &format!("{}\n", paragraph(&told, ""));
+        if !why.is_empty() {
+            text += &format!("{}\n", paragraph(&why, "      "));
+        }
     }
     let end = match bad {
         0 => "nothing wrong was found".to_owned(),
         n => format!("{n} checks say that something is wrong"),
     };
-    output::print(&format!("{}\n\n{end}\n", tables::lines(&table)))?;
+    output::print(&format!("{text}\n{end}\n"))?;
     Ok(match bad {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,

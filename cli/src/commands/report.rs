@@ -18,19 +18,23 @@ use view::Recording;
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/minimal.yaml                     leaves the folder runs/minimal/1
-  monorig report runs/minimal/1                          writes runs/minimal/1/report.html
+  monorig run scenarios/minimal.yaml   leaves the folder runs/minimal/1
+  monorig report runs/minimal/1   writes runs/minimal/1/report.html
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --name 5t
-  monorig report runs/minimal/1 runs/minimal@5t/1        two runs compared: runs/minimal/1/against_minimal@5t-1.html
+  monorig report runs/minimal/1 runs/minimal@5t/1
+      two runs compared: runs/minimal/1/against_minimal@5t-1.html
   monorig test scenarios/minimal.yaml --json out/verdicts.json
-  monorig report out/verdicts.json                       writes out/verdicts.html
+  monorig report out/verdicts.json   writes out/verdicts.html
   monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
-  monorig report out/compared.json                       writes out/compared.html
+  monorig report out/compared.json   writes out/compared.html
 
-In the same way the results of a study, such as runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by itself.
-The report is one file that needs nothing else: open it in any browser, offline, on a phone or on paper. With --view it is a page with
-the Rerun viewer and the recordings inside, runs/minimal/1/view.html, for a current browser on a computer; the viewer is taken from the
-Python package rerun-sdk, which must be installed.";
+In the same way the results of a study, such as
+runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by
+itself. The report is one file that needs nothing else: open it in any browser,
+offline, on a phone or on paper. With --view it is a page with the Rerun viewer
+and the recordings inside, runs/minimal/1/view.html, for a current browser on a
+computer; the viewer is taken from the Python package rerun-sdk, which must be
+installed.";
 
 /// `monorig report`
 #[derive(Debug, clap::Args)]

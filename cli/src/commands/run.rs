@@ -22,14 +22,20 @@ use std::path::{Path, PathBuf};
 const RUN_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
-  monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' --set 'estimators.joint_ekf_robust={}'
-  monorig run scenarios/minimal.yaml scenarios/adhesion_loss.yaml --seed 1..2      several scenarios, several seeds
-  monorig run scenarios/minimal.yaml --live --pace 20     watch it at 20 times real time in a Rerun viewer that is open
-  monorig run scenarios/minimal.yaml --plant point-mass --no-rerun   fast: a point on the rail, no 3-D recording
+  monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' \\
+      --set 'estimators.joint_ekf_robust={}'
+  monorig run scenarios/minimal.yaml scenarios/adhesion_loss.yaml --seed 1..2
+      several scenarios, several seeds
+  monorig run scenarios/minimal.yaml --live --pace 20
+      watch it at 20 times real time in a Rerun viewer that is open
+  monorig run scenarios/minimal.yaml --plant point-mass --no-rerun
+      fast: a point on the rail, no 3-D recording
 
-Results: OUT/<scenario>/<seed>/ with manifest.json (what was run), channels.parquet (every signal),
-metrics.json, and, with the viewer built in, run.rrd to open in Rerun. With --set or --plant the folder is
-OUT/<scenario>@<variant>/<seed>/, where the variant is --name or a short hash of the changes.";
+Results: OUT/<scenario>/<seed>/ with manifest.json (what was run),
+channels.parquet (every signal), metrics.json, and, with the viewer built in,
+run.rrd to open in Rerun. With --set or --plant the folder is
+OUT/<scenario>@<variant>/<seed>/, where the variant is --name or a short hash of
+the changes.";
 
 /// Key of a scenario's seeds.
 const SEEDS: &str = "seeds";
@@ -59,7 +65,8 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Record long runs at the full rate too, instead of at half of it after two hours (360 000 rows), a quarter after four …
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate too, instead of at half
+    /// of it after two hours (360 000 rows), a quarter after four …
     #[arg(long)]
     pub full_rate: bool,
     /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it
@@ -159,7 +166,7 @@ fn one(simulation: Simulation, options: &RecordOptions<'_>) -> Result<CommandOut
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::print(&summary::text(&run.summary, run.wall_s))?;
+    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }

@@ -14,14 +14,19 @@ use std::path::{Path, PathBuf};
 const RUNS_EXAMPLES: &str = "\
 Examples:
   monorig runs                    the runs in runs/ (or in MONORIG_OUT)
+  monorig runs old                those in the folder old
   monorig runs --filter minimal   only those with this text in their name
 
-A name with an @ is a variant: below it stands what was changed against the scenario file.";
+A name with an @ is a variant: below it stands what was changed against the
+scenario file.";
 
 /// `monorig runs`
 #[derive(Debug, clap::Args)]
 #[command(after_help = RUNS_EXAMPLES)]
 pub struct RunsArgs {
+    /// Folder to list, as --out; without it that of the results
+    #[arg(value_name = "DIR", conflicts_with = "out")]
+    pub folder: Option<PathBuf>,
     #[command(flatten)]
     pub out: Out,
     /// Only runs with this text in their name
@@ -40,7 +45,13 @@ struct Found {
 
 /// List the runs, by name and seed.
 pub fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
-    let out = task.out.get();
+    let out = task.folder.clone().unwrap_or_else(|| task.out.get());
+    if out.exists() && !out.is_dir() {
+        return Err(CliError::Name {
+            message: format!("{} is a file", out.display()),
+            help: "name the folder that `monorig run --out` was given".into(),
+        });
+    }
     let mut found = Vec::new();
     for folder in folders(&out)? {
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -56,7 +67,7 @@ pub fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
         output::print(&format!("no runs in {}\n", out.display()))?;
         return Ok(CommandOutcome::Held);
     }
-    output::print(&(text(&found) + "\n"))?;
+    output::verdicts(&(text(&found) + "\n"))?;
     Ok(CommandOutcome::Held)
 }
 

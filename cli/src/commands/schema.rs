@@ -10,7 +10,9 @@ use monorig_sim::closed_loop::registry::Registry;
 /// `monorig schema`
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  monorig schema                   the kinds there are\n  monorig schema scenario > scenario.json"
+    after_help = "Examples:\n  monorig schema                   the kinds there are\n  monorig schema scenario > scenario.json\n\n\
+    An editor with the YAML language server completes and checks the keys of a file\nwhose first line is\n\n  \
+    # yaml-language-server: $schema=scenario.json"
 )]
 pub struct SchemaArgs {
     /// Kind of file; without it the kinds are listed

@@ -11,13 +11,19 @@ use std::path::PathBuf;
 
 const FIT_EXAMPLES: &str = "\
 Examples:
-  monorig sensors fit standstill.csv                                 every column that holds numbers, over the column t or time
-  monorig sensors fit drive.csv --columns wy=deg/s,ax=g              two columns, in degrees per second and in g
-  monorig sensors fit drive.csv --from-s 12 --to-s 40                a stretch of it, such as a standstill
-  monorig sensors fit runs.csv --pieces run --out out/runs.html      pieces of several runs: bias from run to run
+  monorig sensors fit standstill.csv
+      every column that holds numbers, over the column t or time
+  monorig sensors fit drive.csv --columns wy=deg/s,ax=g
+      two columns, in degrees per second and in g
+  monorig sensors fit drive.csv --from-s 12 --to-s 40
+      a stretch of it, such as a standstill
+  monorig sensors fit runs.csv --pieces run --out out/runs.html
+      pieces of several runs: bias from run to run
 
-Units: m/s2, g, mg, rad/s, deg/s, m/s, km/h, rad, deg, Nm, MPa; results are in SI units. The file has the names of its columns in the first
-line. White noise, bias instability and random walk are those of IEEE Std 952-1997, annex C, fitted to the overlapping Allan deviation.";
+Units: m/s2, g, mg, rad/s, deg/s, m/s, km/h, rad, deg, Nm, MPa; results are in
+SI units. The file has the names of its columns in the first line. White noise,
+bias instability and random walk are those of IEEE Std 952-1997, annex C, fitted
+to the overlapping Allan deviation.";
 
 /// `monorig sensors`
 #[derive(Debug, clap::Args)]

@@ -8,7 +8,8 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::prose::paragraph;
+use crate::ui::tables::{grouped, number};
 use monorig_lab::batch::lines::Lines;
 use monorig_lab::batch::{Plan, ResultStore, RunResult, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::{Check, Tally};
@@ -19,14 +20,18 @@ use std::path::PathBuf;
 
 const STUDY_EXAMPLES: &str = "\
 Examples:
-  monorig study scenarios/studies/vehicle_test_spread.yaml           results go to runs/vehicle_test_spread/results.jsonl
-  monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5      every fifth run, for one of five machines
-  monorig study spread.yaml --shard 2/5 --expect merge       the same for a scheduler: exit code 0 once its runs are made
+  monorig study scenarios/studies/vehicle_test_spread.yaml
+      results go to runs/vehicle_test_spread/results.jsonl
+  monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5
+      every fifth run, for one of five machines
+  monorig study spread.yaml --shard 2/5 --expect merge
+      the same for a scheduler: exit code 0 once its runs are made
   monorig merge runs/vehicle_test_spread/results.*-of-5.jsonl --into all.jsonl
 
-Stopped or killed, it goes on where it was when it is started again, if program and input files are the same (copies of these
-are kept in OUT/<study>/inputs). The results are the same bytes whatever --jobs,
-whether it was interrupted or not, and whether it was run whole or in shards and merged.";
+Stopped or killed, it goes on where it was when it is started again, if program
+and input files are the same (copies of these are kept in OUT/<study>/inputs).
+The results are the same bytes whatever --jobs, whether it was interrupted or
+not, and whether it was run whole or in shards and merged.";
 
 /// `monorig study`
 #[derive(Debug, clap::Args)]
@@ -125,7 +130,10 @@ pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
     let checks = tally.checks();
     let failing: Vec<&Check> = checks.iter().filter(|c| !c.held).collect();
     for check in &failing {
-        output::print(&format!("FAILED  {}\n", check.reason()))?;
+        output::verdicts(&format!(
+            "{}\n",
+            paragraph(&format!("FAILED  {}", check.reason()), "")
+        ))?;
     }
     output::print(&format!(
         "{runs} runs: {} of {} checks held\n",
@@ -157,15 +165,9 @@ fn push(columns: &mut Vec<Column>, estimator: &str, metric: &'static str, value:
 
 /// Median and tails of each column.
 fn spread(columns: &[Column], runs: u64) -> String {
-    let mut table = table([
-        "estimator",
-        "metric",
-        "measured",
-        "5 %",
-        "median",
-        "95 %",
-        "worst",
-    ]);
+    let title = format!("over {runs} runs");
+    let titles = [&title, "measured", "5 %", "median", "95 %", "worst"];
+    let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
     for column in columns {
         let mut x = column.values.clone();
         x.sort_unstable_by(f64::total_cmp);
@@ -173,16 +175,15 @@ fn spread(columns: &[Column], runs: u64) -> String {
             let place = (x.len().saturating_sub(1) as f64 * share).round() as usize;
             x.get(place).map_or("-".to_owned(), |x| number(*x))
         };
-        table.add_row([
-            column.estimator.clone(),
-            column.metric.to_owned(),
-            format!("{}/{runs}", x.len()),
-            at(0.05),
-            at(0.5),
-            at(0.95),
-            at(1.0),
-        ]);
+        let mut row = vec![column.metric.to_owned(), x.len().to_string()];
+        row.extend([0.05, 0.5, 0.95, 1.0].map(at));
+        match groups
+            .iter_mut()
+            .find(|(name, _)| *name == column.estimator)
+        {
+            Some((_, rows)) => rows.push(row),
+            None => groups.push((column.estimator.clone(), vec![row])),
+        }
     }
-    right(&mut table, 2..=6);
-    lines(&table)
+    grouped(&titles, &groups)
 }

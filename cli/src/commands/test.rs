@@ -15,6 +15,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
+use crate::ui::prose::{counted, paragraph};
 use baseline::Baseline;
 use monorig_lab::batch::{RunResult, RunSpec, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
@@ -28,17 +29,21 @@ use std::time::{Duration, Instant};
 
 const TEST_EXAMPLES: &str = "\
 Examples:
-  monorig test                                           every scenario in scenarios/, each over its seeds
+  monorig test   every scenario in scenarios/, each over its seeds
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
-  monorig test scenarios --baseline verdicts.json --worse-than 5%     fail also on what has become worse
-  monorig test scenarios --shard 2/4 --json 2.json --expect merge            every fourth run, for one of four machines
-  monorig merge 1.json 2.json 3.json 4.json --into all.json                  judge all of them
-  monorig test scenarios --keep-failed failed            recording and report of the worst seed of what fails
+  monorig test scenarios --baseline verdicts.json --worse-than 5%
+      fail also on what has become worse
+  monorig test scenarios --shard 2/4 --json 2.json --expect merge
+      every fourth run, for one of four machines
+  monorig merge 1.json 2.json 3.json 4.json --into all.json   judge all of them
+  monorig test scenarios --keep-failed failed
+      recording and report of the worst seed of what fails
 
-A scenario fails when a run does not finish, when an estimator never marks anything valid or marks misleading values valid, when an
-expectation does not hold for as many seeds as it asks for (`quantile`; all without it), or when a known failure holds.
-Findings, worst first, stand above the checks that fail.";
+A scenario fails when a run does not finish, when an estimator never marks
+anything valid or marks misleading values valid, when an expectation does not
+hold for as many seeds as it asks for (`quantile`; all without it), or when a
+known failure holds. Findings, worst first, stand above the checks that fail.";
 
 /// `monorig test`
 #[derive(Debug, clap::Args)]
@@ -168,18 +173,19 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let checks = tested.iter().flat_map(|t| &t.judged.checks);
     let known = match checks.filter(|c| c.fails_as_known()).count() {
         0 => String::new(),
-        n => format!("; {n} known failures"),
+        n => format!("; {}", counted(n, "known failure")),
     };
     let unusable = match bad {
         0 => String::new(),
         n => format!(", {n} could not be used"),
     };
     for metric in &worse {
-        output::print(&format!("{}\n", metric.text()))?;
+        output::verdicts(&format!("{}\n", paragraph(&metric.text(), "")))?;
     }
     output::print(&format!(
-        "{} scenarios, {runs} runs: {held} held, {failed} failed{unusable}{known}\n",
-        tested.len() - elsewhere
+        "{}, {}: {held} held, {failed} failed{unusable}{known}\n",
+        counted(tested.len() - elsewhere, "scenario"),
+        counted(runs, "run")
     ))?;
     if baseline.is_some() {
         output::print(&format!(
@@ -189,7 +195,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         ))?;
     }
     let took = begun.elapsed().as_secs_f64();
-    note(&format!("{runs} runs in {took:.1} s"));
+    note(&format!("{} in {took:.1} s", counted(runs, "run")));
     match (bad, failed + worse.len()) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),
@@ -292,7 +298,7 @@ fn run(
             };
             refusals(&one, case);
             let text = lines::text(&one, case, width.unwrap_or(0), &task.sets);
-            progress.aside(|| output::print(&text))?;
+            progress.aside(|| output::verdicts(&text))?;
             tested.push(one);
             skip_empty(&mut tested, cases);
         }

@@ -25,13 +25,20 @@ use std::sync::{Mutex, PoisonError};
 
 const EXAMPLES: &str = "\
 Examples:
-  monorig tune scenarios/tuning/quick.yaml                  search; results go to runs/tune/quick/
-  monorig tune scenarios/tuning/quick.yaml --resume         go on after an interruption, with the same future
-  monorig tune scenarios/tuning/quick.yaml --restart --queue queue   search anew, with workers on other machines (the same with --worker queue)
-  monorig check scenarios/tuning/*.yaml                     find mistakes in studies without running them
+  monorig tune scenarios/tuning/quick.yaml
+      search; results go to runs/tune/quick/
+  monorig tune scenarios/tuning/quick.yaml --resume
+      go on after an interruption, with the same future
+  monorig tune scenarios/tuning/quick.yaml --restart --queue queue
+      search anew, with workers on other machines (the same with --worker queue)
+  monorig check scenarios/tuning/*.yaml
+      find mistakes in studies without running them
 
-Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`), validation.json and sensitivity.json,
-and, with the viewer built in, before_after.rrd to open in Rerun: a validation run with defaults, published constants and winner side by side.";
+Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every
+trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`),
+validation.json and sensitivity.json, and, with the viewer built in,
+before_after.rrd to open in Rerun: a validation run with defaults, published
+constants and winner side by side.";
 
 /// `monorig tune`
 #[derive(Debug, clap::Args)]

@@ -3,3 +3,4 @@
 pub mod formats;
 pub mod prepare;
 pub mod results;
+pub mod written;

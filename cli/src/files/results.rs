@@ -1,5 +1,6 @@
 //! Reading back what was written: is it there, whole, and ours?
 
+use crate::files::written;
 use crate::viewer;
 use monorig_lab::explain::Budget;
 use monorig_lab::report::study;
@@ -29,11 +30,15 @@ pub struct ResultKind {
 /// Files of this ending are results only if they say so: a scenario may be written as JSON too.
 const ANY_JSON: &str = ".json";
 
+const PARQUET: &str = ".parquet";
+/// What a run calls its channels.
+const CHANNELS: &str = "channels.parquet";
+
 /// The first that fits a name counts.
 const KINDS: &[ResultKind] = &[
     of_run("recording", ".rrd", recording),
     of_run("samples", SAMPLES, samples),
-    of_run("channels", ".parquet", channels),
+    of_run("channels", PARQUET, channels),
     of_run("manifest", "manifest.json", manifest),
     of_run("metrics", "metrics.json", metrics),
     other("error budget", "explain.json", budget),
@@ -43,7 +48,19 @@ const KINDS: &[ResultKind] = &[
     other("sensitivity", "sensitivity.json", json),
     other("results", ANY_JSON, many_runs),
     other("page", ".html", page),
+    other("table", ".csv", written::table),
+    other("log", ".mcap", written::log),
+    other("log", ".mf4", written::log),
+    other("log", ".log", written::log),
+    other("CAN database", ".dbc", written::database),
+    other("verdicts", ".xml", written::junit),
 ];
+
+/// A table in Parquet that is not of a run, as `monorig export` writes them.
+const LOG: ResultKind = other("log", "", written::log);
+
+/// Copies of the inputs of a study, which are called by their check sum.
+const COPY: ResultKind = other("copy of an input", "", written::copy);
 
 type Read = fn(&Path) -> Result<String, Error>;
 
@@ -80,6 +97,15 @@ pub fn verify(path: &Path) -> Result<(), Error> {
 /// The kind of a result file, by its name.
 pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     let name = path.file_name()?.to_string_lossy();
+    if written::is_copy(&name) {
+        return Some(&COPY);
+    }
+    if name.ends_with(PARQUET) && name != CHANNELS && !name.ends_with(SAMPLES) {
+        let of_run = readback::read(path).is_ok();
+        if !of_run && written::log(path).is_ok() {
+            return Some(&LOG);
+        }
+    }
     let found = KINDS.iter().find(|k| name.ends_with(k.ending))?;
     (found.ending != ANY_JSON || has_results(path)).then_some(found)
 }
@@ -216,7 +242,8 @@ fn page(path: &Path) -> Result<String, Error> {
     }
 }
 
-fn broken(path: &Path, message: String) -> Error {
+/// A result that cannot be used.
+pub fn broken(path: &Path, message: String) -> Error {
     InputError {
         file: path.into(),
         line: None,

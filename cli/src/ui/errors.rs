@@ -36,7 +36,7 @@ pub enum CliError {
     #[error("cannot write JUnit XML: {0}")]
     Junit(quick_junit::SerializeError),
     /// The results cannot go where they should.
-    #[error("results cannot go to {path}: {source}\n  help: name a folder that can be written with --out", path = path.display())]
+    #[error("results cannot go to {}: {}\n  help: name a folder that can be written with --out", .path.display(), why_not(.path, .source))]
     Out {
         /// The folder.
         path: std::path::PathBuf,
@@ -60,6 +60,15 @@ pub enum CliError {
     /// A study stopped from outside, after so many trials.
     #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
     TuningInterrupted(usize),
+}
+
+/// Why a folder cannot be written: a file that is in its way, else what the system said.
+fn why_not(folder: &std::path::Path, source: &std::io::Error) -> String {
+    match folder.ancestors().find(|part| part.is_file()) {
+        Some(file) if file == folder => "it is a file".to_owned(),
+        Some(file) => format!("{} is a file", file.display()),
+        None => source.to_string(),
+    }
 }
 
 /// Show an error on standard error.

@@ -1,6 +1,7 @@
 //! Writing to standard output without panicking when its reader has gone or the disk is full.
 
 use crate::ui::errors::CliError;
+use crate::ui::{colour, terminal};
 use monorig_lab::hidden::spelled_out;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
@@ -9,8 +10,21 @@ use std::path::Path;
 
 /// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters are spelled out.
 pub fn print(text: &str) -> Result<(), CliError> {
+    arrive(&spelled_out(text))
+}
+
+/// The same of verdicts, in colour where the user has it.
+pub fn verdicts(text: &str) -> Result<(), CliError> {
+    let text = spelled_out(text);
+    match terminal::coloured() {
+        true => arrive(&colour::verdicts(&text)),
+        false => arrive(&text),
+    }
+}
+
+fn arrive(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(spelled_out(text).as_bytes())
+    out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
         .map_err(|e| match e.kind() {
             ErrorKind::BrokenPipe => CliError::ReaderGone,

@@ -1,8 +1,10 @@
 //! What a run has come to, as text.
 
-use crate::ui::tables::{lines, number, right, table, within_terminal};
+use crate::ui::prose::paragraph;
+use crate::ui::tables::{grouped, lines, number, right, table, within_terminal};
 use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
+use std::collections::BTreeMap;
 
 /// A row of an estimator: what it is about, the metric of all samples, its factor from the metric's unit, its availability.
 const ROWS: &[(&str, &str, f64, &str)] = &[
@@ -29,7 +31,7 @@ pub fn text(summary: &Summary, wall_s: f64) -> String {
     if !findings.is_empty() {
         let lines: Vec<String> = findings
             .iter()
-            .map(|f| format!("finding: {}", f.text))
+            .map(|f| paragraph(&format!("finding: {}", f.text), ""))
             .collect();
         parts.push(lines.join("\n"));
     }
@@ -52,30 +54,30 @@ pub fn text(summary: &Summary, wall_s: f64) -> String {
 fn estimators(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
     let titles = ["all", "valid ones", "valid %", "converged s"];
-    let mut table = table(std::iter::once(title.as_str()).chain(titles));
-    for (name, values) in &summary.estimators {
+    let titles: Vec<&str> = std::iter::once(title.as_str()).chain(titles).collect();
+    let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
         let of = |metric: &str, factor: f64| {
             let value = values.get(metric).copied().flatten();
             value.map(|x| number(x * factor))
         };
-        table.add_row([name.as_str()]);
-        for (what, metric, factor, availability) in ROWS {
+        let row = |(what, metric, factor, availability): &(&str, &str, f64, &str)| {
             let converged = match metric.starts_with("mass") {
                 true => of(CONVERGENCE, 1.0).unwrap_or_else(|| "never".to_owned()),
                 false => String::new(),
             };
             let without = || "-".to_owned();
-            table.add_row([
-                format!("  {what}"),
+            vec![
+                (*what).to_owned(),
                 of(metric, *factor).unwrap_or_else(without),
                 of(&format!("{metric}_valid"), *factor).unwrap_or_else(without),
                 of(availability, 100.0).unwrap_or_else(without),
                 converged,
-            ]);
-        }
-    }
-    right(&mut table, 1..=titles.len());
-    lines(&table)
+            ]
+        };
+        (name.clone(), ROWS.iter().map(row).collect())
+    };
+    let groups: Vec<_> = summary.estimators.iter().map(group).collect();
+    grouped(&titles, &groups)
 }
 
 fn expectations(summary: &Summary) -> String {
@@ -98,7 +100,6 @@ fn expectations(summary: &Summary) -> String {
 mod tests {
     use super::*;
     use monorig_lab::verdicts::summary::ExpectationVerdict;
-    use std::collections::BTreeMap;
 
     fn summary(held: bool, value: Option<f64>) -> Summary {
         let values = BTreeMap::from([

@@ -14,7 +14,7 @@ pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
 }
 
 /// Columns of a terminal that can be counted on.
-const TERMINAL: u16 = 80;
+pub const TERMINAL: u16 = 80;
 
 /// Cells that are too long for a terminal are broken into lines.
 pub fn within_terminal(table: &mut Table) {
@@ -37,13 +37,73 @@ pub fn lines(table: &Table) -> String {
     lines.join("\n")
 }
 
-/// Three significant digits or more.
+/// A table whose rows belong to groups: the name of a group has a line of its own, however long it is, and the rows below it are indented. All
+/// columns but the first are numbers.
+pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String {
+    let mut table = table(titles.iter().copied());
+    let mut names = Vec::new();
+    for (name, rows) in groups {
+        names.push((table.row_count() + HEADER_LINES, name));
+        table.add_row([""]);
+        for row in rows {
+            let indented = row.iter().enumerate().map(|(i, cell)| match i {
+                0 => format!("  {cell}"),
+                _ => cell.clone(),
+            });
+            table.add_row(indented);
+        }
+    }
+    right(&mut table, 1..titles.len());
+    let mut all: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
+    for (place, name) in names {
+        if let Some(line) = all.get_mut(place) {
+            *line = format!(" {name}");
+        }
+    }
+    all.join("\n")
+}
+
+/// Titles and the rule below them.
+const HEADER_LINES: usize = 2;
+
+/// Three significant digits or more; nothing at all is 0.
 pub fn number(x: f64) -> String {
     match x.abs() {
-        a if a != 0.0 && !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
-        a if a < 0.1 => format!("{x:.4}"),
-        a if a < 10.0 => format!("{x:.3}"),
-        a if a < 1000.0 => format!("{x:.1}"),
+        0.0 => "0".to_owned(),
+        a if !(1e-3..1e6).contains(&a) => format!("{x:.2e}"),
+        a if a < 0.09995 => format!("{x:.4}"),
+        a if a < 9.9995 => format!("{x:.3}"),
+        a if a < 999.95 => format!("{x:.1}"),
         _ => format!("{x:.0}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_do_not_change_their_width_where_they_are_rounded() {
+        for (x, text) in [
+            (0.0, "0"),
+            (0.0999, "0.0999"),
+            (0.09996, "0.100"),
+            (9.9996, "10.0"),
+            (999.96, "1000"),
+            (5.0, "5.000"),
+            (1.0e-4, "1.00e-4"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+    }
+
+    #[test]
+    fn a_groups_name_widens_no_column() {
+        let name = "a_very_long_name_".repeat(5);
+        let rows = vec![vec!["slope".to_owned(), "1.0".to_owned()]];
+        let text = grouped(&["", "RMSE"], &[(name.clone(), rows)]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[2], format!(" {name}"));
+        assert_eq!(lines[3], "   slope    1.0");
     }
 }

@@ -25,14 +25,14 @@ pub struct TerminalArgs {
     /// Say more on standard error: which files were read, what runs, and how fast
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
-    /// Draw errors in colour
+    /// Draw errors and verdicts in colour
     #[arg(
         long,
         value_name = "WHEN",
         global = true,
         default_value = "auto",
         hide_possible_values = true,
-        long_help = "Draw errors in colour: auto (on a terminal, unless NO_COLOR is set), always or never"
+        long_help = "Draw errors and verdicts in colour: auto (on a terminal, unless NO_COLOR is set), always or never"
     )]
     pub color: Color,
 }
@@ -57,9 +57,18 @@ pub fn verbose() -> bool {
 
 /// Whether errors are drawn.
 pub fn drawn() -> bool {
+    on(|| std::io::stderr().is_terminal())
+}
+
+/// Whether verdicts on standard output are coloured.
+pub fn coloured() -> bool {
+    on(|| std::io::stdout().is_terminal())
+}
+
+fn on(terminal: impl FnOnce() -> bool) -> bool {
     match WANTED.get().map(|w| w.color).unwrap_or_default() {
         Color::Always => true,
         Color::Never => false,
-        Color::Auto => std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none(),
+        Color::Auto => terminal() && std::env::var_os("NO_COLOR").is_none(),
     }
 }

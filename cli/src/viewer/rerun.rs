@@ -9,12 +9,16 @@ pub use monorig_viz::sink::LIVE_CHUNK_S;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// A recording in a file and, if `live`, in the viewer at this address.
-pub fn sink(path: PathBuf, live: Option<SocketAddr>) -> Option<Box<dyn Sink>> {
-    let Some(viewer) = live else {
-        return Some(Box::new(RerunSink::file(path)));
+/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full rate.
+pub fn sink(path: PathBuf, live: Option<SocketAddr>, full_rate: bool) -> Option<Box<dyn Sink>> {
+    let rate = |sink: RerunSink| match full_rate {
+        true => sink,
+        false => sink.thinned(),
     };
-    let sink = RerunSink::live(path, viewer);
+    let Some(viewer) = live else {
+        return Some(Box::new(rate(RerunSink::file(path))));
+    };
+    let sink = rate(RerunSink::live(path, viewer));
     if sink.live_state().is_none() {
         note(&format!(
             "no Rerun viewer answers at {viewer}: start one with `rerun`; the recording goes to the file only"

@@ -9,6 +9,11 @@ use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+/// A text without the line breaks that a terminal needs.
+pub fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// A scenario that uses every part of the format.
 pub const GOOD: &str = "\
 version: 1

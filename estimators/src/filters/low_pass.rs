@@ -4,13 +4,15 @@
 //! smoothed alike; filters that differ would bias the parameter between them.
 
 use crate::Real;
-use crate::api::real::{PI, lag};
+use crate::api::real::PI;
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// Two cascaded first-order low-pass sections, each s ← s + (1 − e^(−dt/τ)) (u − s), τ = 1/(2π f).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchedFilter {
     tau_s: Real,
+    share: LagShare,
     sections: Option<[Real; 2]>,
     rate: Real,
 }
@@ -20,6 +22,7 @@ impl MatchedFilter {
     pub fn new(cutoff_hz: Real) -> Self {
         Self {
             tau_s: 1.0 / (2.0 * PI * cutoff_hz),
+            share: LagShare::default(),
             sections: None,
             rate: 0.0,
         }
@@ -31,7 +34,7 @@ impl MatchedFilter {
             self.sections = Some([input, input]);
             return;
         };
-        let share = lag(dt_s, self.tau_s);
+        let share = self.share.of(dt_s, self.tau_s);
         let first = first + share * (input - first);
         let moved = share * (first - second);
         self.sections = Some([first, second + moved]);
@@ -55,7 +58,7 @@ impl MatchedFilter {
     }
 }
 
-state!(MatchedFilter { sections, rate; tau_s });
+state!(MatchedFilter { sections, rate; tau_s, share });
 
 #[cfg(test)]
 mod tests {

@@ -8,6 +8,7 @@ pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
 pub mod innovation_gate;
+pub mod lag_share;
 pub mod low_pass;
 pub mod model;
 pub mod ring_buffer;

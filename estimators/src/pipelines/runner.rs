@@ -106,7 +106,8 @@ impl<P: Pipeline, Q> State for Runner<P, Q> {
 impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         let before = (self.signals, self.pipeline);
-        let reading = self.signals.read(z, u, dt)?;
+        self.signals.check(z, u, dt)?;
+        let reading = self.signals.take(z, u, dt);
         let estimate = self.pipeline.advance(&reading, z.t, dt);
         if !estimate.is_finite() {
             (self.signals, self.pipeline) = before;

@@ -5,7 +5,7 @@ use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
 use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::input_check::InputCheck;
-use crate::preprocess::sample_hold::SampleHold;
+use crate::preprocess::sample_hold::{SampleHold, VectorHold};
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
 use crate::{Error, Real, Time};
 
@@ -76,12 +76,10 @@ pub struct FrontEnd {
     check: InputCheck,
     torque: [SampleHold; MAX_DRIVES],
     speed: [SampleHold; MAX_DRIVES],
-    forward: SampleHold,
-    left: SampleHold,
-    up: SampleHold,
-    roll_rate: SampleHold,
-    pitch_rate: SampleHold,
-    yaw_rate: SampleHold,
+    /// Specific force forward, to the left and upwards.
+    force: VectorHold,
+    /// Rates of roll, pitch and yaw.
+    rate: VectorHold,
     steering: SampleHold,
 }
 
@@ -98,12 +96,8 @@ impl FrontEnd {
             check: InputCheck::default(),
             torque: Default::default(),
             speed: Default::default(),
-            forward: SampleHold::default(),
-            left: SampleHold::default(),
-            up: SampleHold::default(),
-            roll_rate: SampleHold::default(),
-            pitch_rate: SampleHold::default(),
-            yaw_rate: SampleHold::default(),
+            force: VectorHold::default(),
+            rate: VectorHold::default(),
             steering: SampleHold::default(),
         }
     }
@@ -118,101 +112,121 @@ impl FrontEnd {
 
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
     pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
-        self.check.accept(z, u, dt)?;
+        self.check(z, u, dt)?;
+        Ok(self.take(z, u, dt))
+    }
+
+    /// Checks one step's input and notes its instant; on an error nothing is changed.
+    pub fn check(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
+        self.check.accept(z, u, dt)
+    }
+
+    /// Turns one step's input, which must have been checked, into signals.
+    pub fn take(&mut self, z: &Measurements, u: &Command, dt: Real) -> Reading {
         let now = z.t;
-        let axis = |sample: Option<Sample<[Real; 3]>>, of: fn([Real; 3]) -> Real| {
-            sample.map(|s| Sample {
-                t: s.t,
-                value: of(s.value),
-            })
+        let mut reading = Reading {
+            brake: u.brake,
+            ..Reading::default()
         };
-        let (force, rate) = (z.specific_force_mps2, z.angular_rate_radps);
-        let new_force = self.forward.take(axis(force, |[x, _, _]| x), now);
-        self.left.take(axis(force, |[_, y, _]| y), now);
-        self.up.take(axis(force, |[_, _, z]| z), now);
-        let new_rate = self.pitch_rate.take(axis(rate, |[_, y, _]| -y), now);
-        self.roll_rate.take(axis(rate, |[x, _, _]| x), now);
-        self.yaw_rate.take(axis(rate, |[_, _, z]| z), now);
-        self.condition_imu(new_force, new_rate, dt);
+        reading.channels.commanded_torque_nm = u.motor_torque_nm;
+        reading.channels.new = self.take_imu(z);
+        self.condition_imu(reading.channels.new, dt);
         self.steering.take(z.steering_angle_rad, now);
-        for (held, sample) in self.torque.iter_mut().zip(z.motor_torque_nm) {
-            held.take(sample, now);
-        }
-        let (mut new_speed, mut new_wheel_speed_mps) = (false, [None; MAX_DRIVES]);
-        let wheels = self.speed.iter_mut().zip(z.wheel_speed_mps);
-        let mut wheel_speed_mps = [None; MAX_DRIVES];
-        let fresh = new_wheel_speed_mps.iter_mut().zip(&mut wheel_speed_mps);
-        for ((held, sample), (new, fresh)) in wheels.take(self.drives).zip(fresh) {
-            let taken = held.take(sample, now);
+        let new_speed = self.take_drives(z, dt, &mut reading.channels);
+
+        reading.motor_torque_nm = self.total_torque(&reading.channels.motor_torque_nm);
+        [reading.front_torque_nm, ..] = reading.channels.motor_torque_nm;
+        reading.steering_angle_rad = self.steering.fresh(now, dt);
+        self.read_imu(now, dt, &mut reading);
+        self.read_speed(new_speed, now, dt, &mut reading);
+        reading
+    }
+
+    /// Takes the samples of the IMU; whether specific force and angular rate are new.
+    fn take_imu(&mut self, z: &Measurements) -> [bool; 2] {
+        // A grade that grows is a rate about the left axis that is negative, and a pitch rate that is positive.
+        let rate = z.angular_rate_radps.map(
+            |Sample {
+                 t,
+                 value: [x, y, z],
+             }| Sample {
+                t,
+                value: [x, -y, z],
+            },
+        );
+        let new_force = self.force.take(z.specific_force_mps2, z.t);
+        [new_force, self.rate.take(rate, z.t)]
+    }
+
+    /// Takes the samples of the drive units, and reads their torques; whether a wheel speed is new.
+    fn take_drives(&mut self, z: &Measurements, dt: Real, channels: &mut Channels) -> bool {
+        let (now, drives) = (z.t, self.drives);
+        let torques = self.torque.iter_mut().zip(&z.motor_torque_nm).take(drives);
+        for ((held, sample), fresh) in torques.zip(&mut channels.motor_torque_nm) {
+            held.take(*sample, now);
             *fresh = held.fresh(now, dt);
-            if taken {
+        }
+        let mut new_speed = false;
+        let wheels = self.speed.iter_mut().zip(&z.wheel_speed_mps).take(drives);
+        for ((held, sample), new) in wheels.zip(&mut channels.new_wheel_speed_mps) {
+            if held.take(*sample, now) {
                 new_speed = true;
-                *new = *fresh;
+                *new = held.fresh(now, dt);
             }
         }
+        new_speed
+    }
 
-        let mut torques_nm = [None; MAX_DRIVES];
-        for (fresh, held) in torques_nm.iter_mut().zip(&self.torque) {
-            *fresh = held.fresh(now, dt);
-        }
-        let motor_torque_nm = self.total_torque(&torques_nm);
-        let force = [&self.forward, &self.left, &self.up].map(|held| held.fresh(now, dt));
-        let rate = [&self.roll_rate, &self.pitch_rate, &self.yaw_rate].map(|h| h.fresh(now, dt));
+    /// What the IMU reads, less the biases learnt.
+    fn read_imu(&self, now: Time, dt: Real, reading: &mut Reading) {
+        let (force, rate) = (self.force.fresh(now, dt), self.rate.fresh(now, dt));
         let vector = |[x, y, z]: [Option<Real>; 3]| Some([x?, y?, z?]);
-        let wheels = wheel_speed_mps.iter().flatten().copied();
-        let voted = self.vote.speed_mps(wheels, motor_torque_nm.unwrap_or(0.0));
-        let (new_speed_mps, speed_mps, held_out) = self.condition_speed(voted, new_speed, now);
-        let [pitch_bias, yaw_bias] = self
-            .conditioning
-            .as_ref()
-            .map_or([0.0; 2], Conditioning::gyro_bias_radps);
-        Ok(Reading {
-            new_speed_mps,
-            speed_mps,
-            wheel_speed_fault: match speed_mps {
-                Some(_) => held_out.then_some(Rejection::Gate),
-                None => self.wheel_speed_fault(&wheel_speed_mps, now),
-            },
-            motor_torque_nm,
-            front_torque_nm: torques_nm[0],
-            specific_force_mps2: force[0],
-            lateral_force_mps2: force[1],
-            vertical_force_mps2: force[2],
-            pitch_rate_radps: rate[1].map(|w| w - pitch_bias),
-            yaw_rate_radps: rate[2].map(|w| w - yaw_bias),
-            gyro_bias_sd_radps: self
-                .conditioning
-                .as_ref()
-                .map_or(0.0, Conditioning::gyro_bias_sd_radps),
-            noise: self
-                .conditioning
-                .as_ref()
-                .map_or(LearntNoise::default(), Conditioning::learnt_noise),
-            steering_angle_rad: self.steering.fresh(now, dt),
-            brake: u.brake,
-            channels: Channels {
-                specific_force_mps2: vector(force),
-                angular_rate_radps: vector(rate).map(|[p, theta_dot, r]| [p, -theta_dot, r]),
-                new: [new_force, new_rate],
-                new_wheel_speed_mps,
-                motor_torque_nm: torques_nm,
-                commanded_torque_nm: u.motor_torque_nm,
-            },
-        })
+        let channels = &mut reading.channels;
+        channels.specific_force_mps2 = vector(force);
+        channels.angular_rate_radps = vector(rate).map(|[p, theta_dot, r]| [p, -theta_dot, r]);
+        [
+            reading.specific_force_mps2,
+            reading.lateral_force_mps2,
+            reading.vertical_force_mps2,
+        ] = force;
+        let [_, pitch_rate, yaw_rate] = rate;
+        let conditioning = self.conditioning.as_ref();
+        let biases = conditioning.map(Conditioning::gyro_bias_radps);
+        let [pitch_bias, yaw_bias] = biases.unwrap_or_default();
+        reading.pitch_rate_radps = pitch_rate.map(|w| w - pitch_bias);
+        reading.yaw_rate_radps = yaw_rate.map(|w| w - yaw_bias);
+        reading.gyro_bias_sd_radps = conditioning.map_or(0.0, Conditioning::gyro_bias_sd_radps);
+    }
+
+    /// The speed by the fresh wheels, or why there is none; the noise learnt.
+    fn read_speed(&mut self, new: bool, now: Time, dt: Real, reading: &mut Reading) {
+        let wheels = self.speed.iter().take(self.drives);
+        let mut fresh = wheels.filter_map(|held| held.fresh(now, dt)).peekable();
+        let any = fresh.peek().is_some();
+        let torque_nm = reading.motor_torque_nm.unwrap_or(0.0);
+        let voted = self.vote.speed_mps(fresh, torque_nm);
+        let (new_speed_mps, speed_mps, held_out) = self.condition_speed(voted, new, now);
+        reading.new_speed_mps = new_speed_mps;
+        reading.speed_mps = speed_mps;
+        reading.wheel_speed_fault = match speed_mps {
+            Some(_) => held_out.then_some(Rejection::Gate),
+            None => self.wheel_speed_fault(any, now),
+        };
+        let conditioning = self.conditioning.as_ref();
+        reading.noise = conditioning.map_or(LearntNoise::default(), Conditioning::learnt_noise);
     }
 
     /// Learns noise and gyro biases from new samples of the IMU.
-    fn condition_imu(&mut self, new_force: bool, new_rate: bool, dt: Real) {
+    fn condition_imu(&mut self, [new_force, new_rate]: [bool; 2], dt: Real) {
         let Some(conditioning) = &mut self.conditioning else {
             return;
         };
-        if let Some(force) = self.forward.value().filter(|_| new_force) {
-            let period_s = self.forward.waited_s().max(dt);
+        if let Some([force, ..]) = self.force.value().filter(|_| new_force) {
+            let period_s = self.force.waited_s().max(dt);
             conditioning.force(force, period_s, self.standing);
         }
-        let rates = self.pitch_rate.value().zip(self.yaw_rate.value());
-        let rates = rates.map(|(pitch, yaw)| [pitch, yaw]);
-        let period_s = self.pitch_rate.gap_s().max(dt);
+        let rates = self.rate.value().map(|[_, pitch, yaw]| [pitch, yaw]);
+        let period_s = self.rate.gap_s().max(dt);
         conditioning.calibrate(self.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
@@ -249,9 +263,9 @@ impl FrontEnd {
     }
 
     /// Why fresh or stuck wheels give no speed; `None` if all are stale.
-    fn wheel_speed_fault(&self, fresh: &[Option<Real>], now: Time) -> Option<Rejection> {
+    fn wheel_speed_fault(&self, any_fresh: bool, now: Time) -> Option<Rejection> {
         let mut wheels = self.speed.iter().take(self.drives);
-        if fresh.iter().any(Option::is_some) {
+        if any_fresh {
             Some(Rejection::Slip)
         } else if wheels.any(|held| held.is_stuck(now)) {
             Some(Rejection::Stuck)
@@ -281,12 +295,8 @@ impl State for FrontEnd {
             check,
             torque,
             speed,
-            forward,
-            left,
-            up,
-            roll_rate,
-            pitch_rate,
-            yaw_rate,
+            force,
+            rate,
             steering,
         } = self;
         visit_built(conditioning, archive);
@@ -295,9 +305,9 @@ impl State for FrontEnd {
         check.visit(archive);
         torque.visit(archive);
         speed.visit(archive);
-        for axis in [forward, left, up, roll_rate, pitch_rate, yaw_rate, steering] {
-            axis.visit(archive);
-        }
+        force.visit(archive);
+        rate.visit(archive);
+        steering.visit(archive);
     }
 }
 

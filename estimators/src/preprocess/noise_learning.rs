@@ -1,8 +1,9 @@
 //! Noise of a channel, learnt from its samples and not from the innovations of a filter.
 
 use crate::Real;
-use crate::api::real::{PI, lag, sqrt};
+use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// Memory of the running mean, s, and the time after which it counts.
 const MEMORY_S: Real = 5.0;
@@ -18,7 +19,11 @@ enum Trend {
     /// no noise.
     Line { before: [Real; 2], seen: u32 },
     /// A low-pass of this time constant, s. For an accelerometer, whose vibration is not white.
-    Level { tau_s: Real, level: Option<Real> },
+    Level {
+        tau_s: Real,
+        share: LagShare,
+        level: Option<Real>,
+    },
 }
 
 /// Running robust root mean square of what a channel does faster than the vehicle can.
@@ -31,6 +36,7 @@ pub struct NoiseLearning {
     scale: Real,
     mean: Real,
     known_s: Real,
+    share: LagShare,
 }
 
 impl NoiseLearning {
@@ -44,6 +50,7 @@ impl NoiseLearning {
             scale: sqrt(PI / 2.0) / sqrt(6.0),
             mean: 0.0,
             known_s: 0.0,
+            share: LagShare::default(),
         }
     }
 
@@ -52,11 +59,13 @@ impl NoiseLearning {
         Self {
             trend: Trend::Level {
                 tau_s: 0.2,
+                share: LagShare::default(),
                 level: None,
             },
             scale: sqrt(PI / 2.0),
             mean: 0.0,
             known_s: 0.0,
+            share: LagShare::default(),
         }
     }
 
@@ -72,14 +81,18 @@ impl NoiseLearning {
                 }
                 value - 2.0 * last + older
             }
-            Trend::Level { tau_s, level } => {
+            Trend::Level {
+                tau_s,
+                share,
+                level,
+            } => {
                 let before = level.unwrap_or(value);
-                *level = Some(before + lag(period_s, *tau_s) * (value - before));
+                *level = Some(before + share.of(period_s, *tau_s) * (value - before));
                 value - before
             }
         };
         self.known_s = (self.known_s + period_s).min(MEMORY_S);
-        let share = lag(period_s, self.known_s);
+        let share = self.share.of(period_s, self.known_s);
         let size = if self.known_s > KNOWN_S {
             away.abs().min(CLIP * self.mean + 1e-6)
         } else {
@@ -101,12 +114,12 @@ impl crate::api::snapshot::State for Trend {
                 before.visit(archive);
                 seen.visit(archive);
             }
-            Trend::Level { tau_s: _, level } => level.visit(archive),
+            Trend::Level { level, .. } => level.visit(archive),
         }
     }
 }
 
-state!(NoiseLearning { trend, mean, known_s; scale });
+state!(NoiseLearning { trend, mean, known_s; scale, share });
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-//! Sample and hold of one sensor channel, with a timeout.
+//! Sample and hold of sensor channels, with a timeout.
 
 use crate::api::signals::Sample;
 use crate::api::snapshot::state;
@@ -15,11 +15,14 @@ const TIMEOUT_DEVIATIONS: Real = 4.0;
 /// Shortest timeout, s: a dozen lost samples of a fast channel are nothing to filters with a corner of 1 Hz.
 const MIN_TIMEOUT_S: Real = 0.1;
 
+/// The same in nanoseconds: a sample no older is fresh whatever the gaps are.
+const MIN_TIMEOUT_NS: i64 = 100_000_000;
+
 /// Gaps that their mean and deviation look back on.
 const GAP_MEMORY: Real = 16.0;
 
-/// Sample and hold of one channel: its last sample is fresh for three mean gaps between arrivals and four mean deviations of the gaps,
-/// and never for less than 0.1 s, unless the sensor is stuck.
+/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean deviations of the gaps, and
+/// never for less than 0.1 s.
 ///
 /// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and lost samples
 /// lengthen the timeout by what they do to the gaps, and a channel that comes evenly times out after three periods. A gap counts for no
@@ -28,37 +31,35 @@ const GAP_MEMORY: Real = 16.0;
 /// The timeout goes by the arrival of samples on the estimator's own clock; stamps of the sensor's clock only order the samples. A sample
 /// that arrives after a younger one is late: it is dropped, and counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SampleHold {
+struct Arrivals {
     stamp: Time,
     arrived: Time,
     gap_s: Real,
     deviation_s: Real,
     waited_s: Real,
     late: u32,
-    value: Option<Real>,
-    stuck: StuckDetector,
 }
 
-impl SampleHold {
-    /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless nothing younger has
-    /// come for so long that the sensor's clock must have been set back.
-    pub fn take(&mut self, sample: Option<Sample<Real>>, now: Time) -> bool {
-        let Some(sample) = sample else { return false };
-        if let Some(before) = self.value {
+impl Arrivals {
+    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless nothing younger has come
+    /// for so long that the sensor's clock must have been set back.
+    #[inline]
+    fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
+        if !first {
             let gap = now.since(self.arrived);
-            let set_back = sample.t < self.stamp && gap > CLOCK_SET_BACK_S;
-            if !(sample.t > self.stamp || set_back) {
+            let set_back = stamp < self.stamp && gap > CLOCK_SET_BACK_S;
+            if !(stamp > self.stamp || set_back) {
                 self.late = self.late.saturating_add(1);
                 return false;
             }
-            self.stuck.take(sample.value, before, now);
             self.observe_gap(gap);
             self.waited_s = gap;
         }
-        (self.stamp, self.arrived, self.value) = (sample.t, now, Some(sample.value));
+        (self.stamp, self.arrived) = (stamp, now);
         true
     }
 
+    #[inline]
     fn observe_gap(&mut self, gap: Real) {
         if self.gap_s <= 0.0 {
             self.gap_s = gap;
@@ -69,23 +70,63 @@ impl SampleHold {
         self.deviation_s += (away.abs() - self.deviation_s) / GAP_MEMORY;
     }
 
+    #[inline]
     fn timeout_s(&self) -> Real {
         TIMEOUT_GAPS * self.gap_s + TIMEOUT_DEVIATIONS * self.deviation_s
     }
 
+    /// Whether the last sample is still fresh.
+    #[inline]
+    fn fresh(&self, now: Time, dt_s: Real) -> bool {
+        now.ns().saturating_sub(self.arrived.ns()) <= MIN_TIMEOUT_NS
+            || self.within_timeout(now, dt_s)
+    }
+
+    fn within_timeout(&self, now: Time, dt_s: Real) -> bool {
+        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
+        now.since(self.arrived) <= timeout_s
+    }
+}
+
+/// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the sensor is stuck.
+///
+/// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than 0.1 s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampleHold {
+    arrivals: Arrivals,
+    value: Option<Real>,
+    stuck: StuckDetector,
+}
+
+impl SampleHold {
+    /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless nothing younger has
+    /// come for so long that the sensor's clock must have been set back.
+    #[inline]
+    pub fn take(&mut self, sample: Option<Sample<Real>>, now: Time) -> bool {
+        let Some(sample) = sample else { return false };
+        if !self.arrivals.take(sample.t, now, self.value.is_none()) {
+            return false;
+        }
+        if let Some(before) = self.value {
+            self.stuck.take(sample.value, before, now);
+        }
+        self.value = Some(sample.value);
+        true
+    }
+
     /// Mean gap between arrivals, s; 0 before the second sample.
     pub fn gap_s(&self) -> Real {
-        self.gap_s
+        self.arrivals.gap_s
     }
 
     /// How long the value held had to be waited for, s.
     pub fn waited_s(&self) -> Real {
-        self.waited_s
+        self.arrivals.waited_s
     }
 
     /// How many samples were dropped because a younger one had come before them.
     pub fn late(&self) -> u32 {
-        self.late
+        self.arrivals.late
     }
 
     /// The value held, fresh or not.
@@ -99,15 +140,69 @@ impl SampleHold {
     }
 
     /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the shortest period it can see.
+    #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
-        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
         self.value
+            .filter(|_| self.arrivals.fresh(now, dt_s))
             .filter(|_| !self.is_stuck(now))
-            .filter(|_| now.since(self.arrived) <= timeout_s)
     }
 }
 
-state!(SampleHold { stamp, arrived, gap_s, deviation_s, waited_s, late, value, stuck; });
+/// Sample and hold of three axes that come in one sample; each may be stuck by itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VectorHold {
+    arrivals: Arrivals,
+    value: Option<[Real; 3]>,
+    stuck: [StuckDetector; 3],
+}
+
+impl VectorHold {
+    /// Takes a new sample and returns whether it was taken; see [`SampleHold::take`].
+    #[inline]
+    pub fn take(&mut self, sample: Option<Sample<[Real; 3]>>, now: Time) -> bool {
+        let Some(sample) = sample else { return false };
+        if !self.arrivals.take(sample.t, now, self.value.is_none()) {
+            return false;
+        }
+        if let Some(before) = self.value {
+            let axes = sample.value.into_iter().zip(before);
+            for (stuck, (value, before)) in self.stuck.iter_mut().zip(axes) {
+                stuck.take(value, before, now);
+            }
+        }
+        self.value = Some(sample.value);
+        true
+    }
+
+    /// Mean gap between arrivals, s; 0 before the second sample.
+    pub fn gap_s(&self) -> Real {
+        self.arrivals.gap_s
+    }
+
+    /// How long the value held had to be waited for, s.
+    pub fn waited_s(&self) -> Real {
+        self.arrivals.waited_s
+    }
+
+    /// The value held, fresh or not.
+    pub fn value(&self) -> Option<[Real; 3]> {
+        self.value
+    }
+
+    /// Each axis of the held value; `None` once it is stale or while that axis is stuck. `dt_s` as for [`SampleHold::fresh`].
+    #[inline]
+    pub fn fresh(&self, now: Time, dt_s: Real) -> [Option<Real>; 3] {
+        let Some([x, y, z]) = self.value.filter(|_| self.arrivals.fresh(now, dt_s)) else {
+            return [None; 3];
+        };
+        let [a, b, c] = &self.stuck;
+        [(x, a), (y, b), (z, c)].map(|(value, stuck)| Some(value).filter(|_| !stuck.is_stuck(now)))
+    }
+}
+
+state!(Arrivals { stamp, arrived, gap_s, deviation_s, waited_s, late; });
+state!(SampleHold { arrivals, value, stuck; });
+state!(VectorHold { arrivals, value, stuck; });
 
 #[cfg(test)]
 mod tests {
@@ -218,6 +313,38 @@ mod tests {
         }
         assert!(held.is_stuck(at(1_000)));
         assert_eq!(held.fresh(at(1_000), 0.01), None);
+    }
+
+    /// Three axes in one sample are held as three channels would be, each with its own stuck detector.
+    #[test]
+    fn axes_of_one_sample_are_held_like_channels() {
+        let mut random = crate::testing::Random::new(93);
+        let mut vector = VectorHold::default();
+        let mut channels = [SampleHold::default(); 3];
+        let mut stuck = 0;
+        for k in 0..2_000_i64 {
+            let now = Time::from_ns(10_000_000 * k);
+            let t = Time::from_ns(now.ns() - (30_000_000.0 * random.uniform()) as i64);
+            let y = if k < 900 { random.normal() } else { 0.7 };
+            let value = [random.normal(), y, random.normal()];
+            let lost = random.uniform() < 0.2 || (1_500..1_600).contains(&k);
+            let sample = (!lost).then_some(Sample { t, value });
+            let taken = vector.take(sample, now);
+            let each = channels.iter_mut().zip(value);
+            for (channel, value) in each {
+                assert_eq!(
+                    channel.take(sample.map(|_| Sample { t, value }), now),
+                    taken
+                );
+            }
+            let fresh = vector.fresh(now, 0.01);
+            assert_eq!(fresh, channels.each_ref().map(|c| c.fresh(now, 0.01)));
+            stuck += u32::from(fresh[1].is_none() && fresh[0].is_some());
+        }
+        let [first, ..] = channels;
+        assert_eq!(vector.gap_s(), first.gap_s());
+        assert_eq!(vector.waited_s(), first.waited_s());
+        assert!(stuck > 500 && vector.value().is_some());
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub struct StuckDetector {
 
 impl StuckDetector {
     /// Takes a new sample, with the one before it, at an instant of the estimator's clock.
+    #[inline]
     pub fn take(&mut self, value: Real, before: Real, now: Time) {
         if value == before && value != 0.0 {
             self.run = self.run.saturating_add(1);
@@ -37,13 +38,17 @@ impl StuckDetector {
     }
 
     /// Whether the channel is stuck.
+    #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
+        if self.run < MAX_REPEATS {
+            return false;
+        }
         let noisy = self.changes >= MIN_CHANGES
             && self
                 .legitimate_repeats
                 .saturating_mul(MIN_CHANGES_PER_REPEAT)
                 < self.changes;
-        noisy && self.run >= MAX_REPEATS && now.since(self.changed) > MAX_HOLD_S
+        noisy && now.since(self.changed) > MAX_HOLD_S
     }
 }
 

@@ -32,16 +32,32 @@ impl WheelSpeedVote {
     ) -> Option<Real> {
         let mut room = [0.0; MAX_DRIVES];
         let mut count = 0;
-        for (place, value) in room.iter_mut().zip(wheels_mps) {
+        // Insertion without branches: speeds of wheels that roll come in any order.
+        for mut value in wheels_mps {
+            let Some((sorted, [place, ..])) = room.split_at_mut_checked(count) else {
+                break;
+            };
+            for other in sorted {
+                let (low, high) = if value < *other {
+                    (value, *other)
+                } else {
+                    (*other, value)
+                };
+                (*other, value) = (low, high);
+            }
             *place = value;
             count += 1;
         }
+        let last = count.checked_sub(1)?;
         let sorted = room.get_mut(..count)?;
-        sorted.sort_unstable_by(Real::total_cmp);
+        // Zeros of either sign pass for equal above; which one wins must not depend on the order of the wheels.
+        if sorted.get(count / 2) == Some(&0.0) || sorted.get(last / 2) == Some(&0.0) {
+            sorted.sort_unstable_by(Real::total_cmp);
+        }
         if motor_torque_nm < 0.0 {
             sorted.reverse();
         }
-        let less = *sorted.get(count.checked_sub(1)? / 2)?;
+        let less = *sorted.get(last / 2)?;
         let more = *sorted.get(count / 2)?;
         let apart =
             |a: Real, b: Real| (a - b).abs() > self.tolerance_mps + ROLLING_SHARE * less.abs();
@@ -72,6 +88,15 @@ mod tests {
         assert_eq!(speed(&[1.0, 1.02], 50.0), Some(1.01));
         assert_eq!(speed(&[], 50.0), None);
         assert_eq!(speed(&[0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 50.0), Some(1.0));
+    }
+
+    #[test]
+    fn the_sign_of_a_speed_of_zero_does_not_depend_on_the_order_of_the_wheels() {
+        for torque in [50.0, -50.0] {
+            let signs = [[-0.0, 0.0, -0.0], [-0.0, -0.0, 0.0], [0.0, -0.0, -0.0]]
+                .map(|wheels| speed(&wheels, torque).map(Real::is_sign_negative));
+            assert_eq!(signs, [Some(true); 3], "{torque}");
+        }
     }
 
     #[test]

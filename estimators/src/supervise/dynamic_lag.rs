@@ -1,9 +1,10 @@
 //! Dynamic lag of a filter: what its estimate has moved by within its settling time counts as uncertain.
 
 use crate::Real;
-use crate::api::real::{lag, sqrt};
+use crate::api::real::sqrt;
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// Standard deviations that an estimate moves by without more being wrong than noise.
 const SIGNIFICANT: Real = 3.0;
@@ -27,6 +28,7 @@ pub struct DynamicLag {
     share: Real,
     slow: Option<Real>,
     moved: Real,
+    shares: [LagShare; 2],
 }
 
 impl DynamicLag {
@@ -37,15 +39,17 @@ impl DynamicLag {
             share,
             slow: None,
             moved: 0.0,
+            shares: Default::default(),
         }
     }
 
     /// Takes the estimate after a step of `dt` seconds, and widens its standard deviation.
     pub fn widen(&mut self, estimate: Value, dt: Real) -> Value {
+        let [low, memory] = &mut self.shares;
         let slow = self.slow.get_or_insert(estimate.value);
-        *slow += lag(dt, self.settling_s) * (estimate.value - *slow);
+        *slow += low.of(dt, self.settling_s) * (estimate.value - *slow);
         let moved = (estimate.value - *slow).abs();
-        self.moved -= lag(dt, MEMORY * self.settling_s) * self.moved;
+        self.moved -= memory.of(dt, MEMORY * self.settling_s) * self.moved;
         self.moved = self.moved.max(moved);
         let noise = SIGNIFICANT * estimate.sd;
         let excess = (self.moved * self.moved - noise * noise).max(0.0);
@@ -56,7 +60,7 @@ impl DynamicLag {
     }
 }
 
-state!(DynamicLag { slow, moved; settling_s, share } where |this| this.moved >= 0.0);
+state!(DynamicLag { slow, moved; settling_s, share, shares } where |this| this.moved >= 0.0);
 
 #[cfg(test)]
 mod tests {

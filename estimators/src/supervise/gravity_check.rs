@@ -1,8 +1,9 @@
 //! Gravity check: whether an accelerometer reads about one g, upwards.
 
 use crate::Real;
-use crate::api::real::{GRAVITY, lag, sqrt};
+use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// Time constant of the mean of the specific force, s, and the time after which it counts.
 const WINDOW_S: Real = 1.0;
@@ -24,6 +25,7 @@ pub struct GravityCheck {
     mean: Option<[Real; 3]>,
     seen_s: Real,
     plausible: bool,
+    share: LagShare,
 }
 
 impl GravityCheck {
@@ -33,7 +35,7 @@ impl GravityCheck {
             self.mean = Some(force_mps2);
             return;
         };
-        let share = lag(dt, WINDOW_S);
+        let share = self.share.of(dt, WINDOW_S);
         for (mean, now) in mean.iter_mut().zip(force_mps2) {
             *mean += share * (now - *mean);
         }
@@ -50,7 +52,7 @@ impl GravityCheck {
     }
 }
 
-state!(GravityCheck { mean, seen_s, plausible; });
+state!(GravityCheck { mean, seen_s, plausible; share });
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,8 @@
 //! Gyro range check: whether a vehicle on wheels can turn as fast as its gyro says.
 
 use crate::Real;
-use crate::api::real::lag;
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// Time constant of the mean rate, s: a load that swings turns its unit to and fro.
 const WINDOW_S: Real = 0.5;
@@ -23,12 +23,13 @@ pub struct GyroRange {
     mean: [Real; 2],
     speed_mps: Real,
     implausible: bool,
+    share: LagShare,
 }
 
 impl GyroRange {
     /// One step of `dt` seconds with the rates of pitch and yaw, rad/s, and the speed, m/s.
     pub fn observe(&mut self, rates_radps: [Real; 2], speed_mps: Real, dt: Real) {
-        let share = lag(dt, WINDOW_S);
+        let share = self.share.of(dt, WINDOW_S);
         for (mean, now) in self.mean.iter_mut().zip(rates_radps) {
             *mean += share * (now - *mean);
         }
@@ -45,7 +46,7 @@ impl GyroRange {
     }
 }
 
-state!(GyroRange { mean, speed_mps, implausible; });
+state!(GyroRange { mean, speed_mps, implausible; share });
 
 #[cfg(test)]
 mod tests {

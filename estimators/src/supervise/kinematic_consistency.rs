@@ -33,6 +33,7 @@ use crate::Real;
 use crate::api::real::{GRAVITY, lag, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
+use crate::filters::lag_share::LastTwo;
 
 /// Time constants of the band-pass, s.
 const LOW_PASS_S: Real = 0.3;
@@ -77,12 +78,28 @@ const MAX_PITCH_RADPS: Real = 0.3;
 const STEP_MPS: Real = 0.4;
 const STEP_SHARE: Real = 0.25;
 
-/// Shares of a step in the low-pass and the two high-passes.
-#[derive(Clone, Copy)]
+/// Shares of a step in the filters.
+#[derive(Clone, Copy, Debug, Default)]
 struct Shares {
     low: Real,
     high: Real,
     leak: Real,
+    cross: Real,
+    step: Real,
+    before: Real,
+}
+
+impl Shares {
+    fn of(dt_s: Real) -> Self {
+        Self {
+            low: lag(dt_s, LOW_PASS_S),
+            high: lag(dt_s, HIGH_PASS_S),
+            leak: lag(dt_s, LEAK_S),
+            cross: lag(dt_s, CROSS_HIGH_PASS_S),
+            step: lag(dt_s, STEP_MEMORY_S),
+            before: lag(dt_s, BEFORE_S),
+        }
+    }
 }
 
 /// The two high-passes, behind which a bias and the integral of one are nothing. All signals go through the same, or they would differ by what
@@ -134,6 +151,7 @@ pub struct KinematicConsistency {
     before_mps: Real,
     /// Time since the signals came or came back, s.
     heard_s: Real,
+    shares: LastTwo<Real, Shares>,
 }
 
 impl Default for KinematicConsistency {
@@ -155,6 +173,7 @@ impl Default for KinematicConsistency {
             step_mps: 0.0,
             before_mps: 0.0,
             heard_s: 0.0,
+            shares: LastTwo::default(),
         }
     }
 }
@@ -169,11 +188,7 @@ impl KinematicConsistency {
         pitch_rate_radps: Option<Real>,
         dt: Real,
     ) {
-        let shares = Shares {
-            low: lag(dt, LOW_PASS_S),
-            high: lag(dt, HIGH_PASS_S),
-            leak: lag(dt, LEAK_S),
-        };
+        let shares = self.shares.of(dt, Shares::of);
         let settled = self.heard_s >= SETTLE_S;
         self.heard_s = (self.heard_s + dt).min(SETTLE_S);
         let rate = pitch_rate_radps.unwrap_or(0.0);
@@ -196,11 +211,11 @@ impl KinematicConsistency {
         let slope = GRAVITY * (self.pitch - self.pitch_leaked);
         let mut cross = [y, a + slope];
         for (signal, slow) in cross.iter_mut().zip(&mut self.cross_slow) {
-            *slow += lag(dt, CROSS_HIGH_PASS_S) * (*signal - *slow);
+            *slow += shares.cross * (*signal - *slow);
             *signal -= *slow;
         }
-        self.step_mps += dt * (a - f + slope) - lag(dt, STEP_MEMORY_S) * self.step_mps;
-        self.before_mps += lag(dt, BEFORE_S) * (speed_mps - self.before_mps);
+        self.step_mps += dt * (a - f + slope) - shares.step * self.step_mps;
+        self.before_mps += shares.before * (speed_mps - self.before_mps);
         let most = STEP_MPS + STEP_SHARE * self.before_mps.abs();
         if self.step_mps.abs() > most && self.pitch_rate.abs() < MAX_PITCH_RADPS {
             self.disown_wheels();
@@ -308,7 +323,7 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, since_s, step_mps, before_mps, heard_s; });
+state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, since_s, step_mps, before_mps, heard_s; shares });
 
 #[cfg(test)]
 mod tests {

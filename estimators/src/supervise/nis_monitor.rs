@@ -1,8 +1,9 @@
 //! Consistency monitor of one source of measurements: windowed normalised innovation squared (NIS) on the un-adapted noise.
 
 use crate::Real;
-use crate::api::real::{lag, sqrt};
+use crate::api::real::sqrt;
 use crate::api::snapshot::state;
+use crate::filters::lag_share::LagShare;
 
 /// What one innovation counts for at most: a bump of one or two samples is for the gate and does not end validity.
 const MAX_NIS: Real = 25.0;
@@ -21,6 +22,7 @@ pub struct NisMonitor {
     window_s: Real,
     limit: Real,
     mean: Real,
+    share: LagShare,
 }
 
 impl NisMonitor {
@@ -32,6 +34,7 @@ impl NisMonitor {
             window_s,
             limit: chi_square_quantile((2.0 * window_s * independent_hz).max(1.0), z),
             mean: 1.0,
+            share: LagShare::default(),
         }
     }
 
@@ -42,7 +45,8 @@ impl NisMonitor {
         } else {
             MAX_NIS
         };
-        self.mean += lag(period_s.min(self.window_s), self.window_s) * (nis - self.mean);
+        let share = self.share.of(period_s.min(self.window_s), self.window_s);
+        self.mean += share * (nis - self.mean);
     }
 
     /// Windowed mean, 1 for a consistent filter.
@@ -68,7 +72,7 @@ fn chi_square_quantile(degrees: Real, z: Real) -> Real {
     root * root * root
 }
 
-state!(NisMonitor { mean; on, window_s, limit } where |this| this.mean >= 0.0);
+state!(NisMonitor { mean; on, window_s, limit, share } where |this| this.mean >= 0.0);
 
 #[cfg(test)]
 mod tests {

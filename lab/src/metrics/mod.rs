@@ -190,6 +190,16 @@ impl Accumulator<ErrorSample> for OfValid {
         }
     }
 
+    /// By stretches of which all are valid.
+    fn add_all(&mut self, all: &[ErrorSample]) {
+        let valid = |x: &ErrorSample| self.quantity.is_valid(x);
+        for stretch in all.chunk_by(|a, b| valid(a) == valid(b)) {
+            if stretch.first().is_some_and(valid) {
+                self.all.add_all(stretch);
+            }
+        }
+    }
+
     fn value(&self) -> f64 {
         self.all.value()
     }

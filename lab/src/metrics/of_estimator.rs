@@ -16,7 +16,7 @@ fn close(x: &ErrorSample) -> bool {
 }
 
 /// Largest magnitude after convergence.
-pub(super) fn converged_max(of: fn(&ErrorSample) -> f64) -> Running<ErrorSample> {
+pub(super) fn converged_max(of: impl Fn(&ErrorSample) -> f64 + 'static) -> Running<ErrorSample> {
     Box::new(ConvergedMax {
         of,
         close_since_s: None,
@@ -25,14 +25,14 @@ pub(super) fn converged_max(of: fn(&ErrorSample) -> f64) -> Running<ErrorSample>
     })
 }
 
-struct ConvergedMax {
-    of: fn(&ErrorSample) -> f64,
+struct ConvergedMax<F> {
+    of: F,
     close_since_s: Option<f64>,
     settled: bool,
     most: f64,
 }
 
-impl Accumulator<ErrorSample> for ConvergedMax {
+impl<F: Fn(&ErrorSample) -> f64> Accumulator<ErrorSample> for ConvergedMax<F> {
     fn add(&mut self, x: &ErrorSample) {
         match self.close_since_s {
             _ if self.settled => {}

@@ -2,20 +2,23 @@
 //!
 //! The histogram is log-linear (Tene 2012, HdrHistogram): each power of two is cut into 1024 cells of equal width, so that the middle of a
 //! cell is within 1/2048 (0.05 %) of every value in it. A cell is the leading bits of the number: no logarithm, so the same on every
-//! machine, and whatever the order of the values. Cells that hold nothing take no room.
+//! machine, and whatever the order of the values. Powers of two that hold nothing take no room.
 
 use crate::metrics::statistics::{Accumulator, Running};
-use std::collections::BTreeMap;
 
 /// So many values are kept as they are: 22 minutes at 100 Hz.
 const EXACT: usize = 1 << 17;
 /// Bits of the mantissa that make the cells of a power of two.
 const CELL_BITS: u32 = 10;
+/// Cells of a power of two.
+const CELLS: usize = 1 << CELL_BITS;
+/// Powers of two that a number can have, infinity and not-a-number among them.
+const POWERS: usize = 1 << 11;
 /// Bits of a number below those of its cell.
 const BELOW: u32 = f64::MANTISSA_DIGITS - 1 - CELL_BITS;
 
 /// The 95th percentile of magnitudes: the value below which 95 % of them lie, the nearest of the values.
-pub fn p95<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+pub fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Percentile {
         of,
         share: 0.95,
@@ -23,13 +26,13 @@ pub fn p95<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
     })
 }
 
-struct Percentile<T> {
-    of: fn(&T) -> f64,
+struct Percentile<F> {
+    of: F,
     share: f64,
     so_far: Magnitudes,
 }
 
-impl<T> Accumulator<T> for Percentile<T> {
+impl<T, F: Fn(&T) -> f64> Accumulator<T> for Percentile<F> {
     fn add(&mut self, x: &T) {
         self.so_far.add((self.of)(x).abs());
     }
@@ -42,7 +45,7 @@ impl<T> Accumulator<T> for Percentile<T> {
 /// Magnitudes, as they are or as a histogram.
 enum Magnitudes {
     Exact(Vec<f64>),
-    Histogram(BTreeMap<u32, u64>),
+    Histogram(Histogram),
 }
 
 impl Default for Magnitudes {
@@ -56,14 +59,11 @@ impl Magnitudes {
         match self {
             Self::Exact(values) if values.len() < EXACT => values.push(x),
             Self::Exact(values) => {
-                let mut cells = BTreeMap::new();
-                values
-                    .iter()
-                    .chain([&x])
-                    .for_each(|x| count(&mut cells, *x));
+                let mut cells = Histogram::default();
+                values.iter().chain([&x]).for_each(|x| cells.count(*x));
                 *self = Self::Histogram(cells);
             }
-            Self::Histogram(cells) => count(cells, x),
+            Self::Histogram(cells) => cells.count(x),
         }
     }
 
@@ -78,23 +78,46 @@ impl Magnitudes {
                 *values.select_nth_unstable_by(place, f64::total_cmp).1
             }
             Self::Histogram(cells) => {
-                let place = place(cells.values().sum::<u64>() as f64) as u64;
+                let place = place(cells.iter().map(|(_, n)| n).sum::<u64>() as f64) as u64;
                 let mut below = 0;
-                let mut cells = cells.iter();
-                let at = cells.find(|(_, n)| {
-                    below += **n;
+                let at = cells.iter().find(|(_, n)| {
+                    below += n;
                     below > place
                 });
-                at.map_or(f64::NAN, |(cell, _)| middle(*cell))
+                at.map_or(f64::NAN, |(cell, _)| middle(cell))
             }
         }
     }
 }
 
-/// The sign of a magnitude is 0, so cells are in the order of the numbers, infinity and not-a-number last.
-fn count(cells: &mut BTreeMap<u32, u64>, x: f64) {
-    let cell = (x.to_bits() >> BELOW) as u32;
-    *cells.entry(cell).or_default() += 1;
+/// How many values are in each cell, by power of two. The sign of a magnitude is 0, so cells are in the order of the numbers, infinity and
+/// not-a-number last.
+#[derive(Default)]
+struct Histogram(Vec<Option<Box<[u64; CELLS]>>>);
+
+impl Histogram {
+    fn count(&mut self, x: f64) {
+        let cell = (x.to_bits() >> BELOW) as usize;
+        let (power, cell) = (cell >> CELL_BITS, cell & (CELLS - 1));
+        if self.0.is_empty() {
+            self.0.resize_with(POWERS, || None);
+        }
+        if let Some(cells) = self.0.get_mut(power) {
+            cells.get_or_insert_with(|| Box::new([0; CELLS]))[cell] += 1;
+        }
+    }
+
+    /// The cells that hold something, in the order of the numbers.
+    fn iter(&self) -> impl Iterator<Item = (u32, u64)> {
+        let powers = self.0.iter().zip(0u32..);
+        let cells = powers.flat_map(|(cells, power)| {
+            let cells = cells.iter().flat_map(|cells| cells.iter());
+            cells
+                .zip(0u32..)
+                .map(move |(n, cell)| ((power << CELL_BITS) | cell, *n))
+        });
+        cells.filter(|(_, n)| *n > 0)
+    }
 }
 
 fn middle(cell: u32) -> f64 {
@@ -145,7 +168,9 @@ mod tests {
             })
             .collect();
         let all = of(values.iter().copied());
-        assert!(matches!(&all, Magnitudes::Histogram(cells) if cells.len() < 32 * 1024));
+        assert!(
+            matches!(&all, Magnitudes::Histogram(cells) if cells.0.iter().flatten().count() <= 32)
+        );
         let backwards = of(values.iter().rev().copied());
         let mut sorted = values;
         sorted.sort_unstable_by(f64::total_cmp);

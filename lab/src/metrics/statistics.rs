@@ -4,6 +4,10 @@
 pub trait Accumulator<T> {
     /// One sample more.
     fn add(&mut self, x: &T);
+    /// Some samples more, in their order: one call through the trait for all of them.
+    fn add_all(&mut self, all: &[T]) {
+        all.iter().for_each(|x| self.add(x));
+    }
     /// The number for the samples so far.
     fn value(&self) -> f64;
 }
@@ -40,14 +44,19 @@ impl Mean {
 }
 
 /// An accumulator of one value of each sample.
-struct Of<T, A> {
-    of: fn(&T) -> f64,
-    add: fn(&mut A, f64),
-    value: fn(&A) -> f64,
+struct Of<A, F, G, H> {
+    of: F,
+    add: G,
+    value: H,
     so_far: A,
 }
 
-impl<T, A> Accumulator<T> for Of<T, A> {
+impl<T, A, F, G, H> Accumulator<T> for Of<A, F, G, H>
+where
+    F: Fn(&T) -> f64,
+    G: Fn(&mut A, f64),
+    H: Fn(&A) -> f64,
+{
     fn add(&mut self, x: &T) {
         (self.add)(&mut self.so_far, (self.of)(x));
     }
@@ -58,7 +67,7 @@ impl<T, A> Accumulator<T> for Of<T, A> {
 }
 
 /// Mean.
-pub fn mean<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+pub fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
         add: Mean::add,
@@ -68,17 +77,20 @@ pub fn mean<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
 }
 
 /// Root of the mean square.
-pub fn rms<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+pub fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
-        add: |mean: &mut Mean, x| mean.add(x * x),
-        value: |mean| mean.value().sqrt(),
+        add: |mean: &mut Mean, x: f64| mean.add(x * x),
+        value: |mean: &Mean| mean.value().sqrt(),
         so_far: Mean::default(),
     })
 }
 
 /// Root mean square of an error over that of its bound, over the samples that have a bound.
-pub fn rms_over<T: 'static>(of: fn(&T) -> f64, bound: fn(&T) -> f64) -> Running<T> {
+pub fn rms_over<T: 'static>(
+    of: impl Fn(&T) -> f64 + 'static,
+    bound: impl Fn(&T) -> f64 + 'static,
+) -> Running<T> {
     Box::new(Ratio {
         of,
         bound,
@@ -87,14 +99,14 @@ pub fn rms_over<T: 'static>(of: fn(&T) -> f64, bound: fn(&T) -> f64) -> Running<
 }
 
 /// An accumulator of two values of each sample.
-struct Ratio<T> {
-    of: fn(&T) -> f64,
-    bound: fn(&T) -> f64,
+struct Ratio<F, G> {
+    of: F,
+    bound: G,
     /// Mean squares of the value and of its bound.
     squares: [Mean; 2],
 }
 
-impl<T> Accumulator<T> for Ratio<T> {
+impl<T, F: Fn(&T) -> f64, G: Fn(&T) -> f64> Accumulator<T> for Ratio<F, G> {
     fn add(&mut self, x: &T) {
         let (value, bound) = ((self.of)(x), (self.bound)(x));
         if bound.is_finite() {
@@ -111,11 +123,11 @@ impl<T> Accumulator<T> for Ratio<T> {
 }
 
 /// Largest magnitude.
-pub fn max<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+pub fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
-        add: |most: &mut f64, x| *most = most.max(x.abs()),
-        value: |most| *most,
+        add: |most: &mut f64, x: f64| *most = most.max(x.abs()),
+        value: |most: &f64| *most,
         so_far: f64::NAN,
     })
 }
@@ -124,10 +136,10 @@ pub fn max<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
 /// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is not.
-pub fn share_in_band<T: 'static>(of: fn(&T) -> f64) -> Running<T> {
+pub fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
-        add: |mean: &mut Mean, x| {
+        add: |mean: &mut Mean, x: f64| {
             mean.add(match x {
                 x if x.is_nan() => x,
                 x if x <= CHI2_95 => 1.0,
@@ -150,8 +162,9 @@ mod tests {
 
     #[test]
     fn of_nothing_no_number() {
-        for of_nothing in [mean, rms, max, share_in_band] {
-            assert!(over(of_nothing(|x: &f64| *x), &[]).is_nan());
+        let x = |x: &f64| *x;
+        for of_nothing in [mean(x), rms(x), max(x), share_in_band(x)] {
+            assert!(over(of_nothing, &[]).is_nan());
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::metrics::of_estimator::{DEGREE, converged_max, convergence, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
 use crate::metrics::percentile::p95;
+use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::statistics::{max, mean, rms, rms_over, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 
@@ -52,71 +53,71 @@ macro_rules! table {
 table! {
     errors: {
         Mass "mass_rmse_kg" ["kg", Least] "root mean square error of the total mass"
-            = rms(|x| x.mass_kg);
+            = rms(|x: &ErrorSample| x.mass_kg);
         Mass "mass_mae_kg" ["kg", Least] "mean absolute error of the total mass"
-            = mean(|x| x.mass_kg.abs());
+            = mean(|x: &ErrorSample| x.mass_kg.abs());
         Mass "mass_error_max_kg" ["kg", Least] "largest error of the total mass"
-            = max(|x| x.mass_kg);
+            = max(|x: &ErrorSample| x.mass_kg);
         Mass "mass_error_rel_max" ["1", Least] "largest error of the total mass over the total mass"
-            = max(|x| x.mass_rel);
+            = max(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_rel_p95" ["1", Least] "95th percentile of the absolute error of the total mass over the total mass"
-            = p95(|x| x.mass_rel);
+            = p95(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: from where it has first stayed within 2 % for 1 s"
-            = converged_max(|x| x.mass_kg);
+            = converged_max(|x: &ErrorSample| x.mass_kg);
         Mass "mass_error_converged_rel_max" ["1", Least] "largest error of the total mass after convergence, over the total mass"
-            = converged_max(|x| x.mass_rel);
+            = converged_max(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_rel_end" ["1", Least] "error of the total mass over the total mass, mean of the last second, absolute"
             = end();
         Mass "mass_convergence_s" ["s", Least] "time from which the mass error stays within 2 % to the end"
             = convergence();
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
-            = mean(|x| x.mass_nees);
+            = mean(|x: &ErrorSample| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
-            = share_in_band(|x| x.mass_nees);
+            = share_in_band(|x: &ErrorSample| x.mass_nees);
         Mass "mass_rmse_over_bound" ["1", Least] "root mean square relative error of the total mass over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x| x.mass_rel, |x| x.mass_bound);
+            = rms_over(|x: &ErrorSample| x.mass_rel, |x: &ErrorSample| x.mass_bound);
         Slope "slope_rmse_deg" ["°", Least] "root mean square error of the slope against the grade at the IMU"
-            = rms(|x| x.slope / DEGREE);
+            = rms(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_mae_deg" ["°", Least] "mean absolute error of the slope"
-            = mean(|x| (x.slope / DEGREE).abs());
+            = mean(|x: &ErrorSample| (x.slope / DEGREE).abs());
         Slope "slope_error_max_deg" ["°", Least] "largest error of the slope"
-            = max(|x| x.slope / DEGREE);
+            = max(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
-            = p95(|x| x.slope / DEGREE);
+            = p95(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope as roads state it, 100 tan θ"
-            = rms(|x| x.slope_percent);
+            = rms(|x: &ErrorSample| x.slope_percent);
         Slope "slope_error_max_percent" ["%", Least] "largest error of the slope as roads state it"
-            = max(|x| x.slope_percent);
+            = max(|x: &ErrorSample| x.slope_percent);
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
-            = mean(|x| x.slope_nees);
+            = mean(|x: &ErrorSample| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
-            = share_in_band(|x| x.slope_nees);
+            = share_in_band(|x: &ErrorSample| x.slope_nees);
         Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x| x.slope, |x| x.slope_bound);
+            = rms_over(|x: &ErrorSample| x.slope, |x: &ErrorSample| x.slope_bound);
         Slope "lagged_slope_rmse_deg" ["°", Least] "root mean square error of the slope told with the lag of the IMU's arm, against the grade under the middle of the unit that carries the IMU; of estimators that tell one (internal `lagged_grade_rad`)"
-            = rms(|x| x.lagged / DEGREE);
+            = rms(|x: &ErrorSample| x.lagged / DEGREE);
         Slope "lagged_slope_error_max_deg" ["°", Least] "largest error of that slope"
-            = max(|x| x.lagged / DEGREE);
+            = max(|x: &ErrorSample| x.lagged / DEGREE);
         Slope "lagged_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of that slope; 1 when consistent"
-            = mean(|x| x.lagged_nees);
+            = mean(|x: &ErrorSample| x.lagged_nees);
         EffectiveSlope "effective_slope_rmse_deg" ["°", Least] "root mean square error of the effective slope against the effective grade of the whole vehicle"
-            = rms(|x| x.slope_effective / DEGREE);
+            = rms(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_mae_deg" ["°", Least] "mean absolute error of the effective slope"
-            = mean(|x| (x.slope_effective / DEGREE).abs());
+            = mean(|x: &ErrorSample| (x.slope_effective / DEGREE).abs());
         EffectiveSlope "effective_slope_error_max_deg" ["°", Least] "largest error of the effective slope"
-            = max(|x| x.slope_effective / DEGREE);
+            = max(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the effective slope"
-            = p95(|x| x.slope_effective / DEGREE);
+            = p95(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the effective slope; 1 when consistent"
-            = mean(|x| x.effective_nees);
+            = mean(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
-            = share_in_band(|x| x.effective_nees);
+            = share_in_band(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x| x.slope_effective, |x| x.effective_bound);
+            = rms_over(|x: &ErrorSample| x.slope_effective, |x: &ErrorSample| x.effective_bound);
         Slope "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
-            = mean(|x| x.nis);
+            = mean(|x: &ErrorSample| x.nis);
         Slope "nis_in_band" ["1", InBand] "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent"
-            = share_in_band(|x| x.nis);
+            = share_in_band(|x: &ErrorSample| x.nis);
     }
     marks: {
         Mass Availability "mass_availability" ["1", One]
@@ -141,13 +142,13 @@ table! {
     others: {
         "running_resistance_rmse" ["1", Least]
             "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`); all samples"
-            = Estimator(rms(|x| x.running_resistance));
+            = Estimator(rms(|x: &ErrorSample| x.running_resistance));
         "speed_rmse_mps" ["m/s", Least]
             "root mean square of speed minus reference"
-            = Run(rms(|x| x.speed));
+            = Run(rms(|x: &Tracking| x.speed));
         "accel_rms_mps2" ["m/s²", Least]
             "root mean square acceleration along the track: comfort"
-            = Run(rms(|x| x.accel));
+            = Run(rms(|x: &Tracking| x.accel));
         "jerk_rms_mps3" ["m/s³", Least]
             "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort"
             = Run(jerk());
@@ -159,6 +160,6 @@ table! {
             = Run(energy_per_metre());
         "off_rail_max_m" ["m", Least]
             "largest distance of a wheel from its place on the rail; of a car from the middle of its lane"
-            = Run(max(|x| x.off_rail));
+            = Run(max(|x: &Tracking| x.off_rail));
     }
 }

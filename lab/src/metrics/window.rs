@@ -163,6 +163,18 @@ impl<T: Timed> Windowed<T> {
         }
     }
 
+    /// The same of samples one after the other: of a window between two instants in one piece.
+    pub fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
+        let (End::At(after_s), End::At(until_s)) = (self.window.after, self.window.until) else {
+            return tracking.iter().zip(all).for_each(|(t, x)| self.add(t, x));
+        };
+        let from = all.partition_point(|x| x.t_s() < after_s);
+        let to = all.partition_point(|x| x.t_s() <= until_s);
+        if let Some(inside) = all.get(from..to) {
+            self.running.add_all(inside);
+        }
+    }
+
     /// The run is over: what waits is counted.
     pub fn finish(&mut self) {
         for x in std::mem::take(&mut self.waiting) {
@@ -255,7 +267,7 @@ mod tests {
             let mut windowed =
                 Windowed::new(Window::between(after, until), mean(|x: &Tracking| x.t_s));
             let all: Vec<Tracking> = (0..steps).map(at).collect();
-            all.iter().for_each(|x| windowed.add(x, x));
+            all.chunks(7).for_each(|some| windowed.add_all(some, some));
             windowed.finish();
             let inside = all.iter().filter(|x| windowed.window.holds(x.t_s));
             let inside: Vec<f64> = inside.map(|x| x.t_s).collect();

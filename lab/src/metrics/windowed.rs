@@ -16,9 +16,15 @@ pub struct Wanted {
     pub window: Window,
 }
 
+/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of them.
+const BLOCK: usize = 64;
+
 /// What was wanted, in its order.
 pub struct WindowedMetrics {
     all: Vec<Measured>,
+    /// Steps not yet measured: the state of the run, and the samples of each estimator.
+    tracking: Vec<Tracking>,
+    samples: Vec<Vec<ErrorSample>>,
 }
 
 /// None where there is no such estimator, or the metric is not one of it.
@@ -47,26 +53,42 @@ impl WindowedMetrics {
             all: all
                 .map(|w| start(w).unwrap_or(Measured::Nothing(w.window)))
                 .collect(),
+            tracking: Vec::with_capacity(BLOCK),
+            samples: vec![Vec::with_capacity(BLOCK); estimators.len()],
         }
     }
 
     /// A step of the run: its state, and a sample of each estimator in their order.
     pub fn add(&mut self, tracking: &Tracking, samples: &[ErrorSample]) {
+        self.tracking.push(*tracking);
+        for (all, x) in self.samples.iter_mut().zip(samples) {
+            all.push(*x);
+        }
+        if self.tracking.len() >= BLOCK {
+            self.measure();
+        }
+    }
+
+    fn measure(&mut self) {
+        let tracking = &self.tracking;
         for measured in &mut self.all {
             match measured {
                 Measured::OfEstimator(i, windowed) => {
-                    if let Some(x) = samples.get(*i) {
-                        windowed.add(tracking, x);
+                    if let Some(samples) = self.samples.get(*i) {
+                        windowed.add_all(tracking, samples);
                     }
                 }
-                Measured::OfRun(windowed) => windowed.add(tracking, tracking),
-                Measured::Nothing(window) => window.see(tracking),
+                Measured::OfRun(windowed) => windowed.add_all(tracking, tracking),
+                Measured::Nothing(window) => tracking.iter().for_each(|t| window.see(t)),
             }
         }
+        self.tracking.clear();
+        self.samples.iter_mut().for_each(Vec::clear);
     }
 
     /// The run is over.
     pub fn finish(&mut self) {
+        self.measure();
         for measured in &mut self.all {
             match measured {
                 Measured::OfEstimator(_, windowed) => windowed.finish(),
@@ -76,7 +98,7 @@ impl WindowedMetrics {
         }
     }
 
-    /// The values, each with its window; none where there is nothing to measure.
+    /// The values of a run that is over, each with its window; none where there is nothing to measure.
     pub fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
         self.all.iter().map(|measured| match measured {
             Measured::OfEstimator(_, w) => (Some(w.value()), w.window),

@@ -16,10 +16,14 @@ pub struct Boxes {
     pub groups: Vec<ValueGroup<f64>>,
     /// Values to compare with, such as published ones: name, number of the group, value.
     pub references: Vec<(String, usize, f64)>,
+    /// Bounds: number of the group, value. One that is so far off that it would flatten the boxes is not drawn.
+    pub bounds: Vec<(usize, f64)>,
 }
 
 /// Groups with at most so many values show them all as dots.
 const FEW: usize = 200;
+/// Bounds are drawn up to so many times the largest value.
+const FARTHEST: f64 = 3.0;
 
 impl Boxes {
     /// Draw them.
@@ -39,7 +43,14 @@ impl Boxes {
             let (low, high) = if few(v) { (0.0, 1.0) } else { (0.05, 0.95) };
             [quantile(v, low), quantile(v, high)]
         });
+        let reach = sorted
+            .iter()
+            .flatten()
+            .fold(0.0, |a: f64, x| a.max(x.abs()));
+        let near = |b: &&(usize, f64)| b.1.abs() <= FARTHEST * reach;
+        let bounds: Vec<(usize, f64)> = self.bounds.iter().filter(near).copied().collect();
         let references = self.references.iter().map(|r| r.2);
+        let references = references.chain(bounds.iter().map(|b| b.1));
         let each = sorted.iter().filter(|v| !v.is_empty());
         let each = each.map(|v| (quantile(v, 0.05), quantile(v, 0.95)));
         let common = common_range(&each.collect::<Vec<_>>()).filter(|c| c.1 && !self.y.is_log());
@@ -77,6 +88,15 @@ impl Boxes {
                 }
                 c.line(&[(at - 0.28, q[2]), (at + 0.28, q[2])], ink, 7, 1.0);
             }
+            for (group, bound) in &bounds {
+                let at = *group as f64;
+                c.line(
+                    &[(at - 0.42, *bound), (at + 0.42, *bound)],
+                    Ink::Bad,
+                    4,
+                    1.0,
+                );
+            }
             for (_, group, value) in &self.references {
                 c.cross((*group as f64, *value), Ink::Text);
             }
@@ -84,6 +104,7 @@ impl Boxes {
         let groups = self.groups.iter().enumerate();
         let groups = groups
             .map(|(i, g)| LegendEntry::new(format!("{} {}", i + 1, g.name), Look::Area(g.ink)));
+        let bound = (!bounds.is_empty()).then(|| LegendEntry::new("bound", Look::Line(Ink::Bad)));
         let mut named: Vec<&str> = self.references.iter().map(|r| r.0.as_str()).collect();
         named.dedup();
         let references = named
@@ -91,7 +112,7 @@ impl Boxes {
             .map(|n| LegendEntry::new(n, Look::Cross(Ink::Text)));
         Figure {
             svg,
-            legend: groups.chain(references).collect(),
+            legend: groups.chain(bound).chain(references).collect(),
             note: match common {
                 Some(_) => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. Cut where the axis ends.".into(),
                 None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.".into(),
@@ -115,6 +136,27 @@ pub fn quantile(sorted: &[f64], p: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bound_is_drawn_where_it_does_not_flatten_the_values() {
+        let with = |bounds: Vec<(usize, f64)>| Boxes {
+            title: "t".into(),
+            y: Axis::linear("y"),
+            groups: vec![ValueGroup::new("a", Ink::Series(0), vec![1.0, 2.0, 3.0])],
+            references: Vec::new(),
+            bounds,
+        };
+        let lines = |bounds| {
+            let figure = with(bounds).figure();
+            (
+                figure.svg.unwrap().matches("var(--bad)").count(),
+                figure.legend.len(),
+            )
+        };
+        assert_eq!(lines(vec![]), (0, 1));
+        assert_eq!(lines(vec![(0, 4.0)]), (1, 2));
+        assert_eq!(lines(vec![(0, 40.0)]), (0, 1));
+    }
 
     #[test]
     fn quantiles() {

@@ -2,7 +2,7 @@
 
 use crate::plot::axis::{Axis, without_outliers};
 use crate::plot::canvas;
-use crate::plot::theme::Ink;
+use crate::plot::theme::{Ink, SERIES};
 use crate::plot::{Figure, LegendEntry, Look};
 
 /// A line chart.
@@ -99,6 +99,20 @@ impl LineChart {
         }
     }
 
+    /// The first name of a level is grey, further ones are dashed in colours of their own.
+    fn level_ink(&self, name: &str) -> Ink {
+        let mut names: Vec<&str> = Vec::new();
+        for (level, _) in self.levels.iter().filter(|l| !l.0.is_empty()) {
+            if !names.contains(&level.as_str()) {
+                names.push(level);
+            }
+        }
+        match names.iter().position(|n| *n == name) {
+            Some(place) if place > 0 => Ink::Series(SERIES + (place - 1) as u8 % SERIES),
+            _ => Ink::Muted,
+        }
+    }
+
     /// Draw it.
     pub fn figure(self) -> Figure {
         let points = || self.lines.iter().flat_map(|l| &l.points);
@@ -122,8 +136,8 @@ impl LineChart {
             for band in &self.bands {
                 c.band(&band.rows, band.ink, 0.25);
             }
-            for (_, level) in &self.levels {
-                c.level(*level, Ink::Muted, 3);
+            for (name, level) in &self.levels {
+                c.level(*level, self.level_ink(name), 3);
             }
             for (_, at, ink) in &self.marks {
                 c.vertical(*at, *ink, 3);
@@ -167,7 +181,7 @@ impl LineChart {
         let levels = self
             .levels
             .iter()
-            .map(|l| LegendEntry::new(&l.0, Look::Line(Ink::Muted)));
+            .map(|l| LegendEntry::new(&l.0, Look::Line(self.level_ink(&l.0))));
         let marks = self
             .marks
             .iter()

@@ -14,6 +14,8 @@ pub struct Finding {
     /// Whether it makes the verdict fail: not that of a published method shown for reference, nor a known failure, nor one within what is
     /// allowed.
     pub fails: bool,
+    /// Whether it is a known failure.
+    pub known: bool,
 }
 
 /// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over alert limit.
@@ -68,6 +70,7 @@ fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
         ),
         severity: of.severity(),
         fails,
+        known: of.known_failure.is_some(),
     })
 }
 

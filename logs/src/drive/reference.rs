@@ -1,19 +1,15 @@
 //! References: slope and mass over the time of the replay. The slope is read before the replay, so that it is linear between its samples and
 //! that of altitude and distance is centred.
 
+use super::reference_columns::Columns;
 use crate::map::{Altitude, Map, SlopeReference};
-use crate::merge::{Merged, MergedRow};
-use crate::read::full_name;
 use crate::units::Quantity;
-use crate::wrong;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::error::Error;
 use std::collections::BTreeSet;
 
 /// Between two samples further apart than this the slope is not known, ns.
 const MAX_GAP_NS: i64 = 2_000_000_000;
-/// Most samples of a reference.
-const MAX_SAMPLES: usize = 8_000_000;
 
 /// The slope over time.
 #[derive(Clone, Debug, Default)]
@@ -167,129 +163,53 @@ impl SlopeOverTime {
 
 /// The samples of a slope.
 fn samples(map: &Map, s: &SlopeReference, origin_ns: i64) -> Result<Vec<(i64, f64)>, Error> {
-    let Some((file, names)) = columns(map, s)? else {
-        return Ok(Vec::new());
+    let formulas = match (&s.column, &s.altitude) {
+        (Some(column), _) => vec![column],
+        (_, Some(a)) => vec![&a.column, &a.distance],
+        _ => return Ok(Vec::new()),
     };
-    let mut wanted = vec![BTreeSet::new(); map.files.len()];
-    wanted
-        .get_mut(file)
-        .into_iter()
-        .for_each(|w| w.extend(names.iter().cloned()));
-    let sources = map.sources(&wanted);
-    let Some(source) = sources.get(file) else {
-        return Ok(Vec::new());
+    let (unit, quantity) = match &s.altitude {
+        None => (s.unit.as_ref(), Quantity::Slope),
+        Some(a) => (Some(&a.unit), Quantity::Length),
     };
-    let mut merged = Merged::open(std::slice::from_ref(source), crate::merge::By::Stamp)?;
-    let mut row = MergedRow::default();
-    let mut values = vec![f64::NAN; names.len()];
-    let mut all: Vec<(i64, f64, f64)> = Vec::new();
-    let mut seen = vec![false; names.len()];
-    let unit = |q: Quantity, name: &str| q.unit(name).copied();
-    while merged.next(&mut row)? {
-        let Some(table) = row.table() else { continue };
-        let mut new = false;
-        for ((value, name), seen) in values.iter_mut().zip(&names).zip(&mut seen) {
-            let column = table
-                .columns
-                .iter()
-                .position(|c| c.name == *name || full_name(&table.name, &c.name) == *name);
-            if let Some(column) = column {
-                *seen = true;
-                *value = row.values.get(column).copied().unwrap_or(f64::NAN);
-                new |= !value.is_nan();
-            }
-        }
-        let of = |columns: &[String]| -> Vec<f64> {
-            let value = |c: &String| {
-                names
-                    .iter()
-                    .position(|n| n == c)
-                    .and_then(|i| values.get(i))
-                    .copied()
-                    .unwrap_or(f64::NAN)
-            };
-            columns.iter().map(value).collect()
-        };
-        if !new
-            || s.valid_if
-                .as_ref()
-                .is_some_and(|c| !c.0.holds(&of(&c.0.columns)))
-        {
-            continue;
-        }
-        let t_ns = row.row.stamp_ns.saturating_sub(origin_ns);
-        let number = |f: &crate::map::Formula| f.expression.value(&of(&f.expression.columns));
-        let sample = match (&s.column, &s.altitude) {
-            (Some(column), _) => {
-                let unit = s
-                    .unit
-                    .as_ref()
-                    .and_then(|u| unit(Quantity::Slope, u.as_str()));
-                (
-                    t_ns,
-                    unit.map_or(f64::NAN, |u| u.to_si(number(column))),
-                    0.0,
-                )
-            }
-            (_, Some(a)) => {
-                let unit = unit(Quantity::Length, a.unit.as_str());
-                let si = |f| unit.map_or(f64::NAN, |u| u.to_si(number(f)));
-                (t_ns, si(&a.column), si(&a.distance))
-            }
-            _ => continue,
-        };
-        if sample.1.is_finite() && sample.2.is_finite() {
-            all.push(sample);
-        }
-        if all.len() > MAX_SAMPLES {
-            return Err(wrong(
-                &source.path,
-                None,
-                format!("the reference of the slope has more than {MAX_SAMPLES} samples"),
-                "a reference at 100 Hz or less",
-            ));
-        }
-    }
-    if let Some(missing) = seen.iter().position(|s| !s).and_then(|i| names.get(i)) {
-        return Err(map.error(
-            "reference.slope",
-            format!(
-                "there is no column `{missing}` in {}",
-                source.path.display()
-            ),
-            "`monorig inspect` shows the columns",
-        ));
-    }
+    let columns = Columns {
+        key: "reference.slope",
+        file: s.file.as_deref(),
+        formulas,
+        unit: unit.and_then(|u| quantity.unit(u.as_str())),
+        valid_if: s.valid_if.as_ref(),
+    };
+    let all = columns.read(map, origin_ns)?;
     Ok(match &s.altitude {
-        None => all.into_iter().map(|(t, slope, _)| (t, slope)).collect(),
+        None => all.into_iter().map(|(t, [slope, _])| (t, slope)).collect(),
         Some(a) => from_altitude(&all, a),
     })
 }
 
 /// Regression of the altitude over the distance within half a window to both sides: rise over way along the slope is its sine.
-fn from_altitude(all: &[(i64, f64, f64)], a: &Altitude) -> Vec<(i64, f64)> {
+fn from_altitude(all: &[(i64, [f64; 2])], a: &Altitude) -> Vec<(i64, f64)> {
     let half = 0.5 * a.window_m.get();
     let (mut from, mut to) = (0, 0);
     let mut slopes = Vec::new();
-    for &(t, _, s) in all {
-        while all.get(from).is_some_and(|x| x.2 < s - half) {
+    for &(t, [_, s]) in all {
+        while all.get(from).is_some_and(|(_, x)| x[1] < s - half) {
             from += 1;
         }
-        while all.get(to).is_some_and(|x| x.2 <= s + half) {
+        while all.get(to).is_some_and(|(_, x)| x[1] <= s + half) {
             to += 1;
         }
         let window = all.get(from..to).unwrap_or(&[]);
         let reaches =
-            |end: Option<&(i64, f64, f64)>| end.is_some_and(|x| (x.2 - s).abs() > 0.8 * half);
+            |end: Option<&(i64, [f64; 2])>| end.is_some_and(|(_, x)| (x[1] - s).abs() > 0.8 * half);
         if !reaches(window.first()) || !reaches(window.last()) {
             continue; // less than the window at both ends of the log, and where the vehicle stands
         }
         let n = window.len() as f64;
         let (ms, mh) = window
             .iter()
-            .fold((0.0, 0.0), |(a, b), x| (a + x.2 / n, b + x.1 / n));
-        let (sxx, sxy) = window.iter().fold((0.0, 0.0), |(a, b), x| {
-            (a + (x.2 - ms).powi(2), b + (x.2 - ms) * (x.1 - mh))
+            .fold((0.0, 0.0), |(a, b), (_, [h, s])| (a + s / n, b + h / n));
+        let (sxx, sxy) = window.iter().fold((0.0, 0.0), |(a, b), (_, [h, s])| {
+            (a + (s - ms).powi(2), b + (s - ms) * (h - mh))
         });
         slopes.push((t, (sxy / sxx).clamp(-1.0, 1.0).asin()));
     }
@@ -305,11 +225,8 @@ mod tests {
     fn altitude_over_distance_is_the_sine() {
         let all: Vec<_> = (0..200)
             .map(|i| {
-                (
-                    i64::from(i) * 100_000_000,
-                    0.1 * f64::from(i) * 0.2,
-                    f64::from(i) * 0.2,
-                )
+                let s = f64::from(i) * 0.2;
+                (i64::from(i) * 100_000_000, [0.1 * s, s])
             })
             .collect();
         let a: Altitude = serde_json::from_value(

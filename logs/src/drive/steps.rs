@@ -7,7 +7,6 @@ use crate::merge::{Merged, MergedRow};
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
-use std::collections::HashMap;
 
 /// Below this speed a power says nothing of a force, m/s.
 const MIN_SPEED_MPS: f64 = 0.5;
@@ -47,8 +46,8 @@ pub struct Drive {
     gap_ns: i64,
     steps: i64,
     segment: u32,
-    /// Piece of the last row of each part.
-    pieces: HashMap<usize, u32>,
+    /// Piece of the last row of each part; none of one without a row so far.
+    pieces: Vec<Option<u32>>,
     begun: bool,
     by_arrival: bool,
     samples: u64,
@@ -82,7 +81,7 @@ impl Drive {
             // the first step ends at time zero, with the row that stands there
             steps: -1,
             segment: 0,
-            pieces: HashMap::new(),
+            pieces: Vec::new(),
             begun: false,
             by_arrival: map.by() == crate::merge::By::Arrival,
             samples: 0,
@@ -113,6 +112,12 @@ impl Drive {
 
     /// The next step; none at the end of the log.
     pub fn next(&mut self, map: &Map) -> Result<Option<Step>, Error> {
+        let mut step = Step::default();
+        Ok(self.next_into(map, &mut step)?.then_some(step))
+    }
+
+    /// The next step in place of what `step` holds; false at the end of the log, where it is left as it is.
+    pub fn next_into(&mut self, map: &Map, step: &mut Step) -> Result<bool, Error> {
         let next_ns = self
             .merged
             .next_ns()
@@ -124,7 +129,7 @@ impl Drive {
             .map(|w| w.deliver_ns)
             .min();
         let Some(earliest) = [next_ns, waits].into_iter().flatten().min() else {
-            return Ok(None);
+            return Ok(false);
         };
         let now_ns = self.steps.saturating_mul(self.step_ns);
         let jump = !self.begun && earliest > now_ns.saturating_add(self.gap_ns);
@@ -144,24 +149,22 @@ impl Drive {
             self.merged.next(&mut self.row)?;
             self.take_row(map)?;
         }
-        let mut step = Step {
-            t_ns: until_ns,
-            z: Measurements::at(Time::from_ns(until_ns)),
-            command: None,
-            segment: self.segment,
-        };
+        step.t_ns = until_ns;
+        step.z = Measurements::at(Time::from_ns(until_ns));
+        step.segment = self.segment;
         self.fill(&mut step.z, until_ns);
         step.command = (!self.commanded_nm.is_empty()).then(|| self.command());
-        Ok(Some(step))
+        Ok(true)
     }
 
     fn take_row(&mut self, map: &Map) -> Result<(), Error> {
         let row = &self.row;
-        let piece = self.pieces.entry(row.part).or_insert(row.row.piece);
-        if *piece != row.row.piece {
-            *piece = row.row.piece;
-            self.segment += 1;
+        if self.pieces.len() <= row.part {
+            self.pieces.resize(row.part + 1, None);
         }
+        let before = self.pieces.get_mut(row.part);
+        let before = before.and_then(|piece| piece.replace(row.row.piece));
+        self.segment += u32::from(before.is_some_and(|piece| piece != row.row.piece));
         let (part, table) = (row.part, row.row.table as usize);
         let known = self.bindings.get(part).and_then(|tables| tables.get(table));
         if !matches!(known, Some(Some(_))) {

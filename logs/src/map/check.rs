@@ -1,6 +1,8 @@
 //! What a map file must keep to beyond the type of each value: key, what is wrong, what would be right.
 
-use super::file::{Channels, MapFile, References, SlopeReference, Traction, VectorChannel};
+use super::channel_keys::{Channels, Traction, VectorChannel};
+use super::file::MapFile;
+use super::reference_keys::{References, SlopeReference};
 use crate::units::{Quantity, UnitName};
 use monorig_estimators::api::signals::{MAX_AUXILIARY, MAX_DRIVES};
 
@@ -258,6 +260,19 @@ fn references(r: &References) -> Result<(), Wrong> {
         ("reference.effective_slope", &r.effective_slope),
     ] {
         slope_reference(key, slope.as_ref())?;
+    }
+    for (key, way, quantity) in [
+        ("reference.speed", &r.speed, Quantity::Speed),
+        ("reference.distance", &r.distance, Quantity::Length),
+    ] {
+        way.iter().try_for_each(|w| unit(key, &w.unit, quantity))?;
+    }
+    if r.speed.is_some() && r.distance.is_some() {
+        return wrong(
+            "reference.distance",
+            "there is a reference of the speed too",
+            "one of `speed` and `distance`",
+        );
     }
     mass_reference(r)
 }

@@ -1,8 +1,8 @@
 //! The keys of a map file.
 
-use super::formula::{Condition, Formula};
+use super::channel_keys::Channels;
+use super::reference_keys::References;
 use crate::time::TimeUnit;
-use crate::units::UnitName;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::scenario::{
     Availability, Expectation, FaultKind, Integrity, KnownFailure, KnownFailureEntry, Record,
@@ -57,6 +57,9 @@ pub struct MapFile {
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
+    /// Where the noise of the measurements is from that estimators are told; none = their defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
     #[serde(default)]
     pub expect: Vec<Expectation>,
@@ -77,6 +80,14 @@ pub struct MapFile {
     /// Recording rates.
     #[serde(default)]
     pub record: Record,
+}
+
+/// Where the noise of the measurements is from that estimators are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSource {
+    /// From the log: `wheel_speed_sd_mps` and `accel_sd_mps2` of estimators whose parameters do not say them.
+    FromLog,
 }
 
 /// Where a recording is from.
@@ -212,208 +223,6 @@ pub struct Nominal {
     pub imu_arm_m: Option<Finite>,
 }
 
-/// What the columns of a log measure. What is not there, estimators do without.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Channels {
-    /// Specific force (acceleration minus gravity: at rest on the level it is 1 g upwards).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub specific_force: Option<VectorChannel>,
-    /// Angular rate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub angular_rate: Option<VectorChannel>,
-    /// Speeds of wheels at their circumference.
-    pub wheel_speed: Vec<WheelChannel>,
-    /// What drives the vehicle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub traction: Option<Traction>,
-    /// Clamp cylinder pressure of each drive unit.
-    pub clamp_pressure: Vec<ScalarChannel>,
-    /// What the controller asked for. Without it the measured torque stands for it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub command: Option<CommandChannel>,
-    /// Steering angle of a car, + left.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steering_angle: Option<ScalarChannel>,
-    /// Pitch of an inclinometer, + nose up.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inclination: Option<ScalarChannel>,
-    /// Readings for an estimator of one's own, at most four, in the unit `1`.
-    pub auxiliary: Vec<ScalarChannel>,
-}
-
-/// Where an axis of an instrument points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Axis {
-    /// Towards growing chainage.
-    Forward,
-    /// Against it.
-    Backward,
-    /// To the left.
-    Left,
-    /// To the right.
-    Right,
-    /// Upwards.
-    Up,
-    /// Downwards.
-    Down,
-}
-
-/// How an instrument is turned against the vehicle, degrees: first rolled, then pitched, then yawed.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Mount {
-    /// + right side down.
-    pub roll: Finite,
-    /// + nose up.
-    pub pitch: Finite,
-    /// + nose to the left.
-    pub yaw: Finite,
-}
-
-impl Default for Mount {
-    fn default() -> Self {
-        Self {
-            roll: Finite::ZERO,
-            pitch: Finite::ZERO,
-            yaw: Finite::ZERO,
-        }
-    }
-}
-
-/// What is found from the first seconds of the log, in which the vehicle stands.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Calibrate {
-    /// How long it stands from the first row on, s. Of the angular rate the bias is found; of the specific force the roll and pitch of the
-    /// mount.
-    pub standing_s: Positive,
-    /// Slope on which it stands meanwhile, degrees, + uphill; of the specific force only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slope_deg: Option<Finite>,
-}
-
-/// Three columns of an instrument on three axes.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct VectorChannel {
-    /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// The columns of its three axes.
-    pub columns: [Formula; 3],
-    /// Their unit.
-    pub unit: UnitName,
-    /// Where the axes point; none = forward, left, up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axes: Option<[Axis; 3]>,
-    /// How it is turned against these directions.
-    #[serde(default)]
-    pub mount_deg: Mount,
-    /// How much the sprung body that carries it pitches nose up for each g of specific force along the vehicle, degrees; taken out of the
-    /// specific force.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lean_deg_per_g: Option<Finite>,
-    /// Bias of the three columns, in their unit, taken off first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias: Option<[Finite; 3]>,
-    /// Standard deviation of the bias that is left, in the SI unit; estimators are told it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_sd: Option<Positive>,
-    /// What is found while the vehicle stands.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub calibrate: Option<Calibrate>,
-    /// Samples count only where this is true, such as `status == 1`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub latency_ms: Option<NonNegative>,
-}
-
-/// A column of one value.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ScalarChannel {
-    /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// The column.
-    pub column: Formula,
-    /// Its unit.
-    pub unit: UnitName,
-    /// 1, or −1 where the log counts the other way.
-    #[serde(default = "plus")]
-    pub sign: Finite,
-    /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub latency_ms: Option<NonNegative>,
-}
-
-/// Columns of wheel speeds.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WheelChannel {
-    /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// A column for each wheel.
-    pub columns: Vec<Formula>,
-    /// Their unit.
-    pub unit: UnitName,
-    /// Whether these wheels are driven: where some are not, only those that are not are used, because they do not slip.
-    #[serde(default = "yes")]
-    pub driven: bool,
-    /// 1, or −1 where the log counts the other way.
-    #[serde(default = "plus")]
-    pub sign: Finite,
-    /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub latency_ms: Option<NonNegative>,
-}
-
-/// What drives the vehicle: one of `torque`, `force` and `power`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Traction {
-    /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Torque of each motor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub torque: Option<Vec<Formula>>,
-    /// Force at the rims of all driven wheels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub force: Option<Formula>,
-    /// Power of all motors. The force is the power over the measured speed, above 0.5 m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power: Option<Formula>,
-    /// Unit of it.
-    pub unit: UnitName,
-    /// Of a torque: revolutions of the shaft it is measured at per wheel revolution, a constant or a column; none = the vehicle's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gear_ratio: Option<Formula>,
-    /// Of a power: share of it that reaches the rims; none = all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub efficiency: Option<Fraction>,
-    /// 1, or −1 where the log counts the other way.
-    #[serde(default = "plus")]
-    pub sign: Finite,
-    /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub latency_ms: Option<NonNegative>,
-}
-
 /// A fault put on a channel of a log.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -512,114 +321,4 @@ impl LogFaultKind {
             Self::Jitter | Self::Loss => return None,
         })
     }
-}
-
-/// What the controller asked for: in a step the last command that was recorded until its end.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CommandChannel {
-    /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares.
-    pub torque: Vec<Formula>,
-    /// Unit of the torques.
-    pub unit: UnitName,
-    /// 1, or −1 where the log counts the torques the other way.
-    #[serde(default = "plus")]
-    pub sign: Finite,
-    /// Clamp cylinder pressure, MPa; none = 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub clamp_pressure_mpa: Option<Formula>,
-    /// Share of the brake force, 0 to 1; none = 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub brake: Option<Formula>,
-}
-
-/// What estimates are held against, with its standard deviation.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct References {
-    /// The slope under the vehicle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope: Option<SlopeReference>,
-    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle where it is a point, else not
-    /// known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub effective_slope: Option<SlopeReference>,
-    /// The total mass.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass: Option<MassReference>,
-}
-
-/// A reference of the slope: one of `deg`, `column` and `altitude`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SlopeReference {
-    /// A constant slope, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub deg: Option<Finite>,
-    /// File of the column, by its name under `files`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// A column of slopes, linear between its samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub column: Option<Formula>,
-    /// Unit of the column: rad, deg, sin, tan or %.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unit: Option<UnitName>,
-    /// From columns of altitude and distance.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub altitude: Option<Altitude>,
-    /// Standard deviation of the reference, degrees.
-    pub sd_deg: NonNegative,
-    /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub valid_if: Option<Condition>,
-}
-
-/// The slope from altitude over distance: the regression over a stated window, centred.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Altitude {
-    /// Column of the altitude.
-    pub column: Formula,
-    /// Column of the distance along the way, in the same file.
-    pub distance: Formula,
-    /// Unit of both.
-    pub unit: UnitName,
-    /// Length of the window, m.
-    pub window_m: Positive,
-}
-
-/// A reference of the mass: `kg`, or `steps`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MassReference {
-    /// Total mass, kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub kg: Option<Positive>,
-    /// Total mass from certain times on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub steps: Option<Vec<MassStep>>,
-    /// Standard deviation, kg.
-    pub sd_kg: NonNegative,
-}
-
-/// The mass from a time on.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MassStep {
-    /// From here on, s of the replay.
-    pub at_s: NonNegative,
-    /// Total mass, kg.
-    pub kg: Positive,
-}
-
-fn plus() -> Finite {
-    Finite::new(1.0)
-}
-
-fn yes() -> bool {
-    true
 }

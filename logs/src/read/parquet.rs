@@ -6,6 +6,7 @@ use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use arrow::array::{Array, ArrayRef, AsArray};
+use arrow::buffer::NullBuffer;
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, TimeUnit as ArrowUnit};
 use monorig_sim::error::Error;
@@ -68,9 +69,15 @@ pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Res
         for &i in &wanted {
             values.push(cast(column(i)?, &DataType::Float64).map_err(|e| broken(&e))?);
         }
-        let values: Vec<_> = values
+        let values: Vec<(&[f64], Option<&NullBuffer>)> = values
             .iter()
             .map(|a| a.as_primitive::<Float64Type>())
+            .map(|a| {
+                (
+                    a.values().as_ref(),
+                    a.nulls().filter(|n| n.null_count() > 0),
+                )
+            })
             .collect();
         for (row, stamp) in stamps.into_iter().enumerate() {
             place += 1;
@@ -82,12 +89,10 @@ pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Res
                     "a time in each row",
                 ));
             };
-            let row_values = values.iter().map(|a| {
-                if a.is_valid(row) {
-                    a.value(row)
-                } else {
-                    f64::NAN
-                }
+            let row_values = values.iter().map(|(values, nulls)| {
+                let there = nulls.is_none_or(|nulls| nulls.is_valid(row));
+                let value = values.get(row).copied().filter(|_| there);
+                value.unwrap_or(f64::NAN)
             });
             let at = Row {
                 table,

@@ -1,11 +1,13 @@
 """Writes the logs in ../data with other people's libraries, and beside them what is in them.
 
-usage: make.py [OUT]; needs the packages of requirements.txt. The same seed gives the same values; containers may differ in ids and dates.
+usage: make.py [OUT | --check]; needs the packages of requirements.txt. The same seed gives the same bytes, but for the date in MDF and ASC;
+--check makes them anew elsewhere and compares them with those that are committed.
 """
 
 import csv
 import json
 import sys
+import tempfile
 from pathlib import Path
 
 import can
@@ -18,7 +20,10 @@ from asammdf import MDF, Signal
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.writer import Writer as RosWriter
 
-OUT = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent.parent / "data"
+COMMITTED = Path(__file__).parent.parent / "data"
+CHECK = sys.argv[1:] == ["--check"]
+TEMPORARY = tempfile.TemporaryDirectory()
+OUT = Path(TEMPORARY.name if CHECK else sys.argv[1] if len(sys.argv) > 1 else COMMITTED)
 OUT.mkdir(parents=True, exist_ok=True)
 SECONDS = 1.0
 START_NS = 1_700_000_000_000_000_000
@@ -248,3 +253,21 @@ frame["Zeit"] = frame["Zeit"].str.replace(".", ",")
 frame.to_csv(OUT / "semicolon_decimal_comma.csv", index=False, sep=";", decimal=",")
 frame.to_csv(OUT / "semicolon_latin1.csv", index=False, sep=";", decimal=",", encoding="latin-1", lineterminator="\r\n")
 frame.to_csv(OUT / "utf16.csv", index=False, encoding="utf-16")
+
+# ---- against those that are committed -----------------------------------------------------------------------------------------
+DATED = {".mf4": 16, ".asc": 24}  # most bytes of dates
+
+
+def differing(path):
+    """How many bytes of a file are others than in the one that is committed."""
+    made, committed = path.read_bytes(), (COMMITTED / path.name).read_bytes()
+    return sum(a != b for a, b in zip(made, committed)) if len(made) == len(committed) else max(len(made), len(committed))
+
+
+if CHECK:
+    names = {path.name for path in OUT.iterdir()}
+    assert names == {path.name for path in COMMITTED.iterdir()}, f"other files: {names ^ {p.name for p in COMMITTED.iterdir()}}"
+    others = {path.name: differing(path) for path in sorted(OUT.iterdir())}
+    wrong = {name: n for name, n in others.items() if n > DATED.get(Path(name).suffix, 0)}
+    assert not wrong, f"bytes that differ: {wrong}"
+    print(f"{len(names)} files are those that are committed")

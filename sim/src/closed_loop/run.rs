@@ -4,7 +4,7 @@ use super::end::Ended;
 pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
-use crate::control::{Perception, Reference};
+use crate::control::Perception;
 use crate::error::Error;
 use monorig_estimators::api::signals::{Command, Measurements};
 
@@ -57,14 +57,29 @@ fn closed_loop(
         steps += 1;
         let (mut z, t_s) = (Measurements::default(), s.plant.truth().t_s);
         s.sensors.measure(s.plant.truth(), &mut z)?;
-        if z.any() {
+        let sampled = z.any();
+        if sampled {
             s.perception.measure(&z);
             for estimator in &mut s.estimators {
                 estimator.step(&z, &command, t_s - last_sample_s);
             }
             last_sample_s = t_s;
         }
-        show(s, observers, &z, &command, &reference, &perception)?;
+        if observers.iter().any(|o| o.wants_truth(z.t.ns())) {
+            s.plant.update_clearance();
+        }
+        let frame = StepFrame {
+            time_ns: z.t.ns(),
+            truth: s.plant.truth(),
+            measurements: &z,
+            sampled,
+            command: &command,
+            reference: &reference,
+            perception: &perception,
+            estimators: &s.estimators,
+            events: s.events.happened(),
+        };
+        observers.iter_mut().try_for_each(|o| o.on_step(&frame))?;
     }
 }
 
@@ -73,31 +88,4 @@ fn perceive(s: &mut Simulation, last: &Command) -> Perception {
     let estimator = s.in_loop.and_then(|i| s.estimators.get(i));
     let estimate = estimator.map(|e| &e.estimate);
     *s.perception.next(s.plant.truth(), estimate, last, s.dt_s)
-}
-
-/// Show the state after a step to the observers.
-fn show(
-    s: &mut Simulation,
-    observers: &mut [&mut dyn Observer],
-    z: &Measurements,
-    command: &Command,
-    reference: &Reference,
-    perception: &Perception,
-) -> Result<(), Error> {
-    let time_ns = z.t.ns();
-    if observers.iter().any(|o| o.wants_truth(time_ns)) {
-        s.plant.update_clearance();
-    }
-    let frame = StepFrame {
-        time_ns,
-        truth: s.plant.truth(),
-        measurements: z,
-        sampled: z.any(),
-        command,
-        reference,
-        perception,
-        estimators: &s.estimators,
-        events: s.events.happened(),
-    };
-    observers.iter_mut().try_for_each(|o| o.on_step(&frame))
 }

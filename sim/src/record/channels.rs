@@ -7,7 +7,7 @@ use crate::plant::train::balance::ForceBalance;
 use crate::plant::{DriveState, RoadState, Truth};
 use crate::sensors::SensorChannel;
 use monorig_estimators::api::aid::AidStatus;
-use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::api::signals::{Command, Estimate};
 use std::fmt::Arguments;
 
 /// A column of a group of channels.
@@ -471,8 +471,8 @@ pub(super) struct RowSource<'a> {
     pub truth: &'a Truth,
     /// The columns of the instruments: they say themselves what is recorded of them.
     pub sensors: &'a [SensorChannel],
-    /// Samples since the last row.
-    pub samples: &'a Measurements,
+    /// The last value of each of them since the last row; not a number of those without.
+    pub samples: &'a [f64],
     pub control: ControlState,
     pub estimators: &'a [RunningEstimator],
 }
@@ -480,7 +480,7 @@ pub(super) struct RowSource<'a> {
 /// What is done with each group of channels.
 trait Visitor {
     fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], of: &T);
-    fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements);
+    fn sensors(&mut self, channels: &[SensorChannel], samples: &[f64]);
     fn internals(&mut self, estimator: &RunningEstimator);
 }
 
@@ -520,7 +520,7 @@ pub(super) fn channels(row: &RowSource<'_>) -> Vec<Channel> {
                 unit: c.unit,
             }));
         }
-        fn sensors(&mut self, channels: &[SensorChannel], _: &Measurements) {
+        fn sensors(&mut self, channels: &[SensorChannel], _: &[f64]) {
             self.0.extend(channels.iter().map(|c| Channel {
                 path: c.path.clone(),
                 unit: c.unit,
@@ -546,9 +546,8 @@ pub(super) fn values(row: &RowSource<'_>, values: &mut Vec<f64>) {
         fn group<T>(&mut self, _: Arguments<'_>, columns: &[Column<T>], of: &T) {
             self.0.extend(columns.iter().map(|c| (c.value)(of)));
         }
-        fn sensors(&mut self, channels: &[SensorChannel], samples: &Measurements) {
-            let values = channels.iter().map(|c| (c.value)(samples));
-            self.0.extend(values.map(|x| x.unwrap_or(f64::NAN)));
+        fn sensors(&mut self, _: &[SensorChannel], samples: &[f64]) {
+            self.0.extend(samples);
         }
         fn internals(&mut self, estimator: &RunningEstimator) {
             estimator.internals(self.0);
@@ -591,7 +590,7 @@ mod tests {
         let row = RowSource {
             truth: &truth,
             sensors: &[],
-            samples: &Measurements::default(),
+            samples: &[],
             control: ControlState::default(),
             estimators: &[],
         };

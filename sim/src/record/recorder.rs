@@ -8,7 +8,6 @@ use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::{Event, Record};
 use crate::error::Error;
 use crate::sensors::SensorChannel;
-use monorig_estimators::api::signals::Measurements;
 use std::path::Path;
 
 /// Least simulated time between two chunks unless given, s.
@@ -31,7 +30,8 @@ pub struct Recorder<'a> {
     pose_ns: i64,
     next_pose_ns: i64,
     sensors: Vec<SensorChannel>,
-    latest: Measurements,
+    /// What arrived of each of them since the last row; not a number of what did not.
+    latest: Vec<f64>,
     row: Vec<f64>,
     rows: usize,
     thin_at: usize,
@@ -66,7 +66,7 @@ impl<'a> Recorder<'a> {
             pose_ns: 0,
             next_pose_ns: 0,
             sensors: Vec::new(),
-            latest: Measurements::default(),
+            latest: Vec::new(),
             row: Vec::new(),
             rows: 0,
             thin_at: FULL_RATE_ROWS,
@@ -150,7 +150,7 @@ pub fn channels(simulation: &Simulation) -> Vec<Channel> {
     channels::channels(&RowSource {
         truth: simulation.plant.truth(),
         sensors: &simulation.sensors.channels(),
-        samples: &Measurements::default(),
+        samples: &[],
         control: ControlState::default(),
         estimators: &simulation.estimators,
     })
@@ -219,6 +219,7 @@ impl Observer for Recorder<'_> {
         }
         let record = &scenario.file.record;
         self.sensors = simulation.sensors.channels();
+        self.latest = vec![f64::NAN; self.sensors.len()];
         self.row_ns = period_ns(record.rate_hz.get());
         self.pose_ns = period_ns(record.pose_rate_hz.get());
         if self.chunk_ns == 0 {
@@ -238,7 +239,11 @@ impl Observer for Recorder<'_> {
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
         if f.sampled {
-            self.latest.merge(f.measurements);
+            for (latest, channel) in self.latest.iter_mut().zip(&self.sensors) {
+                if let Some(x) = (channel.value)(f.measurements) {
+                    *latest = x;
+                }
+            }
         }
         for text in f.events {
             self.event(f.time_ns, text.clone());
@@ -247,7 +252,7 @@ impl Observer for Recorder<'_> {
             self.chunk.time_ns.push(f.time_ns);
             self.row(f);
             // A value stands in the row of the period it arrived in, and in no other.
-            self.latest = Measurements::default();
+            self.latest.fill(f64::NAN);
             while self.next_row_ns <= f.time_ns {
                 self.next_row_ns += self.row_ns;
             }

@@ -1,6 +1,7 @@
 //! Verdicts as lines for people.
 
 use super::{Case, TestedScenario};
+use crate::ui::prose::paragraph;
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use std::path::Path;
 use std::time::Duration;
@@ -51,8 +52,10 @@ pub fn judged(
         format!("  {:6.1} s", made.took.as_secs_f64())
     });
     let mut text = format!("{word}  {:width$}  {seeds:>9}{took}\n", verdict.scenario);
-    let mut add = |line: &str| text += &format!("{INDENT}{line}\n");
-    let findings = verdict.findings();
+    let mut add = |line: &str| text += &format!("{}\n", paragraph(line, INDENT));
+    // those that are known stand below, with their reason
+    let mut findings = verdict.findings();
+    findings.retain(|f| !f.known);
     for finding in findings.iter().take(FINDINGS_SHOWN) {
         add(&format!("finding: {}", finding.text));
     }
@@ -70,12 +73,31 @@ pub fn judged(
             add(&values);
         }
     }
-    for check in verdict.checks.iter().filter(|c| c.fails_as_known()) {
-        let why = check.known_failure.as_deref().unwrap_or_default();
-        add(&format!("known failure: {} ({why})", check.reason()));
-    }
+    text += &known(verdict);
     if let (Some(seed), Some(made)) = (worst_seed(verdict), made) {
-        add(&format!("again: {}", command(made.path, seed, sets)));
+        // in one line, however long: it is to be copied
+        text += &format!("{INDENT}again: {}\n", command(made.path, seed, sets));
+    }
+    text
+}
+
+/// Known failures, each reason once, with all that fails for it.
+fn known(verdict: &ScenarioVerdict) -> String {
+    let known = verdict.checks.iter().filter(|c| c.fails_as_known());
+    let mut reasons: Vec<(&str, Vec<&Check>)> = Vec::new();
+    for check in known {
+        let why = check.known_failure.as_deref().unwrap_or_default();
+        match reasons.iter_mut().find(|(reason, _)| *reason == why) {
+            Some((_, checks)) => checks.push(check),
+            None => reasons.push((why, vec![check])),
+        }
+    }
+    let mut text = String::new();
+    for (why, checks) in reasons {
+        text += &format!("{}\n", paragraph(&format!("known failure: {why}"), INDENT));
+        for check in checks {
+            text += &format!("{}\n", paragraph(&check.reason(), &format!("{INDENT}  ")));
+        }
     }
     text
 }

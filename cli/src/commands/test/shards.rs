@@ -6,6 +6,7 @@ use crate::CommandOutcome;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::output;
+use crate::ui::prose::counted;
 use monorig_lab::batch::{RunResult, Shard};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
@@ -173,13 +174,14 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<CommandOutcome, CliError> {
     output::write(to, &json(&told, None)?)?;
     let width = told.iter().map(|v| v.scenario.chars().count()).max();
     for verdict in &verdicts {
-        output::print(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
+        output::verdicts(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
     }
     let failed = verdicts.iter().filter(|v| !v.held).count();
     let runs: usize = verdicts.iter().map(|v| v.runs.len()).sum();
     output::print(&format!(
-        "{} scenarios, {runs} runs: {} held, {failed} failed\n",
-        verdicts.len(),
+        "{}, {}: {} held, {failed} failed\n",
+        counted(verdicts.len(), "scenario"),
+        counted(runs, "run"),
         verdicts.len() - failed
     ))?;
     Ok(match failed {

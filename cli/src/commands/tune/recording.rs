@@ -19,7 +19,7 @@ pub fn write(
     simulation.scenario.name += "@before_after";
     let path = folder.join("before_after.rrd");
     let partial = whole::partial(&path);
-    let Some(sink) = viewer::sink(partial.clone(), None) else {
+    let Some(sink) = viewer::sink(partial.clone(), None, false) else {
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };

@@ -58,6 +58,8 @@ const LENGTH_STEP: Real = 0.02;
 const MAX_LENGTH: Real = 0.5;
 /// Free swing that is left after a block.
 const FREE_SWING: Real = 0.99;
+/// Part of the running resistance per weight from which it weighs the load, and not the swing: a load swings with accelerations of some 0.05 g.
+const MAX_SWING_MU: Real = 0.05;
 /// Standard deviations beyond which a block is deweighted.
 const HUBER_SD: Real = 3.0;
 /// Noise that follows the residuals: growth and decay of the factor, s; largest square taken; factor from which it acts.
@@ -158,6 +160,8 @@ pub struct SwingBalance {
     supervision: SwingSupervision,
     belief: Gaussian<N>,
     inflation: Real,
+    /// See [`SwingBalance::set_noise_mass`]; 0 for none.
+    noise_kg: Real,
     last_grade: Real,
     last_behind_m: Real,
 }
@@ -203,6 +207,7 @@ impl SwingBalance {
             supervision: *supervision,
             belief: Gaussian::independent(x, sd),
             inflation: 1.0,
+            noise_kg: 0.0,
             last_grade: 0.0,
             last_behind_m: 0.0,
         }
@@ -216,6 +221,25 @@ impl SwingBalance {
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Real {
         self.nominal.tare_kg + self.belief.x[MASS]
+    }
+
+    /// Mass that the noise of the model is proportional to, kg: that of the filter, or for comparing filters one for all.
+    fn noise_mass_kg(&self) -> Real {
+        if self.noise_kg > 0.0 {
+            self.noise_kg
+        } else {
+            self.mass_kg()
+        }
+    }
+
+    /// Whether the mass is weighed by the swing, and so not linear: a load that swings, and a running resistance that does not weigh it first.
+    pub fn is_nonlinear(&self) -> bool {
+        self.swings() && self.nominal.mu_load < MAX_SWING_MU
+    }
+
+    /// Sets that mass; `None` for the filter's own.
+    pub fn set_noise_mass(&mut self, mass_kg: Option<Real>) {
+        self.noise_kg = mass_kg.unwrap_or(0.0);
     }
 
     /// Factor by which the residuals have raised the noise.
@@ -315,10 +339,11 @@ impl SwingBalance {
             - mass * x[B];
         let e = measured - predicted;
         let of = |sd: Real| sd * sd;
+        let noisy = self.noise_mass_kg();
         let mut R = Real::from(block.variance)
-            + of(p.model_sd_mps2 * mass)
-            + of(AHEAD_SD_PER_M * mass * GRAVITY * means.ahead_kgm / n.tare_kg)
-            + of(p.swing_model_sd * hanging * (a.abs() + a_load.abs()));
+            + of(p.model_sd_mps2 * noisy)
+            + of(AHEAD_SD_PER_M * noisy * GRAVITY * means.ahead_kgm / n.tare_kg)
+            + of(p.swing_model_sd * (noisy - n.tare_kg + n.gear_kg) * (a.abs() + a_load.abs()));
         let mut S = h.dot(&(self.belief.P * h)) + R;
         let square = e * e / S;
         if self.supervision.residual_noise {
@@ -381,6 +406,7 @@ impl SwingBalance {
 
     fn add_noise(&mut self, block: &Block, means: &TrainMeans, T: Real, keep: Real) {
         let (p, mass) = (&self.params, self.mass_kg());
+        let noisy = self.noise_mass_kg();
         let x = &self.belief.x;
         let of = |sd: Real| sd * sd;
         let length = self.length_m(0.0).max(0.05);
@@ -393,7 +419,7 @@ impl SwingBalance {
             0.0
         };
         self.last_grade = grade;
-        let force = mass
+        let force = noisy
             * (p.force_sd_mps2
                 + GRAVITY * turn * p.place_sd_m
                 + p.bend_force_sd * means.bend_per_m);
@@ -409,14 +435,38 @@ impl SwingBalance {
         P[(RATE, RATE)] +=
             of(p.swing_damping) * amplitude * T * GRAVITY / length + of(p.swing_walk) * T;
         P[(D, D)] += of(force) * (1.0 - keep * keep);
-        P[(R0, R0)] += of(RESISTANCE_WALK * mass) * T;
+        P[(R0, R0)] += of(RESISTANCE_WALK * noisy) * T;
         P[(LENGTH, LENGTH)] += of(p.length_walk) * T;
     }
 
-    /// Sets the load's mass to start from.
-    pub fn start_from(&mut self, load_kg: Real) {
-        let least = MIN_START * self.nominal.max_load_kg;
-        self.belief.x[MASS] = load_kg.clamp(0.2 * least, self.nominal.max_load_kg);
+    /// Sets the load to start from and its standard deviation, as shares of the largest load.
+    pub fn start_from(&mut self, [load, sd]: [Real; 2]) {
+        let most = self.nominal.max_load_kg;
+        self.belief.P.row_mut(MASS).fill(0.0);
+        self.belief.P.column_mut(MASS).fill(0.0);
+        self.belief.x[MASS] = load * most;
+        self.belief.P[(MASS, MASS)] = sd * sd * most * most;
+    }
+
+    /// Load and its variance, as shares of the largest load and its square.
+    pub fn load_share(&self) -> [Real; 2] {
+        let most = self.nominal.max_load_kg;
+        [
+            self.belief.x[MASS] / most,
+            self.belief.P[(MASS, MASS)] / (most * most),
+        ]
+    }
+
+    /// Widens the variance of the load to this share of the square of the largest load; correlations stay.
+    pub fn widen(&mut self, variance: Real) {
+        let [_, found] = self.load_share();
+        let factor = sqrt(variance / found.max(Real::MIN_POSITIVE));
+        if factor > 1.0 {
+            for i in 0..N {
+                self.belief.P[(MASS, i)] *= factor;
+                self.belief.P[(i, MASS)] *= factor;
+            }
+        }
     }
 
     /// Another load: the mass as at the start, the swing open, resistance and bias a little.
@@ -445,6 +495,7 @@ impl State for SwingBalance {
         let Self {
             belief,
             inflation,
+            noise_kg,
             last_grade,
             last_behind_m,
             nominal: _,
@@ -453,6 +504,7 @@ impl State for SwingBalance {
         } = self;
         belief.visit_lower(archive);
         inflation.visit(archive);
+        noise_kg.visit(archive);
         last_grade.visit(archive);
         last_behind_m.visit(archive);
     }

@@ -12,6 +12,7 @@
 pub mod balance;
 pub mod block;
 pub mod params;
+pub mod start_search;
 pub mod torque_monitor;
 
 use crate::Real;
@@ -22,9 +23,12 @@ use crate::models::train_means::{TrainMeans, TrainOnRail};
 use balance::{MASS, Nominal, R0, SwingBalance, Update};
 use block::{Block, BlockBuilder, BlockInput};
 use params::{SwingBalanceParams, SwingSupervision};
+use start_search::StartSearch;
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
 const BLOCKS: usize = 28;
+/// Blocks that may come while the start search goes over those kept.
+const SPARE_BLOCKS: u64 = 6;
 /// Speed from which a block is of use, m/s; time after standing, s.
 const MIN_SPEED_MPS: Real = 0.06;
 const SETTLE_S: Real = 0.3;
@@ -34,13 +38,12 @@ const MIN_WAIT_MPS: Real = 0.05;
 const MAX_AHEAD_M: Real = 0.8;
 /// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
-/// Blocks after which a start is looked at for the first and for the last time; share of the load by which it may have been wrong, with a share of
-/// the tare; how often it is gone back to.
+/// Blocks after which the start is searched for the first and for the last time.
 const FIRST_LOOK_BLOCKS: u32 = 10;
 const SETTLED_BLOCKS: u32 = 20;
-const MAX_START_ERROR: Real = 0.1;
-const START_FLOOR: Real = 0.05;
-const MAX_ROUNDS: u32 = 4;
+/// Time that the start search takes for a block, s: one for each sample at 100 Hz.
+const SEARCH_PERIOD_S: Real = 0.01;
+const MAX_SEARCH_BLOCKS: u32 = 10;
 /// Load-change detector: allowance and threshold of the CUSUM, memory of the square of the residuals by which they are scaled, s; largest
 /// residual and square taken; pause after an alarm, s.
 const ALLOWANCE: Real = 1.2;
@@ -97,9 +100,6 @@ struct Calm {
     next: u64,
     /// Whether it has been gone back to already, for another load.
     spent: bool,
-    /// Load that the filter started from there, kg, and how often it has started.
-    start_kg: Real,
-    rounds: u32,
 }
 
 /// The estimator of the mass.
@@ -112,6 +112,13 @@ pub struct SwingMass {
     front_m: Real,
     filter: SwingBalance,
     calm: Calm,
+    search: StartSearch,
+    /// Filter of a pass of the start search, the block that comes next there, and the one that every pass begins with.
+    trial: SwingBalance,
+    trial_next: u64,
+    search_from: u64,
+    /// Whether the start has been searched since it was new.
+    searched: bool,
     watch: LoadWatch,
     builder: BlockBuilder,
     blocks: [Block; BLOCKS],
@@ -150,9 +157,12 @@ impl SwingMass {
                 filter,
                 next: 0,
                 spent: false,
-                start_kg: nominal.load0_kg,
-                rounds: 0,
             },
+            search: StartSearch::default(),
+            trial: filter,
+            trial_next: 0,
+            search_from: 0,
+            searched: false,
             catch_up: 0,
             published: [0.0; 2],
             watch: LoadWatch::new(),
@@ -183,12 +193,13 @@ impl SwingMass {
                 .taken
                 .max(self.written.saturating_sub(BLOCKS as u64 - 1));
         }
-        if self.taken < self.written {
-            let block = self
-                .blocks
-                .get(slot(self.taken))
-                .copied()
-                .unwrap_or_default();
+        if self.search.is_active() {
+            let blocks = (dt / SEARCH_PERIOD_S) as u32;
+            for _ in 0..blocks.clamp(1, MAX_SEARCH_BLOCKS) {
+                self.search_step(rail);
+            }
+        } else if self.taken < self.written {
+            let block = self.block(self.taken);
             let full = self.written - self.taken >= BLOCKS as u64 - 1;
             let waits = self.supervision.wait_for_rail
                 && !full
@@ -197,8 +208,10 @@ impl SwingMass {
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
-                self.relinearise();
-                self.publish();
+                self.begin_search();
+                if !self.search.is_active() {
+                    self.publish();
+                }
             }
         }
         new
@@ -221,14 +234,19 @@ impl SwingMass {
         }
     }
 
-    fn take(&mut self, block: &Block, rail: &RailMemory) {
+    /// The means over the train at a block, and why it is of no use.
+    fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
         let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
             false => SETTLE_S,
         };
-        let refusal = self.refusal(block, &means);
+        (self.refusal(block, &means), means)
+    }
+
+    fn take(&mut self, block: &Block, rail: &RailMemory) {
+        let (refusal, means) = self.look(block, rail);
         let update = self.filter.step(block, &means, refusal.is_none());
         self.status = status(refusal, update);
         if let Some(update) = update {
@@ -241,7 +259,7 @@ impl SwingMass {
                 return;
             }
         }
-        if !moving {
+        if Real::from(block.speed_mps).abs() <= MIN_SPEED_MPS {
             self.watch.clear();
         }
         let settled = self.used == 0 || self.used > SETTLED_BLOCKS;
@@ -250,36 +268,80 @@ impl SwingMass {
                 filter: self.filter,
                 next: self.taken,
                 spent: false,
-                start_kg: self.filter.belief().x[MASS],
-                rounds: 0,
             };
         }
     }
 
-    /// The swing weighs what hangs on the chains, so the balance is not linear in the mass: a filter that started far from it goes over its first
-    /// blocks again, from where it has come to.
-    fn relinearise(&mut self) {
+    /// Begins the start search when enough blocks have been used.
+    fn begin_search(&mut self) {
+        let new = self.new_nis.is_some();
         let due = self.used == FIRST_LOOK_BLOCKS || self.used == SETTLED_BLOCKS;
-        let kept = self.written.saturating_sub(self.calm.next) < BLOCKS as u64;
-        let load_kg = self.filter.belief().x[MASS];
-        let moved = (load_kg - self.calm.start_kg).abs();
-        let far = moved > MAX_START_ERROR * (load_kg + START_FLOOR * self.tare_kg);
-        if !due || !kept || !far || self.calm.rounds >= MAX_ROUNDS || !self.supervision.relinearise
-        {
+        if !new || !due {
             return;
         }
-        self.filter = self.calm.filter;
-        if self.calm.spent {
-            self.filter.reset_load();
+        if !self.supervision.start_search || !self.filter.is_nonlinear() {
+            self.searched = true;
+            return;
         }
-        self.filter.start_from(load_kg);
-        self.calm.start_kg = load_kg;
-        self.calm.rounds += 1;
-        self.catch_up = self.catch_up.max(self.taken);
-        self.taken = self.calm.next;
-        self.watch = LoadWatch::new();
+        let kept_from = (self.written + SPARE_BLOCKS).saturating_sub(BLOCKS as u64);
+        // A second search that has lost the start would know less than the first.
+        if self.searched && kept_from > self.calm.next {
+            return;
+        }
+        self.search_from = self.calm.next.max(kept_from);
+        self.search.begin();
+        self.begin_pass();
+    }
+
+    fn begin_pass(&mut self) {
+        self.trial = self.calm.filter;
+        if self.calm.spent || self.search_from > self.calm.next {
+            self.trial.reset_load();
+        }
+        self.trial.start_from(self.search.start());
+        // one noise for all passes, so that they can be compared
+        self.trial.set_noise_mass(match self.search.is_last() {
+            true => None,
+            false => Some(self.filter.mass_kg()),
+        });
+        self.trial_next = self.search_from;
         self.settle_s = 0.0;
-        self.used = 0;
+    }
+
+    /// One block of a pass of the start search.
+    fn search_step(&mut self, rail: &RailMemory) {
+        if !self.search.is_active() {
+            return;
+        }
+        if self.written.saturating_sub(self.trial_next) > BLOCKS as u64 {
+            self.search.stop();
+            return;
+        }
+        let block = self.block(self.trial_next);
+        self.trial_next += 1;
+        let (refusal, means) = self.look(&block, rail);
+        if let Some(update) = self.trial.step(&block, &means, refusal.is_none()) {
+            self.search
+                .take(update.innovation_n * update.innovation_n / update.variance);
+        }
+        if self.trial_next < self.taken {
+            return;
+        }
+        let [load, variance] = self.trial.load_share();
+        match self.search.close(load, variance) {
+            None => self.begin_pass(),
+            Some(variance) => {
+                self.filter = self.trial;
+                self.filter.widen(variance);
+                self.searched = true;
+                self.watch = LoadWatch::new();
+                self.publish();
+            }
+        }
+    }
+
+    fn block(&self, number: u64) -> Block {
+        self.blocks.get(slot(number)).copied().unwrap_or_default()
     }
 
     fn publish(&mut self) {
@@ -304,14 +366,13 @@ impl SwingMass {
         }
         self.calm.spent = true;
         self.filter.reset_load();
-        self.calm.start_kg = self.filter.belief().x[MASS];
-        self.calm.rounds = 0;
         self.watch = LoadWatch {
             pause_s: PAUSE_S,
             ..LoadWatch::new()
         };
         self.settle_s = 0.0;
         self.used = 0;
+        self.searched = false;
         self.changes = self.changes.saturating_add(1);
     }
 
@@ -343,7 +404,7 @@ impl SwingMass {
 
     /// Whether the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        self.used >= FIRST_LOOK_BLOCKS || self.taken < self.catch_up
+        self.searched
     }
 
     /// Normalised innovation squared of the block that the last step has used, and its length, s.
@@ -403,7 +464,7 @@ fn slot(block: u64) -> usize {
 }
 
 state!(LoadWatch { up, down, square, pause_s; });
-state!(Calm { filter, next, spent, start_kg, rounds; });
+state!(Calm { filter, next, spent; });
 
 impl State for SwingMass {
     fn visit(&mut self, archive: &mut Archive) {
@@ -415,6 +476,11 @@ impl State for SwingMass {
             front_m: _,
             filter,
             calm,
+            search,
+            trial,
+            trial_next,
+            search_from,
+            searched,
             watch,
             builder,
             blocks,
@@ -430,6 +496,11 @@ impl State for SwingMass {
         } = self;
         filter.visit(archive);
         calm.visit(archive);
+        search.visit(archive);
+        trial.visit(archive);
+        trial_next.visit(archive);
+        search_from.visit(archive);
+        searched.visit(archive);
         watch.visit(archive);
         builder.visit(archive);
         blocks.visit(archive);

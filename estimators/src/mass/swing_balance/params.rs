@@ -38,7 +38,7 @@ params! {
         swing [flag] = true, "The load swings; off: it is rigid.";
         depth [flag] = true, "Masses hang below the rail; off: they are on it.";
         wait_for_rail [flag] = true, "Blocks wait until the rail under the front of the train is read; off: they do not.";
-        relinearise [flag] = true, "A start far from the load is gone over again; off: it is not.";
+        start_search [flag] = true, "The first blocks are gone over from several loads, each weighed by how it fits; off: from one.";
         load_change_detector [flag] = true, "Residuals that keep to one side mean another load; off: never.";
         residual_noise [flag] = true, "The noise follows the residuals, never below the nominal one; off: it is nominal.";
         torque_monitor [flag] = true, "Torques are compared with the command; off: they are not.";

@@ -153,6 +153,7 @@ fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> 
                 y: Axis::linear(what),
                 groups,
                 references: vec![],
+                bounds: vec![],
             }
             .figure(),
         );

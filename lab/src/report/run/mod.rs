@@ -5,6 +5,7 @@ mod budget;
 mod control;
 pub(super) mod errors;
 mod estimates;
+mod ghost;
 mod integrity;
 pub(super) mod recorded;
 mod track;
@@ -32,6 +33,7 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     page.sections.extend(budget::section(&run)?);
     page.sections.push(track::section(&run)?);
     page.sections.push(control::section(&run)?);
+    page.sections.extend(ghost::section(&run)?);
     page.sections.push(about::section(&run, link));
     Ok(page)
 }

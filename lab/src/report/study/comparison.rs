@@ -243,6 +243,7 @@ fn distribution(all: &Comparison, metric: &str) -> Figure {
         title: "Over the runs".into(),
         y: Axis::linear(with_unit(metric, unit(metric))),
         references: of_metric.filter_map(place).collect(),
+        bounds: Vec::new(),
         groups,
     }
     .figure()
@@ -259,6 +260,7 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
         y: Axis::linear(with_unit("difference", unit(metric))),
         groups: groups.filter(|g| !g.values.is_empty()).collect(),
         references: Vec::new(),
+        bounds: Vec::new(),
     }
     .figure()
 }

@@ -3,6 +3,7 @@
 
 mod comparison;
 mod drawn;
+mod expected;
 mod overview;
 mod paired;
 mod ranks;
@@ -51,7 +52,7 @@ fn of_test(tested: &TestResults) -> Page {
     page.sections.push(overview::section(all));
     for scenario in all {
         let section = Section::new(&scenario.scenario);
-        let section = runs::verdicts(section, &scenario.checks);
+        let section = runs::verdicts(section, &scenario.checks, &scenario.runs);
         let section = runs::integrity(section, &scenario.runs);
         page.sections.push(runs::metrics(section, &scenario.runs));
     }
@@ -82,7 +83,7 @@ fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
     page.sections
         .extend(worst_first(findings.map(|f| (String::new(), f)).collect()));
     let section = Section::new("Verdicts");
-    let section = runs::verdicts(section, &judged.checks);
+    let section = runs::verdicts(section, &judged.checks, &judged.runs);
     page.sections.push(runs::integrity(section, &judged.runs));
     let section = Section::new("Metrics");
     page.sections.push(runs::metrics(section, &judged.runs));

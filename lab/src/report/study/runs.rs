@@ -9,15 +9,19 @@ use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
 use crate::report::findings;
 use crate::report::page::Section;
-use crate::report::study::paired;
 use crate::report::study::values::{MetricValues, estimators};
+use crate::report::study::{expected, paired};
 use crate::report::table::{Cell, Table};
 use crate::verdicts::summary::MAIN;
 use crate::verdicts::verdict::Check;
 
-/// What was asked of the runs.
-pub fn verdicts(section: Section, all: &[Check]) -> Section {
-    section.table(checks(all))
+/// What was asked of the runs; of several the values, too.
+pub fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section {
+    let section = section.table(checks(all));
+    match runs.len() {
+        0 | 1 => section,
+        _ => section.figures(expected::figures(runs)),
+    }
 }
 
 /// Availability and integrity of the estimators over the runs.
@@ -77,6 +81,7 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
         y: Axis::linear(with_unit(metric, unit)),
         groups: groups.filter(|g| !g.values.is_empty()).collect(),
         references: Vec::new(),
+        bounds: Vec::new(),
     }
     .figure()
 }

@@ -1,0 +1,61 @@
+//! Verdicts in colour, where standard output is a terminal.
+
+use clap::builder::styling::{AnsiColor, Style};
+
+const GOOD: Style = AnsiColor::Green.on_default();
+const BAD: Style = AnsiColor::Red.on_default().bold();
+const KNOWN: Style = AnsiColor::Yellow.on_default();
+
+/// Words of a verdict, the style that each is drawn in; longer ones before those they begin with.
+const WORDS: [(&str, Style); 7] = [
+    ("known failure", KNOWN),
+    ("not finished", BAD),
+    ("finding:", KNOWN),
+    ("damaged", BAD),
+    ("FAILED", BAD),
+    ("worse", BAD),
+    ("held", GOOD),
+];
+
+/// The text with the word of a verdict coloured that begins or ends a line.
+pub fn verdicts(text: &str) -> String {
+    text.split_inclusive('\n').map(line).collect()
+}
+
+fn line(line: &str) -> String {
+    let bare = line.trim_end_matches('\n');
+    let begun = bare.trim_start();
+    for (word, style) in WORDS {
+        let place = match () {
+            () if follows(begun.strip_prefix(word)) => bare.len() - begun.len(),
+            () if bare.ends_with(&format!("  {word}")) => bare.len() - word.len(),
+            () => continue,
+        };
+        let (before, rest) = line.split_at(place);
+        let (word, after) = rest.split_at(word.len());
+        return format!("{before}{style}{word}{style:#}{after}");
+    }
+    line.to_owned()
+}
+
+/// Whether a word ends here.
+fn follows(rest: Option<&str>) -> bool {
+    rest.is_some_and(|r| !r.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_word_of_the_verdict_is_coloured() {
+        let (green, end) = ("\u{1b}[32m", "\u{1b}[0m");
+        let text = "held    minimal  seed 1\n slope  ≤ 1  0.5   held\nheld_up\nnothing held here\n";
+        let coloured = format!(
+            "{green}held{end}    minimal  seed 1\n slope  ≤ 1  0.5   {green}held{end}\nheld_up\nnothing held here\n"
+        );
+        assert_eq!(verdicts(text), coloured);
+        assert!(verdicts("        finding: x\n").contains("finding:\u{1b}[0m x"));
+        assert!(verdicts(" a   known failure").contains("known failure\u{1b}[0m"));
+    }
+}

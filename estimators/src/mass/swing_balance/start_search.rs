@@ -1,0 +1,168 @@
+//! Start search: the force balance begun from several loads, each weighed by how well it explains the first blocks.
+//!
+//! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that starts far from it can come
+//! to rest on a wrong pair of mass and pendulum length, with a standard deviation that covers neither. So the first blocks are gone over once for
+//! each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach 1971): the best one goes on, its variance widened to that of the sum.
+//!
+//! A pass is weighed by its normalised innovations squared alone. The determinants of a likelihood are left out: the noise of the swing grows with the
+//! load and is on the safe side, so they would speak for the lightest load, whose noise is least, and not for the one that fits.
+
+use crate::Real;
+use crate::api::real::{exp, sqrt};
+use crate::api::snapshot::state;
+
+/// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Closer together where they are light.
+pub const LOADS: [[Real; 2]; 8] = [
+    [0.03, 0.03],
+    [0.10, 0.04],
+    [0.19, 0.05],
+    [0.31, 0.07],
+    [0.46, 0.08],
+    [0.62, 0.08],
+    [0.78, 0.08],
+    [0.94, 0.08],
+];
+const FIRST: [Real; 2] = LOADS[0];
+
+/// Share of the squares in the logarithm of a weight: half by theory, all of them because the residuals have a third of the variance that they are
+/// told, so that the noise is on the safe side.
+const SHARPNESS: Real = 1.0;
+/// Innovation beyond which an outlier counts linearly and not by its square, in standard deviations (Huber).
+const HUBER_SD: Real = 3.0;
+
+/// The passes over the blocks, and what they have found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StartSearch {
+    active: bool,
+    /// Number of the pass; after all loads the best one is gone over again.
+    pass: u8,
+    best: u8,
+    /// Sum of the squares of this pass and of the best.
+    square: Real,
+    best_square: Real,
+    /// Sums over the passes: weight, weight × load, weight × (variance + load²); loads as shares of the largest, weights relative to the best.
+    sums: [Real; 3],
+}
+
+impl StartSearch {
+    /// Begins with the first load.
+    pub fn begin(&mut self) {
+        *self = Self {
+            active: true,
+            ..Self::default()
+        };
+    }
+
+    /// Whether passes are left.
+    pub fn is_active(&self) -> bool {
+        self.active
+    }
+
+    /// Ends it without a result.
+    pub fn stop(&mut self) {
+        self.active = false;
+    }
+
+    /// Whether this pass is the best one again.
+    pub fn is_last(&self) -> bool {
+        usize::from(self.pass) >= LOADS.len()
+    }
+
+    /// Load to start this pass from and its standard deviation, as shares of the largest.
+    pub fn start(&self) -> [Real; 2] {
+        let of = if self.is_last() { self.best } else { self.pass };
+        LOADS.get(usize::from(of)).copied().unwrap_or(FIRST)
+    }
+
+    /// Takes the normalised innovation squared of a block.
+    pub fn take(&mut self, square: Real) {
+        let linear = HUBER_SD * (2.0 * sqrt(square) - HUBER_SD);
+        self.square += if square > HUBER_SD * HUBER_SD {
+            linear
+        } else {
+            square
+        };
+    }
+
+    /// Ends a pass that has come to this load and variance, as shares of the largest load and of its square. After the last one: the variance that
+    /// the sum of all passes has about that load.
+    pub fn close(&mut self, load: Real, variance: Real) -> Option<Real> {
+        if self.is_last() {
+            self.active = false;
+            let [weight, first, second] = self.sums;
+            let [mean, square] = [first, second].map(|sum| sum / weight.max(Real::MIN_POSITIVE));
+            return Some((square - 2.0 * mean * load + load * load).max(variance));
+        }
+        if self.pass == 0 || self.square < self.best_square {
+            let old = exp(-SHARPNESS * (self.best_square - self.square).max(0.0));
+            self.sums = self.sums.map(|sum| sum * old);
+            (self.best, self.best_square) = (self.pass, self.square);
+        }
+        // the loads are not evenly spaced: each stands for as much as it is wide
+        let [_, width] = self.start();
+        let weight = width * exp(-SHARPNESS * (self.square - self.best_square));
+        let moments = [1.0, load, variance + load * load];
+        for (sum, moment) in self.sums.iter_mut().zip(moments) {
+            *sum += weight * moment;
+        }
+        self.pass += 1;
+        self.square = 0.0;
+        None
+    }
+}
+
+state!(StartSearch { active, pass, best, square, best_square, sums; } where |this| usize::from(this.pass) <= LOADS.len());
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the passes come to, and the sum of their squares, as a mixture written out.
+    #[test]
+    fn the_variance_is_that_of_the_mixture_about_the_best_load() {
+        let found = [
+            [0.05, 0.01, 30.0],
+            [0.12, 0.02, 9.0],
+            [0.30, 0.03, 4.0],
+            [0.33, 0.03, 5.0],
+            [0.50, 0.05, 8.0],
+            [0.60, 0.05, 20.0],
+            [0.70, 0.05, 40.0],
+            [0.90, 0.05, 90.0],
+        ];
+        let mut search = StartSearch::default();
+        search.begin();
+        for [load, sd, square] in found {
+            for _ in 0..10 {
+                search.take(square / 10.0);
+            }
+            assert_eq!(search.close(load, sd * sd), None);
+        }
+        assert!(search.is_last() && search.start() == LOADS[2]);
+        let about = search.close(0.31, 0.0).unwrap();
+        assert!(!search.is_active());
+        let weights = found
+            .iter()
+            .zip(LOADS)
+            .map(|(f, [_, width])| width * exp(-SHARPNESS * f[2]));
+        let total: Real = weights.clone().sum();
+        let terms = weights.zip(found).map(|(w, [load, sd, _])| {
+            let off = load - 0.31;
+            w / total * (sd * sd + off * off)
+        });
+        let expected: Real = terms.sum();
+        assert!(
+            (about - expected).abs() < 1e-5 * expected,
+            "{about} {expected}"
+        );
+    }
+
+    #[test]
+    fn an_outlier_counts_linearly() {
+        let mut search = StartSearch::default();
+        search.begin();
+        search.take(9.0);
+        search.take(100.0);
+        assert!((search.square - (9.0 + 51.0)).abs() < 1e-4);
+    }
+}
