@@ -16,8 +16,7 @@ const MAX_SD_RAD: Real = PI;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Heading {
     angle_rad: Real,
-    walk_rad2: Real,
-    drift_rad: Real,
+    sd_rad: Real,
 }
 
 /// What a step of the heading goes by.
@@ -35,7 +34,7 @@ pub struct Turn {
 
 impl Heading {
     /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends to the left and to the
-    /// right follow each other.
+    /// right follow each other. The random walk adds by squares to what there is.
     pub fn step(&mut self, turn: &Turn, dt: Real) {
         match turn.rate_radps {
             Some(rate) => {
@@ -47,13 +46,12 @@ impl Heading {
                     angle => angle,
                 }
                 .clamp(-PI, PI);
-                self.walk_rad2 += turn.walk * turn.walk * dt;
-                self.drift_rad += (turn.bias_sd_radps + SCALE * rate.abs()) * dt;
+                let walked = sqrt(self.sd_rad * self.sd_rad + turn.walk * turn.walk * dt);
+                self.sd_rad = walked + (turn.bias_sd_radps + SCALE * rate.abs()) * dt;
             }
-            None => self.drift_rad += MAX_BEND_PER_M * turn.speed_mps.abs() * dt,
+            None => self.sd_rad += MAX_BEND_PER_M * turn.speed_mps.abs() * dt,
         }
-        self.walk_rad2 = self.walk_rad2.min(MAX_SD_RAD * MAX_SD_RAD);
-        self.drift_rad = self.drift_rad.min(MAX_SD_RAD);
+        self.sd_rad = self.sd_rad.min(MAX_SD_RAD);
     }
 
     /// Heading against that of the start, + left, within ±π, rad.
@@ -63,11 +61,11 @@ impl Heading {
 
     /// Its standard deviation, rad, at most π.
     pub fn sd_rad(&self) -> Real {
-        sqrt(self.walk_rad2 + self.drift_rad * self.drift_rad).min(MAX_SD_RAD)
+        self.sd_rad
     }
 }
 
-state!(Heading { angle_rad, walk_rad2, drift_rad; });
+state!(Heading { angle_rad, sd_rad; });
 
 #[cfg(test)]
 mod tests {
@@ -80,14 +78,19 @@ mod tests {
         speed_mps: 1.0,
     };
 
-    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10.
+    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10: the standard
+    /// deviation is between the root of their squares and their sum.
     #[test]
     fn it_is_the_integral_of_the_rate_and_wraps() {
         let mut heading = Heading::default();
         (0..1000).for_each(|_| heading.step(&LEFT, 0.01));
         assert!((heading.angle_rad() - (5.0 - 2.0 * PI)).abs() < 1e-9);
-        let sd = sqrt((6e-3 as Real).powi(2) + 1e-5);
-        assert!((heading.sd_rad() / sd - 1.0).abs() < 1e-9);
+        let (drift, walk): (Real, Real) = (6e-3, sqrt(1e-5));
+        let sd = heading.sd_rad();
+        assert!(
+            sd >= sqrt(drift * drift + walk * walk) && sd <= drift + walk,
+            "{sd}"
+        );
     }
 
     /// Without a gyro for 4 m a bend of 4 m radius may have been gone round: 1 rad.
