@@ -353,7 +353,6 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             scores: nan.clone(),
             references: vec![],
-            bounds: vec![],
         }
         .figure(),
         Scatter::new("t", axis(), axis()).figure(),
