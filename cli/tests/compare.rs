@@ -115,6 +115,62 @@ fn the_table_says_what_the_runs_say() {
     }
 }
 
+/// Without `--metrics` the ratios to the Cramér-Rao bound stand beside the errors where the sheet bounds anything, and `monorig test --metrics` tells the
+/// same numbers over all runs.
+#[test]
+fn errors_over_their_bound_are_shown_where_there_is_one() {
+    let rig = rig();
+    let sheet = rig.read("sensors.yaml");
+    let task = [
+        "compare",
+        "quick.yaml",
+        "--seeds",
+        "1..3",
+        "--json",
+        "c.json",
+    ];
+    let (code, out, err) = rig.monorig(&task);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let bounded = sheet.contains("accelerometer") && sheet.contains("wheel_speed");
+    assert!(bounded && out.contains("slope_rmse_over_bound"), "{out}");
+    let json: Value = serde_json::from_str(&rig.read("c.json")).unwrap();
+    let mut ratios: Vec<f64> = json["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|run| &run["summary"]["estimators"]["dffrls_aukf_robust"])
+        .map(|of| of["slope_rmse_over_bound"].as_f64().unwrap())
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+
+    let metrics = ["--metrics", "slope_rmse_over_bound"];
+    let (_, out, err) =
+        rig.monorig(&[&["test", "quick.yaml", "--seeds", "1..3"][..], &metrics].concat());
+    let row = out.lines().find(|l| l.contains("3/3"));
+    let row = row.unwrap_or_else(|| panic!("{out}{err}"));
+    assert!(
+        row.contains("dffrls_aukf_robust") && row.contains("quick seed"),
+        "{row}"
+    );
+    let told: Vec<f64> = row
+        .split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect();
+    for (told, value) in told.iter().zip([ratios[1], ratios[2], ratios[2]]) {
+        assert!((told / value - 1.0).abs() < 0.01, "{row} {ratios:?}");
+    }
+
+    // a sheet without wheel speeds bounds nothing
+    let blind: String = sheet
+        .lines()
+        .filter(|l| !l.starts_with("wheel_speed"))
+        .map(|l| format!("{l}\n"))
+        .collect();
+    rig.write("blind.yaml", blind.as_bytes());
+    let (_, out, err) = rig.monorig(&[&task[..], &["--set", "sensors=blind.yaml"]].concat());
+    assert!(!out.contains("over_bound"), "{out}{err}");
+}
+
 #[test]
 fn threads_change_nothing() {
     let rig = rig();

@@ -51,10 +51,7 @@ pub struct CompareArgs {
     /// Change a value of the scenario; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
-    /// Metrics to compare [default: mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share,
-    /// slope_misleading_share]
-    #[arg(long, hide_default_value = true, value_name = "NAMES", value_delimiter = ',', value_parser = metric,
-        default_value = "mass_rmse_kg,mass_error_converged_rel_max,slope_rmse_deg,slope_mae_deg,mass_misleading_share,slope_misleading_share")]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric, help = METRICS)]
     pub metrics: Vec<String>,
     /// Estimator that the others are held against; without it the first
     #[arg(long, value_name = "NAME")]
@@ -68,6 +65,25 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
 }
+
+/// Metrics that are compared without `--metrics`, and those that join them where the runs have a bound.
+const DEFAULT_METRICS: [&str; 6] = [
+    "mass_rmse_kg",
+    "mass_error_converged_rel_max",
+    "slope_rmse_deg",
+    "slope_mae_deg",
+    "mass_misleading_share",
+    "slope_misleading_share",
+];
+const OVER_BOUND: [&str; 3] = [
+    "slope_rmse_over_bound",
+    "effective_slope_rmse_over_bound",
+    "mass_rmse_over_bound",
+];
+
+/// Help of `--metrics`.
+const METRICS: &str = "Metrics to compare; without it mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
+     slope_misleading_share and, where the runs have a Cramér-Rao bound, slope_rmse_over_bound, effective_slope_rmse_over_bound, mass_rmse_over_bound";
 
 /// Help of `--estimators`.
 pub const ESTIMATORS: &str =
@@ -119,7 +135,7 @@ fn additions(
 }
 
 /// A metric of estimators by its name.
-fn metric(name: &str) -> Result<String, String> {
+pub fn metric(name: &str) -> Result<String, String> {
     let known = metrics::estimator_metrics().map(|m| m.name);
     if known.clone().any(|k| k == name) {
         return Ok(name.to_owned());
@@ -157,10 +173,11 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
     interrupt::listen();
     scenario.inputs().seal();
     let runs = run(task, &overrides, scenario, &reference, registry)?;
+    let metrics = metrics_of(task, &runs);
     let cells = cells(
         &runs,
         &shown,
-        &task.metrics,
+        &metrics,
         &reference,
         &scenario.file.published,
     );
@@ -181,7 +198,7 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
     if let Some(path) = &task.csv {
         output::write(path, &csv(&cells))?;
     }
-    output::print(&text(&cells, &task.metrics, &reference))?;
+    output::print(&text(&cells, &metrics, &reference))?;
     let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
     for run in &unfinished {
         let why = run.error.as_deref().unwrap_or("it did not come to its end");
@@ -191,6 +208,22 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
     })
+}
+
+/// The metrics that were asked for, or the usual ones; those over the bound if any run has one.
+fn metrics_of(task: &CompareArgs, runs: &[RunResult]) -> Vec<String> {
+    if !task.metrics.is_empty() {
+        return task.metrics.clone();
+    }
+    let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
+    let mut values = summaries.flat_map(|s| s.estimators.values());
+    let bounded = values.any(|of| {
+        let measured = |name: &&str| of.get(*name).copied().flatten().is_some();
+        OVER_BOUND.iter().any(measured)
+    });
+    let over = OVER_BOUND.iter().filter(|_| bounded);
+    let all = DEFAULT_METRICS.iter().chain(over);
+    all.map(|name| (*name).to_owned()).collect()
 }
 
 fn run(

@@ -23,9 +23,10 @@ Examples:
 Of a run or a replay that has an estimator with an attitude filter. The grade of
 a place is told when the middle of the unit with the IMU has reached it, and
 with the bias of the accelerometer as it is known at the end. OUT is a track
-file; beside it is a CSV file with chainage, grade and standard deviation. Rail
-before the start and beyond the end goes on at the first and the last grade,
-with a standard deviation of 1.1°.";
+file; beside it is a CSV file with chainage, grade and standard deviation, and
+the heading against the first place with its own. Rail before the start and
+beyond the end goes on at the first and the last grade and heading, with a
+standard deviation of 1.1°.";
 
 /// `monorig map`
 #[derive(Debug, clap::Args)]
@@ -48,6 +49,9 @@ pub struct MapArgs {
     /// Width of the lane, m: the track is a road
     #[arg(long, value_name = "M")]
     pub road_width: Option<f64>,
+    /// Leave the bends out: the rail of the map is straight
+    #[arg(long)]
+    pub straight: bool,
     /// Track file to write
     #[arg(long, value_name = "FILE", default_value = "map.yaml")]
     pub out: PathBuf,
@@ -77,8 +81,11 @@ pub fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
         ));
     }
     let about = format!(
-        "Map of {} seed {} by {}: grade at the middle of the unit with the IMU, with the bias of the end.",
-        manifest.scenario, manifest.seed, task.estimator
+        "Map of {} seed {} by {}: grade{} at the middle of the unit with the IMU, with the bias of the end.",
+        manifest.scenario,
+        manifest.seed,
+        task.estimator,
+        if task.straight { "" } else { " and heading" }
     );
     let csv_name = csv.file_name().unwrap_or_default().to_string_lossy();
     let track = to_track(
@@ -86,8 +93,9 @@ pub fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
         &about,
         &section(task)?,
         &csv_name,
+        !task.straight,
     );
-    output::write(&csv, &to_csv(&points, &about))?;
+    output::write(&csv, &to_csv(&points, &about, !task.straight))?;
     output::write(&task.out, &track)?;
     Rail::load(&task.out)?;
     output::print(&text(&points, &task.out))?;
@@ -127,8 +135,11 @@ fn text(points: &[MapPoint], out: &Path) -> String {
     sds.sort_by(f64::total_cmp);
     let median = sds.get(sds.len() / 2).copied().unwrap_or(f64::NAN);
     let most = sds.last().copied().unwrap_or(f64::NAN);
+    let headings = read.iter().map(|p| p.heading_sd_rad.to_degrees());
+    let heading = headings.fold(0.0, f64::max);
     format!(
-        "{}: rail read from {first:.2} m to {last:.2} m, {} points; standard deviation of the grade {median:.3}° (median), {most:.3}° (largest)\n",
+        "{}: rail read from {first:.2} m to {last:.2} m, {} points; standard deviation of the grade {median:.3}° (median), {most:.3}° (largest), of the \
+         heading {heading:.2}° (largest)\n",
         out.display(),
         read.len()
     )

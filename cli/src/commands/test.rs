@@ -1,6 +1,7 @@
 //! `monorig test`: scenarios over their seeds, judged.
 
 mod baseline;
+mod figures;
 mod files;
 pub mod junit;
 mod keep;
@@ -39,6 +40,8 @@ Examples:
   monorig merge 1.json 2.json 3.json 4.json --into all.json   judge all of them
   monorig test scenarios --keep-failed failed
       recording and report of the worst seed of what fails
+  monorig test drawn --metrics slope_rmse_deg,mass_error_rel_end
+      figures over all runs, by estimator
 
 A scenario fails when a run does not finish, when an estimator never marks
 anything valid or marks misleading values valid, when an expectation does not
@@ -72,6 +75,9 @@ pub struct TestArgs {
     /// How much worse the mean over the seeds may be than in the baseline
     #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
+    /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = super::compare::metric)]
+    pub metrics: Vec<String>,
     /// Make only part K of N of the runs, for `monorig merge` to judge with the others
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
     pub shard: Option<Shard>,
@@ -179,6 +185,9 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         0 => String::new(),
         n => format!(", {n} could not be used"),
     };
+    if !task.metrics.is_empty() {
+        output::print(&format!("\n{}\n\n", figures::text(&tested, &task.metrics)))?;
+    }
     for metric in &worse {
         output::verdicts(&format!("{}\n", paragraph(&metric.text(), "")))?;
     }

@@ -6,13 +6,15 @@ use monorig_sim::record::readback;
 use std::path::Path;
 
 /// Internals that an estimator must have for a map.
-const INTERNALS: [&str; 6] = [
+const INTERNALS: [&str; 8] = [
     "pitch_rad",
     "accel_bias_mps2",
     "accel_bias_sd_mps2",
     "read_sd",
     "wheel_scale_sd",
     "imu_arm_m",
+    "heading_rad",
+    "heading_sd_rad",
 ];
 
 /// One estimator along a run, a number a row.
@@ -36,6 +38,10 @@ pub struct Passage {
     pub read_sd: Vec<f64>,
     /// Standard deviation of the scale of the wheel speeds.
     pub scale_sd: Vec<f64>,
+    /// Heading since the start, + left, within ±π, rad, and its standard deviation.
+    pub heading_rad: Vec<f64>,
+    /// See above.
+    pub heading_sd_rad: Vec<f64>,
     /// How far the IMU is ahead of the unit's middle, m.
     pub arm_m: f64,
     /// Chainage of the IMU in the first row, m; none in a recorded drive.
@@ -67,7 +73,16 @@ impl Passage {
                 )
             })
         };
-        let [pitch, bias, bias_sd, read_sd, scale_sd, arm] = INTERNALS.map(internal);
+        let [
+            pitch,
+            bias,
+            bias_sd,
+            read_sd,
+            scale_sd,
+            arm,
+            heading,
+            heading_sd,
+        ] = INTERNALS.map(internal);
         let first = |column: &[f64]| column.iter().copied().find(|x| x.is_finite());
         Ok(Self {
             t_s: columns.get("time")?.to_vec(),
@@ -79,6 +94,8 @@ impl Passage {
             bias_sd_mps2: bias_sd?.to_vec(),
             read_sd: read_sd?.to_vec(),
             scale_sd: scale_sd?.to_vec(),
+            heading_rad: heading?.to_vec(),
+            heading_sd_rad: heading_sd?.to_vec(),
             arm_m: first(arm?).unwrap_or(0.0),
             start_m: columns.find("truth/chainage").and_then(first),
         })

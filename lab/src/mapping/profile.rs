@@ -16,6 +16,10 @@ const CREEP: f64 = 0.001;
 const START_SD_M: f64 = 0.05;
 /// A unit on wheels 2 w apart pitches as the chord: off by w²/6 d²θ/ds² from the rail under its middle; w = 0.3 m.
 const CHORD_M2: f64 = 0.015;
+/// Heading of a unit against the rail, rad: play of its guide wheels, and sideslip of a car.
+const PLAY_RAD: f64 = 0.003;
+/// Sharpest bend of rail that was not read, 1/m: a radius of 4 m.
+const MAX_BEND_PER_M: f64 = 0.25;
 /// Rail added beyond the last place that was read, for what is ahead of the unit's middle, m.
 const BEYOND_M: f64 = 10.0;
 /// Cells that must have been read.
@@ -30,7 +34,11 @@ pub struct MapPoint {
     pub grade_rad: f64,
     /// Its standard deviation, rad.
     pub sd_rad: f64,
-    /// Whether the unit has passed it; else the grade is that of the nearest rail that was read.
+    /// Heading against that of the first place that was read, + left, rad.
+    pub heading_rad: f64,
+    /// Its standard deviation, rad.
+    pub heading_sd_rad: f64,
+    /// Whether the unit has passed it; else grade and heading are those of the nearest rail that was read.
     pub read: bool,
 }
 
@@ -42,12 +50,25 @@ struct Cell {
     u: f64,
     variance: f64,
     place_variance: f64,
+    heading: f64,
+    heading_variance: f64,
 }
 
 impl Cell {
     fn mean(&self, of: f64) -> f64 {
         of / self.way
     }
+}
+
+/// A place that was read: chainage, grade and heading, their variances.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    s: f64,
+    grade: f64,
+    variance: f64,
+    place_variance: f64,
+    heading: f64,
+    heading_variance: f64,
 }
 
 /// The profile from chainage 0 to beyond the end of the way, a point every `every_m`; `start_m` is the chainage of the IMU in the first row. An
@@ -61,22 +82,20 @@ pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>,
         ));
     }
     let (bias, bias_sd) = end_bias(p).ok_or("the grade is never marked valid")?;
-    let of = |cell: &Cell| {
-        let sine = (cell.mean(cell.u) - bias / GRAVITY).clamp(-1.0, 1.0);
-        (libm::asin(sine), cell.mean(cell.variance))
-    };
-    let known: Vec<(f64, f64, f64, f64)> = cells
-        .iter()
-        .filter(|cell| cell.way > 0.0)
+    let common = bias_sd / GRAVITY;
+    let read = cells.iter().filter(|cell| cell.way > 0.0);
+    let first = read.clone().next().map_or(0.0, |c| c.mean(c.heading));
+    let known: Vec<Known> = read
         .map(|cell| {
-            let (grade, variance) = of(cell);
-            let common = bias_sd / GRAVITY;
-            (
-                cell.mean(cell.place),
-                grade,
-                variance + common * common,
-                cell.mean(cell.place_variance),
-            )
+            let sine = (cell.mean(cell.u) - bias / GRAVITY).clamp(-1.0, 1.0);
+            Known {
+                s: cell.mean(cell.place),
+                grade: libm::asin(sine),
+                variance: cell.mean(cell.variance) + common * common,
+                place_variance: cell.mean(cell.place_variance),
+                heading: cell.mean(cell.heading) - first,
+                heading_variance: cell.mean(cell.heading_variance) + PLAY_RAD * PLAY_RAD,
+            }
         })
         .collect();
     let last = cells.len() + (BEYOND_M / every_m).ceil() as usize;
@@ -85,59 +104,78 @@ pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>,
         .collect())
 }
 
-/// The point at `s`, linear between the places that were read; `known`: place, grade, its variance, variance of the place.
-fn point(s: f64, known: &[(f64, f64, f64, f64)], every_m: f64) -> MapPoint {
-    let behind = known.partition_point(|k| k.0 <= s);
+/// The point at `s`, linear between the places that were read.
+fn point(s: f64, known: &[Known], every_m: f64) -> MapPoint {
+    let behind = known.partition_point(|k| k.s <= s);
     let (before, after) = (
         behind.checked_sub(1).and_then(|i| known.get(i)),
         known.get(behind),
     );
-    let unread = |grade: f64| MapPoint {
-        s_m: s,
-        grade_rad: grade,
-        sd_rad: UNREAD_SD_RAD,
-        read: false,
+    let unread = |grade_rad: f64, heading_rad: f64| {
+        let away = [before, after].into_iter().flatten();
+        let away_m = away.map(|k| (k.s - s).abs()).fold(f64::INFINITY, f64::min);
+        MapPoint {
+            s_m: s,
+            grade_rad,
+            sd_rad: UNREAD_SD_RAD,
+            heading_rad,
+            heading_sd_rad: (MAX_BEND_PER_M * away_m).min(std::f64::consts::PI),
+            read: false,
+        }
     };
     let (Some(a), Some(b)) = (before, after) else {
-        return unread(before.or(after).map_or(0.0, |k| k.1));
+        let nearest = before.or(after).copied().unwrap_or_default();
+        return unread(nearest.grade, nearest.heading);
     };
-    let (length, share) = (b.0 - a.0, (s - a.0) / (b.0 - a.0));
-    let grade = a.1 + share * (b.1 - a.1);
-    if length > 3.0 * every_m {
-        return unread(grade);
+    let share = (s - a.s) / (b.s - a.s);
+    let mean = |of: fn(&Known) -> f64| of(a) + share * (of(b) - of(a));
+    let (grade_rad, heading_rad) = (mean(|k| k.grade), mean(|k| k.heading));
+    if b.s - a.s > 3.0 * every_m {
+        return unread(grade_rad, heading_rad);
     }
-    // the steepest gradient nearby, and how it changes: where the place is uncertain it becomes one of the grade
-    let near: Vec<f64> = known
+    let near = known.get(behind.saturating_sub(3)..).unwrap_or_default();
+    let near = near.get(..6).unwrap_or(near);
+    let place_variance = a.place_variance.max(b.place_variance);
+    let sd = |variance: f64, of: fn(&Known) -> f64| {
+        (variance + by_shape(near, of, place_variance, every_m)).sqrt()
+    };
+    MapPoint {
+        s_m: s,
+        grade_rad,
+        sd_rad: sd(a.variance.max(b.variance), |k| k.grade),
+        heading_rad,
+        heading_sd_rad: sd(a.heading_variance.max(b.heading_variance), |k| k.heading),
+        read: true,
+    }
+}
+
+/// Variance of an angle of the rail by its shape: the steepest gradient nearby where the place is uncertain, and what the chord of the
+/// unit makes of how it changes.
+fn by_shape(near: &[Known], of: fn(&Known) -> f64, place_variance: f64, every_m: f64) -> f64 {
+    let gradients: Vec<f64> = near
         .windows(2)
-        .skip(behind.saturating_sub(3))
-        .take(5)
         .map(|w| match w {
-            [a, b] => (b.1 - a.1) / (b.0 - a.0),
+            [a, b] => (of(b) - of(a)) / (b.s - a.s),
             _ => 0.0,
         })
         .collect();
-    let gradient = near.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let change = near
+    let gradient = gradients.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let change = gradients
         .windows(2)
         .map(|w| match w {
             [a, b] => (b - a).abs() / every_m,
             _ => 0.0,
         })
         .fold(0.0, f64::max);
-    let by_place = gradient * gradient * a.3.max(b.3);
     let chord = CHORD_M2 * change;
-    MapPoint {
-        s_m: s,
-        grade_rad: grade,
-        sd_rad: (a.2.max(b.2) + by_place + chord * chord).sqrt(),
-        read: true,
-    }
+    gradient * gradient * place_variance + chord * chord
 }
 
 /// The rows by place: `middle_m` is the chainage of the unit's middle in the first row.
 fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> {
     let mut cells: Vec<Cell> = Vec::new();
     let (mut s, mut way) = (middle_m, 0.0);
+    let mut heading = 0.0;
     let rows = p.t_s.len();
     for k in 1..rows {
         let (before, now) = (k - 1, k);
@@ -149,11 +187,16 @@ fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> 
         }
         s += step;
         way += step.abs();
+        let turn = p.heading_rad[now] - p.heading_rad[before];
+        if turn.is_finite() {
+            heading += wrapped(turn);
+        }
         let sound = p.valid[now]
             && p.read_sd[now] < MAX_READ_SD
             && p.speed_sd_mps[now] < MAX_SPEED_SD_MPS
             && p.pitch_rad[now].is_finite()
-            && p.bias_mps2[now].is_finite();
+            && p.bias_mps2[now].is_finite()
+            && p.heading_sd_rad[now].is_finite();
         if !sound || s < 0.0 || step == 0.0 {
             continue;
         }
@@ -173,9 +216,17 @@ fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> 
             cell.u += weight * (libm::sin(p.pitch_rad[now]) + p.bias_mps2[now] / GRAVITY);
             cell.variance += weight * p.read_sd[now] * p.read_sd[now];
             cell.place_variance += weight * place_sd * place_sd;
+            cell.heading += weight * heading;
+            cell.heading_variance += weight * p.heading_sd_rad[now] * p.heading_sd_rad[now];
         }
     }
     Ok(cells)
+}
+
+/// An angle within ±π.
+fn wrapped(angle: f64) -> f64 {
+    let turn = 2.0 * std::f64::consts::PI;
+    angle - turn * (angle / turn).round()
 }
 
 /// Most places of a map.
@@ -187,22 +238,39 @@ fn end_bias(p: &Passage) -> Option<(f64, f64)> {
     Some((*p.bias_mps2.get(last)?, *p.bias_sd_mps2.get(last)?))
 }
 
-/// The map as the CSV file of a surveyed track.
-pub fn to_csv(map: &[MapPoint], about: &str) -> String {
-    let mut text = format!("# {about}\ns_m,grade_deg,sd_deg\n");
+/// The map as the CSV file of a surveyed track; without `bends` its rail is straight.
+pub fn to_csv(map: &[MapPoint], about: &str, bends: bool) -> String {
+    let more = if bends {
+        ",heading_deg,heading_sd_deg"
+    } else {
+        ""
+    };
+    let mut text = format!("# {about}\ns_m,grade_deg,sd_deg{more}\n");
     for p in map {
         let (grade, sd) = (p.grade_rad.to_degrees(), p.sd_rad.to_degrees());
-        let _ = writeln!(text, "{:.3},{grade:.5},{sd:.5}", p.s_m); // a string takes it
+        let _ = write!(text, "{:.3},{grade:.5},{sd:.5}", p.s_m); // a string takes it
+        if bends {
+            let (heading, sd) = (p.heading_rad.to_degrees(), p.heading_sd_rad.to_degrees());
+            let _ = write!(text, ",{heading:.4},{sd:.4}");
+        }
+        text.push('\n');
     }
     text
 }
 
+/// Smoothing of the headings, degrees: the yawing of a unit in its play is no bend.
+const HEADING_NOISE_DEG: f64 = 0.05;
+
 /// The track file that names it.
-pub fn to_track(name: &str, about: &str, section: &str, csv: &str) -> String {
+pub fn to_track(name: &str, about: &str, section: &str, csv: &str, bends: bool) -> String {
     // words of others are written as JSON strings, which YAML reads
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let smoothing = match bends {
+        true => format!(", heading_noise_deg: {HEADING_NOISE_DEG}"),
+        false => String::new(),
+    };
     format!(
-        "version: 1\nname: {}\nabout: {}\n{section}\nsurvey: {{file: {}, height_noise_m: 0}}\n",
+        "version: 1\nname: {}\nabout: {}\n{section}\nsurvey: {{file: {}, height_noise_m: 0{smoothing}}}\n",
         quoted(name),
         quoted(about),
         quoted(csv)
@@ -236,6 +304,11 @@ mod tests {
             bias_sd_mps2: vec![0.001; rows as usize],
             read_sd: vec![1e-4; rows as usize],
             scale_sd: vec![0.003; rows as usize],
+            // a bend of 20 m radius to the left, that goes round by more than half a turn
+            heading_rad: (0..rows)
+                .map(|i| wrapped(0.05 * 0.02 * f64::from(i)))
+                .collect(),
+            heading_sd_rad: vec![0.001; rows as usize],
             arm_m: 0.3,
             start_m: Some(2.0),
         }
@@ -259,6 +332,25 @@ mod tests {
                 .all(|p| p.sd_rad == UNREAD_SD_RAD)
         );
         assert_eq!(map[0].s_m, 0.0);
+    }
+
+    /// Headings grow by 1/R a metre from the first place on, through the jump at half a turn.
+    #[test]
+    fn bends_are_read_off_the_heading() {
+        let map = profile(&passage(), 2.0, 0.5).unwrap();
+        let read: Vec<&MapPoint> = map.iter().filter(|p| p.read).collect();
+        for p in &read {
+            let heading = 0.05 * (p.s_m - read[0].s_m);
+            assert!((p.heading_rad - read[0].heading_rad - heading).abs() < 1e-3);
+            // play and reading, and the place of up to a third of a metre times 1/R
+            assert!((0.003..0.02).contains(&p.heading_sd_rad), "{p:?}");
+        }
+        assert!(read[read.len() - 1].heading_rad > 2.9);
+        let last = map[map.len() - 1];
+        assert!(
+            !last.read && (2.0..2.6).contains(&last.heading_sd_rad),
+            "{last:?}"
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), a map (chainage, grade, its standard deviation), or in
+//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), a map (chainage, grade, perhaps heading, standard deviations), or in
 //! space (x east, y north, z up).
 //!
 //! From grades the height is the integral of their sines by the trapezoidal rule, from 0 on.
@@ -11,7 +11,13 @@ use std::path::Path;
 /// Columns along the rail, the last of them if it was surveyed.
 const ALONG: [&str; 3] = ["s_m", "height_m", "heading_deg"];
 /// Columns of a map, as `monorig map` writes them.
-const MAP: [&str; 3] = ["s_m", "grade_deg", "sd_deg"];
+const MAP: [&str; 5] = [
+    "s_m",
+    "grade_deg",
+    "sd_deg",
+    "heading_deg",
+    "heading_sd_deg",
+];
 /// Columns in space.
 const SPACE: [&str; 3] = ["x_m", "y_m", "z_m"];
 
@@ -73,12 +79,12 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
         }
         if columns.is_empty() {
             columns = record.iter().map(str::to_owned).collect();
-            let known = [&ALONG[..2], &ALONG, &MAP[..2], &MAP, &SPACE];
+            let known = [&ALONG[..2], &ALONG, &MAP[..2], &MAP[..3], &MAP, &SPACE];
             if !known.iter().any(|names| columns == *names) {
                 return Err(at(
                     line,
                     format!("the first line is `{}`", columns.join(",")),
-                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg or s_m,grade_deg,sd_deg or x_m,y_m,z_m",
+                    "the names of the columns: s_m,height_m or s_m,height_m,heading_deg or s_m,grade_deg,sd_deg or s_m,grade_deg,sd_deg,heading_deg,heading_sd_deg or x_m,y_m,z_m",
                 ));
             }
             continue;
@@ -128,13 +134,16 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
             let rise = points.last().map_or(0.0, |last: &SurveyPoint| {
                 last.height + 0.5 * (before + sine) * (s - last.s)
             });
-            if columns.len() == MAP.len() {
-                number(2)?;
+            // the standard deviations are for who reads the map
+            for place in [2, 4].into_iter().filter(|i| *i < columns.len()) {
+                number(place)?;
             }
             SurveyPoint {
                 s,
                 height: rise,
-                heading: None,
+                heading: (columns.len() == MAP.len())
+                    .then(|| number(3))
+                    .transpose()?,
             }
         } else {
             SurveyPoint {
@@ -241,6 +250,25 @@ mod tests {
         }
         assert!(parsed("s_m,height_m\n0,0\n1,0\n2,0\n").is_err());
         assert!(parsed("").is_err());
+    }
+
+    /// A map: heights by the sines of its grades, headings as they stand; its standard deviations must be numbers.
+    #[test]
+    fn a_map_has_grades_and_perhaps_headings() {
+        let title = "s_m,grade_deg,sd_deg,heading_deg,heading_sd_deg\n";
+        let rows = "0,30,0.1,0,0.2\n1,30,0.1,5,0.2\n2,30,0.1,10,0.2\n3,30,0.1,15,0.2\n";
+        let with = parsed(&format!("{title}{rows}")).unwrap();
+        let headings: Vec<_> = with.iter().map(|p| p.heading).collect();
+        assert_eq!(headings, [0.0, 5.0, 10.0, 15.0].map(Some));
+        assert!((with[3].height - 1.5).abs() < 1e-12);
+        let without = parsed("s_m,grade_deg\n0,30\n1,30\n2,30\n3,30\n").unwrap();
+        assert!(without.iter().all(|p| p.heading.is_none()));
+        let bad = format!("{title}{}", rows.replace("15,0.2", "15,x"));
+        let told = parsed(&bad).err().unwrap().to_string();
+        assert!(
+            told.contains(":5:") && told.contains("heading_sd_deg"),
+            "{told}"
+        );
     }
 
     /// A helix by its points: the chainage is its length, the heading that of its tangent, but for the ends.

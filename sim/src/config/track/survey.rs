@@ -18,7 +18,8 @@ use std::path::Path;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Survey {
-    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `s_m`, `grade_deg` and perhaps `sd_deg`, or `x_m`,
+    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `s_m`, `grade_deg` and perhaps `sd_deg`,
+    /// `heading_deg`, `heading_sd_deg`, or `x_m`,
     /// `y_m`, `z_m`; relative to the track file; lines that begin with # are comments.
     pub file: String,
     /// Standard deviation of a height, m, such as 0.003; 0 = the rail passes through every point.
