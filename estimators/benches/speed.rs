@@ -87,12 +87,15 @@ impl Table {
     }
 }
 
+/// Name and rows of a part of the table.
+type Part = (&'static str, fn(&mut Table));
+
 fn main() {
     let (options, words): (Vec<String>, Vec<String>) = std::env::args()
         .skip(1)
         .partition(|argument| argument.starts_with("--"));
     let mut table = Table { words, missed: 0 };
-    let parts: [(&str, fn(&mut Table)); 5] = [
+    let parts: [Part; 5] = [
         ("least_squares", least_squares),
         ("extended", extended),
         ("unscented", unscented),

@@ -119,9 +119,7 @@ mod tests {
     fn the_shortest_gap_stays_with_the_rows_beside_it() {
         let mut line = ramp();
         line[12] = f64::NAN;
-        for row in 31..34 {
-            line[row] = f64::NAN;
-        }
+        line[31..34].fill(f64::NAN);
         let stay = stay(&line);
         for row in [11, 12, 13, 30, 31, 34] {
             assert!(stay.contains(&row), "{row} of {stay:?}");
