@@ -264,8 +264,8 @@ impl Pipeline for RailFusion {
 
     fn internal_values(&self, values: &mut [Real]) {
         let found = self.attitude.found();
-        let belief = self.mass.filter().belief();
-        let (x, P) = (&belief.x, &belief.P);
+        let mass = self.mass.found();
+        let x = &mass.x;
         let [bias_sd, read_sd, scale_sd, arm_m] = self.attitude.reading();
         let lagged = self.attitude.lagged_grade();
         let [heading, heading_sd] = self.attitude.heading();
@@ -283,7 +283,7 @@ impl Pipeline for RailFusion {
                 x[D],
                 x[ETA],
                 x[LENGTH],
-                sqrt(P[(MASS, MASS)]),
+                sqrt(mass.mass_variance),
                 self.attitude.monitor(),
                 self.mass.changes() as Real,
                 read_sd,

@@ -15,12 +15,14 @@ pub mod params;
 pub mod start_search;
 pub mod torque_monitor;
 
+use nalgebra::SVector;
+
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::snapshot::{Archive, State, state};
 use crate::models::rail_memory::RailMemory;
 use crate::models::train_means::{TrainMeans, TrainOnRail};
-use balance::{MASS, Nominal, R0, SwingBalance, Update};
+use balance::{ETA, MASS, N, Nominal, R0, SwingBalance, Update};
 use block::{Block, BlockBuilder, BlockInput};
 use params::{SwingBalanceParams, SwingSupervision};
 use start_search::StartSearch;
@@ -102,6 +104,28 @@ struct Calm {
     spent: bool,
 }
 
+/// What the filter has found, as it is told: the start search goes over the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Its state, in the order of [`balance`].
+    pub x: SVector<Real, N>,
+    /// Variance of the load, kg², and of the grade behind the rail read, rad².
+    pub mass_variance: Real,
+    /// See above.
+    pub eta_variance: Real,
+}
+
+impl Found {
+    fn by(filter: &SwingBalance) -> Self {
+        let belief = filter.belief();
+        Self {
+            x: belief.x,
+            mass_variance: belief.P[(MASS, MASS)],
+            eta_variance: belief.P[(ETA, ETA)],
+        }
+    }
+}
+
 /// The estimator of the mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwingMass {
@@ -110,11 +134,12 @@ pub struct SwingMass {
     tare_kg: Real,
     gain_sd: Real,
     front_m: Real,
+    /// The filter; while the start is searched that of the pass.
     filter: SwingBalance,
+    found: Found,
     calm: Calm,
     search: StartSearch,
-    /// Filter of a pass of the start search, the block that comes next there, and the one that every pass begins with.
-    trial: SwingBalance,
+    /// Block that comes next in a pass of the start search, and the one that every pass begins with.
     trial_next: u64,
     search_from: u64,
     /// Whether the start has been searched since it was new.
@@ -153,13 +178,13 @@ impl SwingMass {
             gain_sd: params.gain_sd(drives),
             front_m: -front_m,
             filter,
+            found: Found::by(&filter),
             calm: Calm {
                 filter,
                 next: 0,
                 spent: false,
             },
             search: StartSearch::default(),
-            trial: filter,
             trial_next: 0,
             search_from: 0,
             searched: false,
@@ -208,6 +233,7 @@ impl SwingMass {
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
+                self.found = Found::by(&self.filter);
                 self.begin_search();
                 if !self.search.is_active() {
                     self.publish();
@@ -294,15 +320,15 @@ impl SwingMass {
     }
 
     fn begin_pass(&mut self) {
-        self.trial = self.calm.filter;
+        self.filter = self.calm.filter;
         if self.calm.spent || self.search_from > self.calm.next {
-            self.trial.reset_load();
+            self.filter.reset_load();
         }
-        self.trial.start_from(self.search.start());
+        self.filter.start_from(self.search.start());
         // one noise for all passes, so that they can be compared
-        self.trial.set_noise_mass(match self.search.is_last() {
+        self.filter.set_noise_mass(match self.search.is_last() {
             true => None,
-            false => Some(self.filter.mass_kg()),
+            false => Some(self.mass_kg()),
         });
         self.trial_next = self.search_from;
         self.settle_s = 0.0;
@@ -314,25 +340,29 @@ impl SwingMass {
             return;
         }
         if self.written.saturating_sub(self.trial_next) > BLOCKS as u64 {
+            // blocks came faster than they could be gone over: from the start
             self.search.stop();
+            self.filter = self.calm.filter;
+            self.filter.reset_load();
+            (self.used, self.searched) = (0, false);
             return;
         }
         let block = self.block(self.trial_next);
         self.trial_next += 1;
         let (refusal, means) = self.look(&block, rail);
-        if let Some(update) = self.trial.step(&block, &means, refusal.is_none()) {
+        if let Some(update) = self.filter.step(&block, &means, refusal.is_none()) {
             self.search
                 .take(update.innovation_n * update.innovation_n / update.variance);
         }
         if self.trial_next < self.taken {
             return;
         }
-        let [load, variance] = self.trial.load_share();
+        let [load, variance] = self.filter.load_share();
         match self.search.close(load, variance) {
             None => self.begin_pass(),
             Some(variance) => {
-                self.filter = self.trial;
                 self.filter.widen(variance);
+                self.found = Found::by(&self.filter);
                 self.searched = true;
                 self.watch = LoadWatch::new();
                 self.publish();
@@ -376,14 +406,14 @@ impl SwingMass {
         self.changes = self.changes.saturating_add(1);
     }
 
-    /// The filter.
-    pub fn filter(&self) -> &SwingBalance {
-        &self.filter
+    /// What the filter has found.
+    pub fn found(&self) -> &Found {
+        &self.found
     }
 
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Real {
-        self.filter.mass_kg()
+        self.tare_kg + self.found.x[MASS]
     }
 
     /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was while the filter goes over
@@ -429,7 +459,7 @@ impl SwingMass {
 
     /// Running resistance at `speed_mps` on the level without bends, N.
     pub fn resistance_n(&self, nominal: &Nominal, speed_mps: Real) -> Real {
-        let x = &self.filter.belief().x;
+        let x = &self.found.x;
         nominal.mu_load * crate::api::real::GRAVITY * self.mass_kg()
             + x[R0]
             + x[balance::CV] * speed_mps.abs()
@@ -464,6 +494,7 @@ fn slot(block: u64) -> usize {
 }
 
 state!(LoadWatch { up, down, square, pause_s; });
+state!(Found { x, mass_variance, eta_variance; });
 state!(Calm { filter, next, spent; });
 
 impl State for SwingMass {
@@ -475,9 +506,9 @@ impl State for SwingMass {
             gain_sd: _,
             front_m: _,
             filter,
+            found,
             calm,
             search,
-            trial,
             trial_next,
             search_from,
             searched,
@@ -495,9 +526,9 @@ impl State for SwingMass {
             status,
         } = self;
         filter.visit(archive);
+        found.visit(archive);
         calm.visit(archive);
         search.visit(archive);
-        trial.visit(archive);
         trial_next.visit(archive);
         search_from.visit(archive);
         searched.visit(archive);

@@ -56,7 +56,7 @@ impl EffectiveGrade {
             return;
         }
         let means = mass.train().at(rail, block.place);
-        let x = &mass.filter().belief().x;
+        let x = &mass.found().x;
         let (M, s, a) = (
             mass.mass_kg(),
             if v < 0.0 { -1.0 } else { 1.0 },
@@ -94,7 +94,7 @@ impl EffectiveGrade {
         }
         (self.age_s, self.looked) = (0.0, true);
         let means = mass.train().at(rail, rail.here());
-        let x = &mass.filter().belief().x;
+        let x = &mass.found().x;
         let M = mass.mass_kg();
         let behind = behind(&means, mass);
         self.sine = (means.tare_kg + x[MASS] * means.load) / M - attitude.bias_mps2 / GRAVITY
@@ -117,7 +117,7 @@ impl EffectiveGrade {
 
 /// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
 fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
-    let load = mass.filter().belief().x[MASS];
+    let load = mass.found().x[MASS];
     (means.behind_tare_kgm + load * means.behind_load_m) / ETA_M / mass.mass_kg()
 }
 
@@ -126,7 +126,7 @@ fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> R
     let ahead =
         means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
     let behind = behind(means, mass);
-    ahead * ahead + behind * behind * mass.filter().belief().P[(ETA, ETA)]
+    ahead * ahead + behind * behind * mass.found().eta_variance
 }
 
 state!(EffectiveGrade { correction, age_s, sine, variance, looked; });
