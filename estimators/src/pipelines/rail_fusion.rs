@@ -27,7 +27,7 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::grade::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::grade::attitude::{Attitude, AttitudeFilter};
 use crate::mass::swing_balance::SwingMass;
-use crate::mass::swing_balance::balance::{ANGLE, D, ETA, LENGTH, MASS, Nominal, R0};
+use crate::mass::swing_balance::balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::mass::swing_balance::block::BlockInput;
 use crate::mass::swing_balance::params::{SwingBalanceParams, SwingSupervision};
 use crate::mass::swing_balance::torque_monitor::TorqueMonitor;
