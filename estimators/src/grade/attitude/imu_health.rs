@@ -47,16 +47,18 @@ impl StuckVector {
     }
 }
 
-/// Jump of the accelerometer from one sample to the next that is a shock, m/s².
+/// Jump of the accelerometer from one sample to the next that is a shock, m/s², and time for which a shock rings, s.
 const SHOCK_MPS2: Real = 1.5;
+const RING_S: Real = 0.03;
 /// Jump of the gyro beyond which a sample must be confirmed by the next one: at least, rad/s; over the mean jump of late; memory of that,
 /// samples.
 const MIN_JUMP_RADPS: Real = 0.1;
 const JUMP_FACTOR: Real = 6.0;
 const JUMP_MEMORY: Real = 20.0;
 
-/// Spike gate of the gyro: a sample that jumps is held back until the next one confirms it. What was held back of a jump that is real is then
-/// added, so that the integral loses nothing.
+/// Spike gate of the gyro: a sample that jumps is held back until the next one confirms it, or a shock of the accelerometer does: a blow to the
+/// body moves both instruments, and its rates, of both signs, have an integral of nearly nothing that must not be cut. What was held back of a jump
+/// that is real is then added, so that the integral loses nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpikeGate {
     last: Option<[Real; 3]>,
@@ -72,8 +74,8 @@ fn apart(a: [Real; 3], b: [Real; 3]) -> Real {
 }
 
 impl SpikeGate {
-    /// Takes a sample and returns what is to be used.
-    fn take(&mut self, sample: [Real; 3]) -> [Real; 3] {
+    /// Takes a sample, with whether the body is `shaken`, and returns what is to be used.
+    fn take(&mut self, sample: [Real; 3], shaken: bool) -> [Real; 3] {
         let Some(last) = self.last else {
             self.last = Some(sample);
             return sample;
@@ -81,18 +83,17 @@ impl SpikeGate {
         let limit = (JUMP_FACTOR * self.jump).max(MIN_JUMP_RADPS);
         let jump = apart(sample, last);
         let pending = self.pending.take();
-        if jump <= limit {
-            self.jump += (jump - self.jump) / JUMP_MEMORY;
-            self.last = Some(sample);
-            return sample;
-        }
-        let Some(before) = pending.filter(|before| apart(sample, *before) <= limit) else {
+        let confirmed = pending.filter(|before| shaken || apart(sample, *before) <= limit);
+        if jump > limit && !shaken && confirmed.is_none() {
             self.pending = Some(sample);
             return last;
-        };
-        self.jump += (jump - self.jump) / JUMP_MEMORY;
+        }
+        if !shaken {
+            self.jump += (jump - self.jump) / JUMP_MEMORY;
+        }
         self.last = Some(sample);
-        let ([x, y, z], [x1, y1, z1], [x0, y0, z0]) = (sample, before, last);
+        let held = confirmed.filter(|_| shaken || jump > limit).unwrap_or(last);
+        let ([x, y, z], [x1, y1, z1], [x0, y0, z0]) = (sample, held, last);
         [x + x1 - x0, y + y1 - y0, z + z1 - z0]
     }
 }
@@ -108,6 +109,7 @@ pub struct ImuHealth {
     rate: StuckVector,
     norm_error_mps2: Real,
     out_s: Real,
+    ring_s: Real,
 }
 
 impl ImuHealth {
@@ -122,6 +124,7 @@ impl ImuHealth {
             rate: StuckVector::default(),
             norm_error_mps2: 0.0,
             out_s: 0.0,
+            ring_s: 0.0,
         }
     }
 
@@ -135,9 +138,12 @@ impl ImuHealth {
         dt: Real,
     ) -> Inputs {
         let [new_force, new_rate] = z.new;
+        let shock = self.is_shock(z.specific_force_mps2, dt);
         let raw = z.angular_rate_radps.filter(|_| gyro);
         let rate = match raw {
-            Some(raw) if self.spike_gate && new_rate => Some(self.spikes.take(raw)),
+            Some(raw) if self.spike_gate && new_rate => {
+                Some(self.spikes.take(raw, self.ring_s > 0.0))
+            }
             Some(raw) if self.spike_gate => self.spikes.last.or(Some(raw)),
             Some(raw) => Some(raw),
             None => {
@@ -148,6 +154,7 @@ impl ImuHealth {
         let mut u = Inputs {
             force: z.specific_force_mps2,
             rate,
+            shock,
             ..Inputs::default()
         };
         if let (Some(rate), Some(raw)) = (u.rate, z.angular_rate_radps) {
@@ -162,8 +169,6 @@ impl ImuHealth {
             });
         }
         if let Some(force) = u.force {
-            let last = self.last_force.replace(force);
-            u.shock = last.is_some_and(|last| apart(force, last) > SHOCK_MPS2);
             let stuck = match new_force {
                 true => self.force.take(force),
                 false => self.force.is_stuck(),
@@ -180,6 +185,18 @@ impl ImuHealth {
         u
     }
 
+    /// Whether the accelerometer jumps.
+    fn is_shock(&mut self, force: Option<[Real; 3]>, dt: Real) -> bool {
+        self.ring_s = (self.ring_s - dt).max(0.0);
+        let Some(force) = force else { return false };
+        let last = self.last_force.replace(force);
+        let shock = last.is_some_and(|last| apart(force, last) > SHOCK_MPS2);
+        if shock {
+            self.ring_s = RING_S;
+        }
+        shock
+    }
+
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, dt: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
         let error = sqrt(x * x + y * y + z * z) - expected;
@@ -192,4 +209,52 @@ impl ImuHealth {
 
 state!(StuckVector { last, run, changes, repeats; });
 state!(SpikeGate { last, pending, jump; });
-state!(ImuHealth { spikes, last_force, force, rate, norm_error_mps2, out_s; gate, spike_gate });
+state!(ImuHealth { spikes, last_force, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sum of the pitch rates that are used of these samples, [pitch rate, rise of f_x] each, behind a quiet second.
+    fn used(samples: &[[Real; 2]]) -> Real {
+        let mut health = ImuHealth::new(true, true);
+        let quiet = [[0.0, 0.0]; 100];
+        let mut sum = 0.0;
+        for (k, [rate, force]) in quiet.iter().chain(samples).chain(&quiet).enumerate() {
+            let noise = if k % 2 == 0 { 1e-4 } else { -1e-4 };
+            let z = Channels {
+                specific_force_mps2: Some([force + noise, 0.0, GRAVITY]),
+                angular_rate_radps: Some([0.0, rate + noise, 0.0]),
+                new: [true; 2],
+                ..Channels::default()
+            };
+            let [_, q, _] = health
+                .step(&z, [0.0; 3], 1.0, true, 0.005)
+                .rate
+                .unwrap_or_default();
+            sum += q;
+        }
+        sum
+    }
+
+    #[test]
+    fn a_spike_of_the_gyro_alone_is_left_out() {
+        assert!(used(&[[0.3, 0.0]]).abs() < 1e-2);
+        assert!(used(&[[-0.3, 0.0], [0.0, 0.0], [0.5, 0.0]]).abs() < 1e-2);
+    }
+
+    #[test]
+    fn a_jump_that_stays_loses_nothing_of_its_integral() {
+        assert!((used(&[[0.3, 0.0]; 10]) - 3.0).abs() < 1e-2);
+    }
+
+    /// A blow, with its sample first on the gyro or first on the accelerometer.
+    #[test]
+    fn a_blow_loses_nothing_of_its_integral() {
+        let blow = [[0.03, 8.0], [0.06, 7.0], [-0.12, -5.0], [0.03, 2.0]];
+        assert!(used(&blow).abs() < 1e-2);
+        let [before, after] = [[[0.4, 0.0], [-0.3, 9.0]], [[0.0, 9.0], [0.1, 0.0]]];
+        assert!((used(&before) - 0.1).abs() < 1e-2);
+        assert!((used(&after) - 0.1).abs() < 1e-2);
+    }
+}

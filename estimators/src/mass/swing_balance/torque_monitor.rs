@@ -14,6 +14,8 @@ const BLEND_MPS: Real = 0.0085;
 const LAG_S: Real = 0.3;
 /// Standard deviations beyond which a drive differs from the others, and the mean from the command.
 const GATE_SD: Real = 6.0;
+/// Time by which torque may follow the command, as a share of that low-pass: a motor with its inverter takes 0.05 to 0.15 s.
+const DELAY: Real = 0.5;
 /// Share of the torque that drives may share it unequally by, beyond noise and gain.
 const UNEQUAL: Real = 0.02;
 
@@ -29,6 +31,8 @@ pub struct TorqueMonitor {
     efficiency: Real,
     smooth: [Real; MAX_DRIVES],
     commanded: Real,
+    /// Change of the command of late, N·m: what has not come through the low-pass yet.
+    changing: Real,
     used: u32,
     doubt: bool,
 }
@@ -45,6 +49,7 @@ impl TorqueMonitor {
             efficiency: vehicle.efficiency,
             smooth: [0.0; MAX_DRIVES],
             commanded: 0.0,
+            changing: 0.0,
             used: 0,
             doubt: false,
         }
@@ -55,7 +60,9 @@ impl TorqueMonitor {
         let share = dt / (LAG_S + dt);
         let drives = self.drives.max(1) as Real;
         let commands = z.commanded_torque_nm.iter().take(self.drives);
-        self.commanded += share * (commands.sum::<Real>() / drives - self.commanded);
+        let change = commands.sum::<Real>() / drives - self.commanded;
+        self.changing = change.abs().max((1.0 - share) * self.changing);
+        self.commanded += share * change;
         for (smooth, torque) in self.smooth.iter_mut().zip(&z.motor_torque_nm) {
             *smooth += share * (torque.unwrap_or(*smooth) - *smooth);
         }
@@ -125,9 +132,71 @@ impl TorqueMonitor {
 
     fn contradicts_command(&self, median: Real) -> bool {
         let command = self.commanded;
+        let limit = self.limit(command) + DELAY * self.changing;
         // Without a command there is nothing to compare with.
-        command != 0.0 && (median - command).abs() > self.limit(command)
+        command != 0.0 && (median - command).abs() > limit
     }
 }
 
-state!(TorqueMonitor { smooth, commanded, used, doubt; on, drives, noise, gain_sd, per_nm, efficiency });
+state!(TorqueMonitor { smooth, commanded, changing, used, doubt; on, drives, noise, gain_sd, per_nm, efficiency });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::vehicles::vehicle;
+
+    const DT: Real = 0.005;
+    const HALF_PERIOD_S: Real = 0.6;
+
+    /// Share of the time in which the torques are doubted: the command changes between two values every 0.6 s, and motors follow it with a lag of
+    /// `lag_s` (first order), `gain` times as strong.
+    fn doubted(lag_s: Real, gain: Real) -> Real {
+        let mut monitor = TorqueMonitor::new(&vehicle(), &SwingBalanceParams::default(), true);
+        let (mut torque, mut doubted, steps) = (30.0, 0, 4_000);
+        for k in 0..steps {
+            let high = (k as Real * DT / HALF_PERIOD_S) as u32 % 2 == 0;
+            let command = if high { 60.0 } else { 20.0 };
+            torque += DT / (lag_s + DT) * (gain * command - torque);
+            let z = Channels {
+                motor_torque_nm: [Some(torque); MAX_DRIVES],
+                commanded_torque_nm: [command; MAX_DRIVES],
+                ..Channels::default()
+            };
+            let _ = monitor.traction(&z, 1.0, DT);
+            doubted += u32::from(monitor.doubt());
+        }
+        Real::from(doubted as f32) / Real::from(steps as f32)
+    }
+
+    #[test]
+    fn motors_that_lag_behind_a_fast_command_do_not_contradict_it() {
+        for lag_s in [0.01, 0.05, 0.1] {
+            assert!(doubted(lag_s, 1.0) == 0.0, "{lag_s} s");
+        }
+    }
+
+    #[test]
+    fn torques_that_are_not_the_command_s_contradict_it() {
+        for gain in [0.0, 1.8] {
+            assert!(doubted(0.05, gain) > 0.3, "{gain}: {}", doubted(0.05, gain));
+        }
+    }
+
+    /// A command that stays is compared as closely as ever.
+    #[test]
+    fn a_steady_command_leaves_no_allowance() {
+        let mut monitor = TorqueMonitor::new(&vehicle(), &SwingBalanceParams::default(), true);
+        let limit = monitor.limit(40.0);
+        for (torque, expected) in [(40.0 + 1.1 * limit, true), (40.0 + 0.9 * limit, false)] {
+            let z = Channels {
+                motor_torque_nm: [Some(torque); MAX_DRIVES],
+                commanded_torque_nm: [40.0; MAX_DRIVES],
+                ..Channels::default()
+            };
+            for _ in 0..2_000 {
+                let _ = monitor.traction(&z, 1.0, DT);
+            }
+            assert_eq!(monitor.doubt(), expected);
+        }
+    }
+}

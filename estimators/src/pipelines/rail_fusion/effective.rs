@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::aid::AidOutcome;
-use crate::api::real::{GRAVITY, asin, sqrt};
+use crate::api::real::{GRAVITY, asin, exp, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::grade::attitude::Attitude;
@@ -21,9 +21,18 @@ const AHEAD_M: Real = 0.7;
 /// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
 const FORCE_SD_RAD: Real = 0.001;
 const FORCE_MOTION: Real = 2.0;
-/// Share of a new block in the correction by force, and what is left of it after one of no use.
+/// Share of a new block in the correction by force, and what is left of it after one of no use where the rail is read; where it is not, the correction
+/// fades over a way in which the rail becomes another.
 const SHARE: Real = 0.6;
 const LEFT: Real = 0.7;
+const FADE_M: Real = 10.0;
+/// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
+const UNREAD_SD_RAD: Real = 0.002;
+/// By how much the grade of rail that was not read may change over the way gone back without the force telling it, rad per m: half of the sharpest
+/// curvature of a rail.
+const BLIND_RAD_PER_M: Real = 0.05;
+/// Way beyond which it counts no more, m.
+const MAX_BLIND_M: Real = 10.0;
 /// Speed from which the force tells the grade, m/s.
 const MIN_SPEED_MPS: Real = 0.1;
 /// Distance at which η is a grade, m.
@@ -37,6 +46,8 @@ pub struct EffectiveGrade {
     sine: Real,
     variance: Real,
     looked: bool,
+    /// Way gone back over rail that was not read since the force told the grade, m.
+    blind_m: Real,
 }
 
 impl EffectiveGrade {
@@ -51,11 +62,21 @@ impl EffectiveGrade {
         let v = Real::from(block.speed_mps);
         let use_it =
             block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.used() > 0;
+        let means = mass.train().at(rail, block.place);
         if !use_it {
-            self.correction *= LEFT;
+            let way = v.abs() * block.length_s();
+            if behind_variance(&means, mass) > UNREAD_SD_RAD * UNREAD_SD_RAD {
+                self.correction *= exp(-way / FADE_M);
+                // only going back brings rail under the train that nothing has read
+                let back = if v < 0.0 { way } else { 0.0 };
+                self.blind_m = (self.blind_m + back).min(MAX_BLIND_M);
+            } else {
+                self.correction *= LEFT;
+                self.blind_m = 0.0;
+            }
             return;
         }
-        let means = mass.train().at(rail, block.place);
+        self.blind_m = 0.0;
         let x = &mass.found().x;
         let (M, s, a) = (
             mass.mass_kg(),
@@ -69,7 +90,9 @@ impl EffectiveGrade {
         let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
             + M * x[B];
         let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
-        let difference = (uphill - read) / (M * GRAVITY);
+        // what η makes of the rail behind is told already
+        let told = x[ETA] * behind(&means, mass);
+        let difference = (uphill - read) / (M * GRAVITY) - told;
         let unread = unread_variance(&means, mass, rail);
         let of = |sd: Real| sd * sd;
         let force = of(FORCE_SD_RAD)
@@ -101,8 +124,11 @@ impl EffectiveGrade {
             + x[ETA] * behind
             + self.correction;
         let pitch = attitude.pitch_sd_rad;
-        self.variance =
-            pitch * pitch + mount_sd_rad * mount_sd_rad + unread_variance(&means, mass, rail);
+        let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
+        self.variance = pitch * pitch
+            + mount_sd_rad * mount_sd_rad
+            + unread_variance(&means, mass, rail)
+            + blind * blind;
     }
 
     /// The effective grade; `valid` is whether what it rests on is there.
@@ -125,8 +151,13 @@ fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
 fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> Real {
     let ahead =
         means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
-    let behind = behind(means, mass);
-    ahead * ahead + behind * behind * mass.found().eta_variance
+    ahead * ahead + behind_variance(means, mass)
 }
 
-state!(EffectiveGrade { correction, age_s, sine, variance, looked; });
+/// Its part behind what was read.
+fn behind_variance(means: &TrainMeans, mass: &SwingMass) -> Real {
+    let behind = behind(means, mass);
+    behind * behind * mass.found().eta_variance
+}
+
+state!(EffectiveGrade { correction, age_s, sine, variance, looked, blind_m; });
