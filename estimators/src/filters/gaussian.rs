@@ -134,6 +134,37 @@ fn gain<const M: usize, const N: usize>(
     (nis.is_finite() && size > 0.0 && size.is_finite()).then_some(Gain { K, nis, size })
 }
 
+/// A h without the columns for which h is 0, which mostly are most of them: added up in the order of the product.
+#[inline(always)]
+fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -> SVector<Real, N> {
+    let (mut product, [h]) = ([0.0; N], &h.data.0);
+    for (column, h) in A.data.0.iter().zip(h) {
+        if *h != 0.0 {
+            for (sum, a) in product.iter_mut().zip(column) {
+                *sum += a * h;
+            }
+        }
+    }
+    SVector::from(product)
+}
+
+/// Whether every number is finite: without early ends, so that the comparisons run side by side.
+#[inline]
+pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, C>) -> bool {
+    let numbers = numbers.data.0.as_flattened().iter();
+    numbers.fold(true, |ok, number| ok & number.is_finite())
+}
+
+/// A ← A − a bᵀ.
+#[inline(always)]
+fn less_outer<const N: usize>(A: &mut SMatrix<Real, N, N>, a: &[Real; N], b: &[Real; N]) {
+    for (column, b) in A.data.0.iter_mut().zip(b) {
+        for (number, a) in column.iter_mut().zip(a) {
+            *number -= a * b;
+        }
+    }
+}
+
 impl<const N: usize> Gaussian<N> {
     /// The belief with mean `x` and independent standard deviations `sd`.
     pub fn independent(x: SVector<Real, N>, sd: SVector<Real, N>) -> Self {
@@ -166,7 +197,7 @@ impl<const N: usize> Gaussian<N> {
     #[inline]
     pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
-        let PHt = self.P * h;
+        let PHt = times_sparse(&self.P, h);
         let gain = gain(&y, &PHt, &(H * PHt + R))?;
         *self = self.corrected(&y, &H, &R, &PHt, &gain.K);
         Some(())
@@ -203,11 +234,25 @@ impl<const N: usize> Gaussian<N> {
         PHt: &SMatrix<Real, N, M>,
         K: &SMatrix<Real, N, M>,
     ) -> Self {
-        let B = self.P - K * PHt.transpose();
         let mut corrected = Self {
             x: self.x + K * y,
-            P: B - (B * H.transpose() - K * R) * K.transpose(),
+            P: self.P,
         };
+        if M == 1
+            && let (Some(k), Some(ph)) = (K.data.0.first(), PHt.data.0.first())
+        {
+            // Products with one number each, and mostly most of H is 0.
+            less_outer(&mut corrected.P, k, ph);
+            let rest = times_sparse(&corrected.P, &H.row(0).transpose());
+            let [mut rest] = rest.data.0;
+            for (rest, k) in rest.iter_mut().zip(k) {
+                *rest -= k * R.trace();
+            }
+            less_outer(&mut corrected.P, &rest, k);
+        } else {
+            corrected.P -= K * PHt.transpose();
+            corrected.P -= (corrected.P * H.transpose() - K * R) * K.transpose();
+        }
         corrected.symmetrise();
         corrected
     }
@@ -254,9 +299,7 @@ impl<const N: usize> Gaussian<N> {
     /// Whether every number of it is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
-        // Not `all`: without early ends the comparisons run side by side.
-        let finite = |ok: bool, v: &Real| ok & v.is_finite();
-        self.P.iter().fold(self.x.iter().fold(true, finite), finite)
+        finite(&self.x) && finite(&self.P)
     }
 }
 
