@@ -148,11 +148,43 @@ fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -
     SVector::from(product)
 }
 
-/// Whether every number is finite: without early ends, so that the comparisons run side by side.
+/// Whether every number is finite: 0 times it is then 0, and four products run side by side.
 #[inline]
 pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, C>) -> bool {
-    let numbers = numbers.data.0.as_flattened().iter();
-    numbers.fold(true, |ok, number| ok & number.is_finite())
+    let (fours, rest) = numbers.data.0.as_flattened().as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, number) in sums.iter_mut().zip(four) {
+            *sum += 0.0 * number;
+        }
+    }
+    sums == [0.0; 4] && rest.iter().all(|number| number.is_finite())
+}
+
+/// The Joseph form with two products of an outer kind in place of two of full matrices: B = (I − K H) P = P − K (P Hᵀ)ᵀ,
+/// P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ. It is symmetric but for rounding.
+#[inline(always)]
+fn joseph<const M: usize, const N: usize>(
+    P: &mut SMatrix<Real, N, N>,
+    H: &SMatrix<Real, M, N>,
+    R: &SMatrix<Real, M, M>,
+    PHt: &SMatrix<Real, N, M>,
+    K: &SMatrix<Real, N, M>,
+) {
+    if M == 1
+        && let (Some(k), Some(ph)) = (K.data.0.first(), PHt.data.0.first())
+    {
+        // Products with one number each, and mostly most of H is 0.
+        less_outer(P, k, ph);
+        let [mut rest] = times_sparse(P, &H.row(0).transpose()).data.0;
+        for (rest, k) in rest.iter_mut().zip(k) {
+            *rest -= k * R.trace();
+        }
+        less_outer(P, &rest, k);
+    } else {
+        *P -= K * PHt.transpose();
+        *P -= (*P * H.transpose() - K * R) * K.transpose();
+    }
 }
 
 /// A ← A − a bᵀ.
@@ -188,7 +220,10 @@ impl<const N: usize> Gaussian<N> {
         let PHt = self.P * H.transpose();
         let S = H * PHt + R;
         let gain = gain(&y, &PHt, &S)?;
-        *self = self.corrected(&y, H, R, &PHt, &gain.K);
+        let (x, mut P) = (self.x + gain.K * y, self.P);
+        joseph(&mut P, H, R, &PHt, &gain.K);
+        *self = Self { x, P };
+        self.symmetrise();
         Some(gain.correction(y, S))
     }
 
@@ -199,7 +234,9 @@ impl<const N: usize> Gaussian<N> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
         let PHt = times_sparse(&self.P, h);
         let gain = gain(&y, &PHt, &(H * PHt + R))?;
-        *self = self.corrected(&y, &H, &R, &PHt, &gain.K);
+        self.x += gain.K * y;
+        joseph(&mut self.P, &H, &R, &PHt, &gain.K); // in its place: it may be large
+        self.symmetrise();
         Some(())
     }
 
@@ -221,40 +258,6 @@ impl<const N: usize> Gaussian<N> {
         self.P = left * left.transpose() + gain.K * R * gain.K.transpose();
         self.symmetrise();
         Some(gain.correction(y, S))
-    }
-
-    /// x ← x + K y, and the Joseph form with two products of an outer kind in place of two of full matrices:
-    /// B = (I − K H) P = P − K (P Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ.
-    #[inline(always)]
-    fn corrected<const M: usize>(
-        &self,
-        y: &SVector<Real, M>,
-        H: &SMatrix<Real, M, N>,
-        R: &SMatrix<Real, M, M>,
-        PHt: &SMatrix<Real, N, M>,
-        K: &SMatrix<Real, N, M>,
-    ) -> Self {
-        let mut corrected = Self {
-            x: self.x + K * y,
-            P: self.P,
-        };
-        if M == 1
-            && let (Some(k), Some(ph)) = (K.data.0.first(), PHt.data.0.first())
-        {
-            // Products with one number each, and mostly most of H is 0.
-            less_outer(&mut corrected.P, k, ph);
-            let rest = times_sparse(&corrected.P, &H.row(0).transpose());
-            let [mut rest] = rest.data.0;
-            for (rest, k) in rest.iter_mut().zip(k) {
-                *rest -= k * R.trace();
-            }
-            less_outer(&mut corrected.P, &rest, k);
-        } else {
-            corrected.P -= K * PHt.transpose();
-            corrected.P -= (corrected.P * H.transpose() - K * R) * K.transpose();
-        }
-        corrected.symmetrise();
-        corrected
     }
 
     /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.
