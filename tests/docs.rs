@@ -1,8 +1,10 @@
 //! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents. Its tables are
-//! whole.
+//! whole, and those of the parameters say what the program says.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+use monorig_estimators::api::params::{Key, Kind};
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -218,4 +220,59 @@ fn what_is_wrong_is_found() {
     let text =
         "| a | b |\n|---|---|\n| 1 | 2 |\n| \\|v\\| | 2 |\n| |v| | 2 |\n| 1 |\n\n| c |\n|---|\n";
     assert_eq!(torn(text), ["| |v| | 2 |", "| 1 |"]);
+}
+
+/// Rows of the tables of parameters: name, unit, default, range, meaning.
+fn parameter_rows() -> Vec<[String; 5]> {
+    let page = std::fs::read_to_string(project().join("docs/src/methods/parameters.md")).unwrap();
+    let rows = page.lines().filter(|line| line.starts_with("| `"));
+    let cells = |line: &str| {
+        let mut cells = line.trim_matches('|').splitn(5, '|').map(str::trim);
+        std::array::from_fn(|_| cells.next().unwrap().trim_matches('`').to_owned())
+    };
+    rows.map(cells).collect()
+}
+
+/// Whether a row says of a parameter what the program says of it.
+fn describes([name, unit, default, range, meaning]: &[String; 5], key: &Key) -> bool {
+    let number = |text: &str| text.parse::<f64>().ok();
+    let values = match key.kind {
+        Kind::Number {
+            unit: u,
+            default: d,
+            range: [low, high],
+        } => {
+            let said = range
+                .split_once('…')
+                .map(|(a, b)| [a.trim(), b.trim()].map(number));
+            unit == if u == "-" { "1" } else { u }
+                && number(default) == d
+                && said == Some([Some(low), Some(high)])
+        }
+        Kind::Flag { default: d } => *default == d.to_string() && range == "true, false",
+        Kind::Choice {
+            default: d,
+            choices,
+        } => default == d && *range == choices.join(", "),
+    };
+    name == key.name && meaning.replace("\\|", "|") == key.doc && values
+}
+
+/// The tables of parameters say what the program says, of every parameter of every estimator, and of nothing else.
+#[test]
+fn the_tables_of_parameters_are_those_of_the_program() {
+    let registry = Registry::default();
+    let keys: Vec<&Key> = registry
+        .estimators()
+        .iter()
+        .flat_map(|e| e.keys())
+        .collect();
+    let rows = parameter_rows();
+    assert!(rows.len() > 100 && keys.len() > 100);
+    for key in &keys {
+        assert!(rows.iter().any(|row| describes(row, key)), "{key:?}");
+    }
+    for row in &rows {
+        assert!(keys.iter().any(|key| describes(row, key)), "{row:?}");
+    }
 }

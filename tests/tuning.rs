@@ -52,12 +52,14 @@ fn replay_gives_the_bits_of_the_run() {
     let mut live = ErrorSeries::default();
     run(&mut rig, &mut [&mut recorder, &mut live], &mut |_| true).unwrap();
     assert_eq!(live.estimators.len(), registry::NAMES.len());
-    let mut replayed = Vec::new();
     let mut valid = 0;
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
-        play(columns, Box::new(estimator), &mut replayed);
+        let mut replayed = Vec::new();
+        play(columns, Box::new(estimator), |batch| {
+            replayed.extend_from_slice(batch);
+        });
         valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)

@@ -5,6 +5,7 @@ use crate::pace::Pace;
 use crate::ui::errors::CliError;
 use crate::ui::note::{detail, note};
 use crate::viewer;
+use monorig_lab::bound::BoundChannels;
 use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, SampleRecorder};
@@ -14,7 +15,7 @@ use monorig_sim::closed_loop::{Registry, Simulation, resolved};
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::{Recorder, Sink};
+use monorig_sim::record::{BackgroundSink, Recorder, Sink};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -78,20 +79,21 @@ pub fn simulate(
     manifest.changes = options.changes.to_vec();
 
     let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
-    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(parquet)];
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BackgroundSink::new(parquet))];
     if !options.no_rerun {
         match viewer::sink(
             folder.path().join("run.rrd"),
             options.live,
             options.full_rate,
         ) {
-            Some(rerun) => sinks.push(rerun),
+            // it takes longest to finish: the others do so meanwhile
+            Some(rerun) => sinks.insert(0, Box::new(BackgroundSink::new(rerun))),
             None => note(&viewer::not_written("run.rrd")),
         }
     }
     let mut metrics = SummaryObserver::default();
     let started = Instant::now();
-    let mut recorder = Recorder::new(sinks);
+    let mut recorder = Recorder::new(sinks).with(BoundChannels::default());
     if options.live.is_some() {
         // whoever watches gets something about as often, however fast the run is
         let chunk_s = options.pace.map_or(viewer::LIVE_CHUNK_S, |pace| {

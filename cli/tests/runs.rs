@@ -335,49 +335,124 @@ fn the_recording_says_what_the_columns_say() {
     );
 }
 
-/// By default the lines of truth, control and estimates are thinned to the first row of each tenth of a second and what stands out between, and
-/// samples are not.
+/// By default lines are thinned. Those of truth and control go through the first row of each tenth of a second; those of samples reach as low and
+/// as high in each fifth of a second as all samples do. What lies between two rows of the same value is drawn without a row of its own.
 #[cfg(feature = "viewer")]
 #[test]
-fn lines_are_thinned_and_samples_are_not() {
+fn thinned_lines_show_what_all_rows_show() {
+    type Rows = Vec<(i64, u64)>;
     let out = tempfile::tempdir().unwrap();
     let read = |name: &str, more: &[&str]| {
-        let folder = run(&out.path().join(name), "minimal", more);
-        monorig_viz::readback::read(&folder.join("run.rrd")).unwrap()
+        let path = run(&out.path().join(name), "minimal", more).join("run.rrd");
+        let bytes = std::fs::metadata(&path).unwrap().len();
+        (monorig_viz::readback::read(&path).unwrap(), bytes)
     };
-    let (thinned, full) = (read("thinned", &[]), read("full", &["--full-rate"]));
-    let tenth = |ns: &i64| ns.div_euclid(100_000_000);
-    let rows = |line: &monorig_viz::readback::Entity| -> Vec<(i64, u64)> {
+    let ((thinned, small), (full, large)) = (read("thinned", &[]), read("full", &["--full-rate"]));
+    assert!(2 * small < large, "{small} bytes of {large}");
+    let rows = |line: &monorig_viz::readback::Entity| -> Rows {
         let bits = line.scalars.iter().map(|x| x.to_bits());
         line.times.iter().copied().zip(bits).collect()
     };
-    let (mut lines, mut samples, mut kept, mut of) = (0, 0, 0, 0);
+    let is_drawn = |line: &Rows, row: &(i64, u64)| {
+        let next = line.partition_point(|other| other.0 < row.0);
+        let has_value = |other: Option<&(i64, u64)>| other.is_some_and(|other| other.1 == row.1);
+        let on_flat = next > 0 && has_value(line.get(next - 1)) && has_value(line.get(next));
+        on_flat || line.get(next) == Some(row)
+    };
+    let (mut lines, mut samples) = (0, 0);
     for (name, all) in &full.entities {
-        let here = &thinned.entities[name];
+        let (here, all) = (rows(&thinned.entities[name]), rows(all));
         if name.starts_with("/truth/") || name.starts_with("/control/") {
-            let (here, all) = (rows(here), rows(all));
-            let mut last = None;
-            for row in &all {
-                let first = last.replace(tenth(&row.0)) != Some(tenth(&row.0));
-                assert!(!first || here.contains(row), "{name} at {} ns", row.0);
+            for period in all.chunk_by(|a, b| a.0 / 100_000_000 == b.0 / 100_000_000) {
+                assert!(is_drawn(&here, &period[0]), "{name} at {} ns", period[0].0);
             }
-            assert!(here.iter().all(|row| all.contains(row)), "{name}");
-            (lines, kept, of) = (lines + 1, kept + here.len(), of + all.len());
-        } else if name.starts_with("/sensors/") {
-            assert_eq!(rows(here), rows(all), "{name}");
+            lines += 1;
+        } else if name.starts_with("/sensors/") || name.starts_with("/aid/") {
+            for period in all.chunk_by(|a, b| a.0 / 200_000_000 == b.0 / 200_000_000) {
+                let number = |row: &&(i64, u64)| f64::from_bits(row.1);
+                let by_value = |a: &&(i64, u64), b: &&(i64, u64)| number(a).total_cmp(&number(b));
+                for end in [
+                    period.iter().min_by(by_value),
+                    period.iter().max_by(by_value),
+                ] {
+                    let same = |row: &&(i64, u64)| end.is_some_and(|end| row.1 == end.1);
+                    let drawn = period.iter().filter(same).any(|row| is_drawn(&here, row));
+                    assert!(drawn, "{name} at {} ns", period[0].0);
+                }
+            }
             samples += 1;
+        } else {
+            continue;
         }
+        assert!(here.iter().all(|row| all.contains(row)), "{name}");
     }
     assert!(
         lines > 20 && samples > 20,
         "{lines} lines, {samples} streams of samples"
     );
-    assert!(2 * kept < of, "{kept} of {of} rows");
     let events = |of: &monorig_viz::readback::Recording| {
         let events = of.entities.get("/events");
         events.map(|e| (e.times.clone(), e.texts.clone()))
     };
     assert_eq!(events(&thinned), events(&full));
+    for (name, all) in full
+        .entities
+        .iter()
+        .filter(|(_, e)| !e.positions.is_empty())
+    {
+        assert_eq!(&thinned.entities[name], all, "{name}");
+    }
+}
+
+/// The bound that `monorig bound` prints over time stands beside the errors: in the columns, and in the recording as a band of two standard
+/// deviations round zero.
+#[test]
+fn the_cramer_rao_bound_is_recorded() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = run(out.path(), "minimal", &[]);
+    let csv = out.path().join("bound.csv");
+    let scenario = format!("{}/../scenarios/minimal.yaml", env!("CARGO_MANIFEST_DIR"));
+    let mut bound = std::process::Command::new(env!("CARGO_BIN_EXE_monorig"));
+    bound.args(["bound", &scenario, "--csv"]).arg(&csv);
+    assert!(bound.output().unwrap().status.success());
+    let table = std::fs::read_to_string(csv).unwrap();
+    let table: Vec<Vec<f64>> = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect())
+        .collect();
+    let all = columns(&folder);
+    let mut compared = 0;
+    for row in &table {
+        let near = |t: &&f64| (**t - row[0]).abs() < 1e-6;
+        let Some(i) = all["time"].iter().position(|t| near(&t)) else {
+            continue;
+        };
+        let mass = all["bound/total_mass"][i] / all["truth/total_mass"][i];
+        let here = [
+            all["bound/grade"][i].to_degrees(),
+            all["bound/effective_grade"][i].to_degrees(),
+            mass,
+        ];
+        for (x, wanted) in here.iter().zip(&row[1..]) {
+            let same = (x - wanted).abs() < 1e-6 || (x.is_nan() && wanted.is_nan());
+            assert!(same, "{here:?} {row:?}");
+        }
+        compared += usize::from(mass.is_finite());
+    }
+    assert!(compared > 100, "{compared} of {} rows", table.len());
+    #[cfg(feature = "viewer")]
+    {
+        let recording = monorig_viz::readback::read(&folder.join("run.rrd")).unwrap();
+        let band = &recording.entities["/display/bound/grade/two_sigma"];
+        let times = band.times.iter().zip(band.scalars.chunks_exact(2));
+        for (ns, ends) in times.filter(|(_, ends)| ends[0].is_finite()) {
+            let same = |t: &f64| (t * 1e9).round() as i64 == *ns;
+            let i = all["time"].iter().position(same).unwrap();
+            let half = 2.0 * all["bound/grade"][i].to_degrees();
+            assert!((ends[1] - half).abs() < 1e-9 && ends[0] == -ends[1]);
+        }
+    }
 }
 
 #[cfg(feature = "viewer")]

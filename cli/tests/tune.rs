@@ -193,7 +193,8 @@ fn before_and_after_are_recorded_side_by_side() {
         recorded.entities[&entity].scalars.clone()
     };
     let alone = masses("runs/scenario@alone/7/run.rrd", "dffrls_aekf_robust");
-    assert!(alone.len() > 250);
+    // ten points a second, and none within stretches where the mass stands still
+    assert!(alone.len() > 50, "{} points", alone.len());
     assert_eq!(masses(recording, "default"), alone);
     for other in ["published", "winner"] {
         assert_ne!(masses(recording, other), alone, "{other}");

@@ -1,4 +1,4 @@
-//! What recording costs on top of a run, and how large a recording is. `cargo bench --workspace --bench recording`
+//! What recording as `monorig run` does costs on top of a run, and how large a recording is. `cargo bench --workspace --bench recording`
 //!
 //! Best of several rounds, with and without recording in turns.
 
@@ -6,7 +6,7 @@ use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, run};
 use monorig_sim::record::parquet::ParquetSink;
-use monorig_sim::record::{Recorder, Sink};
+use monorig_sim::record::{BackgroundSink, Recorder, Sink};
 use monorig_sim::testing::scenario;
 use std::time::Instant;
 
@@ -35,11 +35,13 @@ fn main() {
         let (mut without, mut with): (f64, f64) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
             without = without.min(seconds(name, &mut []));
-            let mut parquet =
-                ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
-            let mut rerun = monorig_viz::RerunSink::file(rrd.clone());
-            let sinks: Vec<Box<dyn Sink>> = vec![Box::new(&mut parquet), Box::new(&mut rerun)];
-            let mut recorder = Recorder::new(sinks).every_s(monorig_viz::sink::CHUNK_S);
+            let parquet = ParquetSink::create(folder.join("channels.parquet")).expect("parquet");
+            let rerun = monorig_viz::RerunSink::file(rrd.clone()).thinned();
+            let sinks: Vec<Box<dyn Sink>> = vec![
+                Box::new(BackgroundSink::new(rerun)),
+                Box::new(BackgroundSink::new(parquet)),
+            ];
+            let mut recorder = Recorder::new(sinks);
             with = with.min(seconds(name, &mut [&mut recorder]));
         }
         let bytes = std::fs::metadata(&rrd).map_or(0, |m| m.len());

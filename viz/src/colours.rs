@@ -5,6 +5,8 @@ const TRUTH: [u8; 3] = [235, 235, 235];
 const REFERENCE: [u8; 3] = [255, 190, 60];
 /// Limits: thin and grey.
 pub const LIMIT: [u8; 3] = [150, 150, 150];
+/// The Cramér-Rao bound: in plots of errors, where there is no line of the truth.
+const BOUND: [u8; 3] = [235, 235, 235];
 /// Colours of estimators and of other lines, distinguished by people with red-green weakness too (Okabe and Ito, 2008).
 const PALETTE: [[u8; 3]; 7] = [
     [86, 180, 233],
@@ -48,6 +50,7 @@ pub fn line(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
             TRUTH
         }
         (Some("control"), Some(leaf), None) if leaf.starts_with("reference") => REFERENCE,
+        (Some("bound"), ..) => BOUND,
         (Some("estimates"), Some(name), _) => {
             estimator(estimators.iter().position(|e| e == name).unwrap_or(0))
         }

@@ -1,8 +1,7 @@
 //! Validity of each estimator as a lane of states over time: what is marked valid, and when that changed.
 
-use crate::columns::send;
 use crate::series::estimators;
-use crate::stream::{MessageStream, entity, times};
+use crate::stream::{MessageStream, entity, send, times};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Channel, Chunk};
 use re_sdk_types::archetypes::{StateChange, StateConfiguration};

@@ -8,7 +8,7 @@
 //! | `world/track/…`, `world/obstacles` | rail (swept I-beam), boxes beside it |
 //! | `world/train/<body>/<link>` | train; the body's entity carries its pose |
 //! | `world/links/…` | drawbars and chains |
-//! | `truth/… sensors/… estimates/… internals/… control/…` | one entity per channel, as named by the simulator |
+//! | `truth/… sensors/… estimates/… internals/… control/… bound/…` | one entity per channel, as named by the simulator |
 //! | `world/ground`, `world/track/chainage`, `world/track/zones` | roadway with a line every 10 m, marks, stretches where an event acts |
 //! | `world/event` | the latest event, where the train was |
 //! | `plan/…` | the track from above, and the train on it |
@@ -28,7 +28,9 @@ mod columns;
 mod frames;
 mod gaps;
 mod lanes;
+mod lines;
 mod live;
+mod motion;
 mod origin;
 mod packed;
 mod plots;

@@ -31,6 +31,12 @@ impl Origin {
     }
 }
 
+/// A place in the world on the plan: the viewer's second axis points down.
+pub fn plan_point(origin: &Origin, place: &[f64; 3]) -> [f32; 2] {
+    let [x, y, _] = origin.point(&Vector3::from(*place));
+    [x, -y]
+}
+
 /// A direction, a size or a place relative to something near, in single precision.
 pub fn single(v: &Vector3<f64>) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]

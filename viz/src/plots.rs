@@ -34,12 +34,12 @@ pub type Titled = (Plot, &'static str, Option<[f64; 2]>);
 pub const OVERVIEW: [Titled; 3] = [
     (
         Plot::MassError,
-        "Mass error, % (±2σ round zero, where valid)",
+        "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
         Some([-20.0, 20.0]),
     ),
     (
         Plot::SlopeError,
-        "Slope error, ° (±2σ round zero, where valid)",
+        "Slope error, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
         Some([-1.5, 1.5]),
     ),
     (
@@ -67,7 +67,7 @@ pub const VALUES: [Titled; 5] = [
     ),
     (
         Plot::EffectiveSlopeError,
-        "Error of the effective slope, ° (±2σ round zero)",
+        "Error of the effective slope, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
         Some([-1.5, 1.5]),
     ),
     (
@@ -180,6 +180,8 @@ mod tests {
             ("truth/grade_effective", "rad"),
             ("estimates/e/grade", "rad"),
             ("estimates/e/effective_grade", "rad"),
+            ("bound/grade", "rad"),
+            ("bound/effective_grade", "rad"),
         ]
         .map(|(path, unit)| Channel {
             path: path.into(),
@@ -195,6 +197,11 @@ mod tests {
         let effective = of(&format!("{display}/effective_grade/error"));
         assert_eq!(effective, Some(Plot::EffectiveSlopeError));
         assert_eq!(of(&format!("{display}/grade")), Some(Plot::Slope));
+        // the bound stands beside the errors, and nowhere else
+        assert_eq!(of("display/bound/grade/two_sigma"), error);
+        let of_effective = of("display/bound/effective_grade/two_sigma");
+        assert_eq!(of_effective, effective);
+        assert_eq!(of("bound/grade"), None);
         for path in [
             "display/truth/grade_effective",
             "display/estimates/e/effective_grade",

@@ -1,9 +1,8 @@
 //! Read-out: speed, slope and mass of truth and estimators as a table, once a second.
 
 use crate::colours;
-use crate::columns::send;
 use crate::series::estimators;
-use crate::stream::{MessageStream, entity, times};
+use crate::stream::{MessageStream, entity, send, times};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Channel, Chunk};
 use re_sdk_types::archetypes::TextDocument;

@@ -17,13 +17,27 @@ use rerun::{AsComponents, EntityPath};
 
 const OBSTACLE: [u8; 4] = [150, 110, 80, 255];
 const SPOKE: [u8; 4] = [245, 200, 60, 255];
+/// Axes that differ by less are one, m and 1.
+const SAME_AXIS: f64 = 1e-6;
 
-/// A shape that turns with a friction wheel.
+/// A friction wheel: what turns about one axis by one angle.
 pub struct WheelShape {
     /// The entity that turns, about its own z axis.
     pub entity: EntityPath,
+    /// Where it is in its body when it is not turned.
+    pose: Isometry3<f64>,
     /// Index of the drive, 0 left / 1 right.
     pub spins: (usize, usize),
+}
+
+impl WheelShape {
+    /// Whether a shape of the same body at `pose` turns by the same angle about the same axis.
+    fn turns_with(&self, spins: (usize, usize), pose: &Isometry3<f64>) -> bool {
+        let relative = self.pose.inv_mul(pose);
+        let axis = relative.rotation * Vector3::z();
+        let place = relative.translation.vector;
+        self.spins == spins && axis.z > 1.0 - SAME_AXIS && place.xy().norm() < SAME_AXIS
+    }
 }
 
 /// The entity of a body; it carries the pose. (The name of a suspended part, `unit/link`, is one part here: it does not
@@ -75,8 +89,9 @@ fn obstacles(
 }
 
 fn train(stream: &mut MessageStream, train: &Train) -> Result<Vec<WheelShape>, Error> {
-    let mut wheels = Vec::new();
+    let mut wheels: Vec<WheelShape> = Vec::new();
     for body in &train.bodies {
+        let first_wheel = wheels.len();
         let place = body_entity(&body.name);
         for (i, shape) in body.shapes.iter().enumerate() {
             let earlier = body.shapes[..i]
@@ -88,21 +103,36 @@ fn train(stream: &mut MessageStream, train: &Train) -> Result<Vec<WheelShape>, E
                 n => format!("{}_{}", shape.link.replace('/', "."), n + 1),
             };
             let at = place.join(&entity([name.as_str()]));
-            stream.fixed(at.clone(), &transform(&shape.pose))?;
             let Some(spins) = shape.spins else {
-                stream.fixed(at, &*solid(shape))?;
+                stream.all_fixed(at, &[&transform(&shape.pose), &*solid(shape)])?;
                 continue;
             };
-            let turning = at.join(&entity(["spin"]));
-            stream.fixed(turning.clone(), &*solid(shape))?;
+            let of_body = &wheels[first_wheel..];
+            let with = of_body.iter().find(|w| w.turns_with(spins, &shape.pose));
+            let turning = match with {
+                // parts of one wheel turn together: one pose an instant is enough for them
+                Some(wheel) => {
+                    let at = wheel.entity.join(&entity([name.as_str()]));
+                    let pose = transform(&wheel.pose.inv_mul(&shape.pose));
+                    stream.all_fixed(at.clone(), &[&pose, &*solid(shape)])?;
+                    at
+                }
+                None => {
+                    stream.fixed(at.clone(), &transform(&shape.pose))?;
+                    let at = at.join(&entity(["spin"]));
+                    stream.fixed(at.clone(), &*solid(shape))?;
+                    wheels.push(WheelShape {
+                        entity: at.clone(),
+                        pose: shape.pose,
+                        spins,
+                    });
+                    at
+                }
+            };
             if let Geometry::Cylinder(radius, length) = shape.geometry {
                 let at = turning.join(&entity(["spokes"]));
                 stream.fixed(at, &spokes(radius, length))?;
             }
-            wheels.push(WheelShape {
-                entity: turning,
-                spins,
-            });
         }
     }
     Ok(wheels)

@@ -77,7 +77,9 @@ pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
             valid: None,
         };
         add("", "", c.unit, as_it_is);
-        if !c.path.ends_with("_sd") {
+        if let Some((bound, unit)) = bound(channels, index) {
+            add("display", "two_sigma", unit, bound);
+        } else if !c.path.ends_with("_sd") {
             for_the_eye(channels, index, &mut add);
         }
     }
@@ -89,6 +91,19 @@ pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
         colour: colours::LIMIT,
     }));
     all
+}
+
+/// The band of a Cramér-Rao bound round zero, and its unit: in the plots of the errors that it bounds.
+fn bound(channels: &[Channel], sd: usize) -> Option<(ScalarSource, &'static str)> {
+    let of = channels[sd].path.strip_prefix("bound/")?;
+    let (_, truth, unit, scale) = ERRORS.iter().find(|e| e.0 == of)?;
+    let line = ScalarSource::ErrorBand {
+        sd,
+        truth: channels.iter().position(|c| c.path == *truth)?,
+        scale: *scale,
+        valid: None,
+    };
+    Some((line, unit))
 }
 
 /// The lines of a channel beside the unchanged one: `add` gets a prefix and a suffix of the path, the unit, and where the values are from.
@@ -217,7 +232,7 @@ impl PlottedSeries {
             return SeriesLines::new()
                 .with_names([name.clone(), name])
                 .with_colors([[r, g, b, 255]; 2])
-                .with_widths([0.6, 0.6]);
+                .with_widths([if self.group() == "bound" { 1.2 } else { 0.6 }; 2]);
         }
         let width = match self.group() {
             "truth" if self.owner().is_empty() => 2.5,
@@ -237,6 +252,7 @@ impl PlottedSeries {
         match (self.group(), owner) {
             ("estimates", name) if self.is_error() => format!("{name} [{unit}]"),
             ("limits", _) => leaf.replace('_', " "),
+            ("bound", _) if self.is_error() => format!("Cramér-Rao bound ±2σ [{unit}]"),
             (group, "") => format!("{group} {leaf} [{unit}]"),
             (_, owner) => format!("{owner} {leaf} [{unit}]"),
         }

@@ -6,7 +6,6 @@ use crate::live::Live;
 use crate::origin::Origin;
 use crate::scene;
 use crate::stream::MessageStream;
-use crate::thinning::Periods;
 use crate::track;
 use crate::views::Entities;
 use monorig_sim::error::Error;
@@ -19,7 +18,7 @@ pub const CHUNK_S: f64 = 30.0;
 /// Chunks of this length suit a recording that is watched, s: shorter ones cost more.
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
-/// Lines of a thinned recording have so many points a second, and what stands out between them.
+/// Lines of a thinned recording have about so many points a second.
 pub const THINNED_HZ: f64 = 10.0;
 
 /// Writes a `.rrd` file, and shows the run in a viewer if there is one.
@@ -32,7 +31,7 @@ pub struct RerunSink {
     path: PathBuf,
     live: Option<Live>,
     open: Option<Open>,
-    lines_hz: Option<f64>,
+    points_hz: Option<f64>,
 }
 
 /// A recording that is being written.
@@ -44,7 +43,12 @@ struct Open {
 }
 
 impl Open {
-    /// Send the layout, if it is still to be sent.
+    /// Send what waits, and then the layout, if it is still to be sent.
+    fn complete(&mut self) -> Result<(), Error> {
+        self.columns.flush(&mut self.stream)?;
+        self.lay_out()
+    }
+
     fn lay_out(&mut self) -> Result<(), Error> {
         match self.layout.take() {
             Some(layout) => self.stream.blueprint(layout),
@@ -56,7 +60,7 @@ impl Open {
 impl Drop for Open {
     fn drop(&mut self) {
         // Not finished: an error. There is no one to return another one to.
-        let _ = self.lay_out();
+        let _ = self.complete();
     }
 }
 
@@ -67,14 +71,15 @@ impl RerunSink {
             path: path.into(),
             live: None,
             open: None,
-            lines_hz: None,
+            points_hz: None,
         }
     }
 
-    /// Record lines of truth, control and estimates at [`THINNED_HZ`]: through the first row of each tenth of a second, both ends of each gap,
-    /// and rows between that stand out. Samples, poses, states and events stay as they are.
+    /// Draw lines at [`THINNED_HZ`]: those of truth, control and estimates through the first row of each tenth of a second and rows between that
+    /// stand out, those of samples through the smallest and the largest of each fifth of a second; all of them through both ends of each gap,
+    /// and of a stretch of equal values its ends only. Poses, states and events stay as they are.
     pub fn thinned(mut self) -> Self {
-        self.lines_hz = Some(THINNED_HZ);
+        self.points_hz = Some(THINNED_HZ);
         self
     }
 
@@ -105,8 +110,7 @@ impl Sink for RerunSink {
         let mut stream = MessageStream::create(&self.path, &id, self.live.take())?;
         let origin = Origin::of(layout);
         let wheels = scene::log(&mut stream, layout, &origin)?;
-        let periods = self.lines_hz.map(|hz| Periods::new((1e9 / hz) as i64));
-        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, periods)?;
+        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, self.points_hz)?;
         let about = blueprint::Contents {
             series: columns.series(),
             estimators: columns.estimators(),
@@ -132,14 +136,18 @@ impl Sink for RerunSink {
         let Some(open) = &mut self.open else {
             return Err(not_begun(&self.path));
         };
-        open.columns.log(&mut open.stream, chunk)
+        open.columns.log(&mut open.stream, chunk)?;
+        match open.stream.live() {
+            Some(live) if !live.gave_up() => open.columns.flush(&mut open.stream),
+            _ => Ok(()),
+        }
     }
 
     fn finish(&mut self) -> Result<(), Error> {
         let Some(open) = &mut self.open else {
             return Err(not_begun(&self.path));
         };
-        open.lay_out()?;
+        open.complete()?;
         open.stream.finish()
     }
 }

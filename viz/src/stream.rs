@@ -14,7 +14,8 @@ use rerun::external::re_log_types::{
 };
 use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
 use rerun::{
-    AsComponents, EntityPath, SerializedComponentColumn, StoreId, StoreKind, TimePoint, Timeline,
+    AsComponents, EntityPath, SerializationError, SerializedComponentBatch,
+    SerializedComponentColumn, StoreId, StoreKind, TimePoint, Timeline,
 };
 use std::fs::File;
 use std::io::BufWriter;
@@ -51,12 +52,17 @@ impl Ids {
     }
 }
 
+/// What holds at all times: an entity and its components.
+type Fixed = (EntityPath, Vec<SerializedComponentBatch>);
+
 /// A file being written, and perhaps a viewer.
 pub struct MessageStream {
     path: PathBuf,
     encoder: Encoder<BufWriter<File>>,
     file_ids: Ids,
     live: Option<(Live, Ids)>,
+    /// What was given before the first columns. It is encoded with them, when the run goes on already; a viewer gets it at once.
+    waiting: Vec<Fixed>,
     next_id: u64,
     finished: bool,
 }
@@ -83,6 +89,7 @@ impl MessageStream {
             encoder,
             file_ids,
             live,
+            waiting: Vec::new(),
             next_id: 1,
             finished: false,
         };
@@ -102,7 +109,29 @@ impl MessageStream {
 
     /// Something that holds at all times.
     pub fn fixed(&mut self, entity: EntityPath, what: &dyn AsComponents) -> Result<(), Error> {
-        self.row(RerunStore::Recording, entity, TimePoint::STATIC, what)
+        self.all_fixed(entity, &[what])
+    }
+
+    /// Several things of one entity that hold at all times.
+    pub fn all_fixed(
+        &mut self,
+        entity: EntityPath,
+        all: &[&dyn AsComponents],
+    ) -> Result<(), Error> {
+        let batches = all.iter().flat_map(|what| what.as_serialized_batches());
+        self.waiting.push((entity, batches.collect()));
+        match &self.live {
+            Some(_) => self.send_fixed(),
+            None => Ok(()),
+        }
+    }
+
+    /// Send what waits.
+    fn send_fixed(&mut self) -> Result<(), Error> {
+        for (entity, batches) in std::mem::take(&mut self.waiting) {
+            self.row(RerunStore::Recording, entity, TimePoint::STATIC, batches)?;
+        }
+        Ok(())
     }
 
     /// Many rows of one entity. Lengths of times and columns must agree.
@@ -112,6 +141,7 @@ impl MessageStream {
         times: TimeColumn,
         columns: impl IntoIterator<Item = SerializedComponentColumn>,
     ) -> Result<(), Error> {
+        self.send_fixed()?;
         let (id, _) = self.id();
         let timelines = std::iter::once((*times.timeline().name(), times)).collect();
         let chunk = Chunk::from_auto_row_ids(id, entity, timelines, columns.into_iter().collect());
@@ -121,12 +151,14 @@ impl MessageStream {
     /// The layout of the viewer: entities of the blueprint store, in order.
     pub fn blueprint(
         &mut self,
-        entities: Vec<(EntityPath, Box<dyn AsComponents>)>,
+        entities: Vec<(EntityPath, Box<dyn AsComponents + Send>)>,
     ) -> Result<(), Error> {
+        self.send_fixed()?;
         self.begin_store(RerunStore::Blueprint)?;
         for (entity, what) in entities {
             let start = TimePoint::from([(Timeline::new_sequence("blueprint"), 0)]);
-            self.row(RerunStore::Blueprint, entity, start, &*what)?;
+            let batches = what.as_serialized_batches();
+            self.row(RerunStore::Blueprint, entity, start, batches)?;
         }
         self.send(&|ids| {
             LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
@@ -141,7 +173,7 @@ impl MessageStream {
     pub fn finish(&mut self) -> Result<(), Error> {
         let closed = match std::mem::replace(&mut self.finished, true) {
             true => Ok(()),
-            false => self.close(),
+            false => self.send_fixed().and_then(|()| self.close()),
         };
         if let Some((live, _)) = &mut self.live {
             live.finish();
@@ -162,11 +194,11 @@ impl MessageStream {
         store: RerunStore,
         entity: EntityPath,
         time: TimePoint,
-        what: &dyn AsComponents,
+        what: Vec<SerializedComponentBatch>,
     ) -> Result<(), Error> {
         let (id, row) = self.id();
         let chunk = Chunk::builder_with_id(id, entity)
-            .with_archetype(row, time, what)
+            .with_serialized_batches(row, time, what)
             .build();
         self.chunk(store, chunk)
     }
@@ -227,6 +259,20 @@ pub fn entity<'a>(parts: impl IntoIterator<Item = &'a str>) -> EntityPath {
 /// The times of many rows, which must not decrease.
 pub fn times(ns: Vec<i64>) -> TimeColumn {
     TimeColumn::new(None, Timeline::new_duration(TIMELINE), ns.into())
+}
+
+/// Columns, or the error of a library, to the stream.
+pub fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
+    stream: &mut MessageStream,
+    entity: EntityPath,
+    times: TimeColumn,
+    columns: Result<I, SerializationError>,
+) -> Result<(), Error> {
+    let columns = columns.map_err(|e| Error::Io {
+        path: stream.path().into(),
+        source: std::io::Error::other(e),
+    })?;
+    stream.columns(entity, times, columns)
 }
 
 fn info(id: StoreId) -> StoreInfo {

@@ -1,4 +1,10 @@
-//! Which rows a line is drawn through in a thinned recording: the first of each period, the ends of gaps, and what stands out.
+//! Which rows a line is drawn through in a thinned recording: what a plot of the run shows stays.
+//!
+//! A line with a value in every row goes through the first row of each tenth of a second, and through what stands out between two of these. A
+//! line through samples, which are noise as a rule, goes through the smallest and the largest of each fifth of a second. Both keep the ends
+//! of gaps, and of a stretch of equal values its first and last row.
+
+use crate::gaps::GapFinder;
 
 /// A row stands out if it is further outside of its neighbours on the line than this share of what the line spans in the chunk.
 const STANDS_OUT: f64 = 0.05;
@@ -29,54 +35,142 @@ impl Periods {
     }
 }
 
-/// Takes rows of a line out of `written`: what stays are the rows that are `first` of a period, those next to a gap and the not-a-number that
-/// marks it, and the largest and the smallest between two of these where they stand out.
-///
-/// `values` has `width` numbers a row; rows without a value are not numbers.
-pub fn thin(values: &[f64], width: usize, first: &[bool], written: &mut [bool]) {
-    let gap = |row: usize| values.get(row * width).is_some_and(|x| x.is_nan());
-    let mut kept: Vec<bool> = (0..written.len())
-        .map(|i| written[i] && (first[i] || gap(i) || (i > 0 && gap(i - 1)) || gap(i + 1)))
-        .collect();
-    for component in 0..width {
-        let line: Vec<f64> = values[component..].iter().step_by(width).copied().collect();
-        keep_extremes(&line, written, &mut kept);
-    }
-    written.copy_from_slice(&kept);
+/// A chunk of a line: `width` numbers a row. Rows without a value are not numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct LineChunk<'a> {
+    /// Times of the rows, ns.
+    pub time_ns: &'a [i64],
+    /// Numbers of all rows, one row after the other.
+    pub values: &'a [f64],
+    /// Numbers a row.
+    pub width: usize,
 }
 
-/// Keeps the largest and the smallest value between two rows that are kept, where they stand out from both.
-fn keep_extremes(line: &[f64], written: &[bool], kept: &mut [bool]) {
-    let finite = || line.iter().copied().filter(|x| x.is_finite());
-    let (low, high) = (
-        finite().fold(f64::INFINITY, f64::min),
-        finite().fold(f64::NEG_INFINITY, f64::max),
-    );
-    if low >= high {
-        return;
+impl LineChunk<'_> {
+    /// The rows that are drawn when nothing is thinned: those with a value, and the first of each gap.
+    pub fn written(&self, gaps: &mut GapFinder) -> Vec<usize> {
+        let rows = self.time_ns.iter().enumerate();
+        rows.filter(|(row, ns)| gaps.keeps(**ns, self.has_value(*row)))
+            .map(|(row, _)| row)
+            .collect()
     }
-    let room = STANDS_OUT * (high - low);
-    let mut before: Option<usize> = None;
-    for row in 0..=kept.len() {
-        let end = row == kept.len();
-        if !end && !kept[row] {
-            continue;
+
+    /// Of these rows those that stay of a line with a value in every row: the `first` of a period, those next to a gap and the not-a-number
+    /// that marks it, and the largest and the smallest between two of these where they stand out.
+    pub fn thin_line(&self, written: &[usize], first: &[bool]) -> Vec<usize> {
+        let mut kept: Vec<bool> = (0..written.len())
+            .map(|i| first[written[i]] || self.is_at_gap(written, i))
+            .collect();
+        for component in 0..self.width {
+            self.keep_extremes(written, component, &mut kept);
         }
-        if let Some(from) = before {
-            // behind the last row that is kept there is only the one before
-            let ends = [line[from], if end { line[from] } else { line[row] }];
-            let between = || (from + 1..row).filter(|&i| written[i] && line[i].is_finite());
-            let by_value = |a: &usize, b: &usize| line[*a].total_cmp(&line[*b]);
-            let most = between().max_by(by_value);
-            let least = between().min_by(by_value);
-            if let Some(i) = most.filter(|&i| line[i] > ends[0].max(ends[1]) + room) {
-                kept[i] = true;
+        let kept = written.iter().zip(kept).filter(|(_, kept)| *kept);
+        self.without_inside_of_flats(kept.map(|(row, _)| *row).collect())
+    }
+
+    /// Of these rows those that stay of a line through samples: the smallest and the largest of each period (ns), those next to a gap and the
+    /// not-a-number that marks it, and the first and the last.
+    pub fn thin_samples(&self, written: &[usize], period_ns: i64) -> Vec<usize> {
+        let mut kept = vec![false; written.len()];
+        let low = |i: usize| self.at(written[i], 0);
+        let high = |i: usize| self.at(written[i], self.width - 1);
+        // smallest and largest of the period that goes on
+        let mut of_period: Option<(i64, usize, usize)> = None;
+        for (i, &row) in written.iter().enumerate() {
+            kept[i] = i == 0 || i + 1 == written.len() || self.is_at_gap(written, i);
+            if !self.has_value(row) {
+                continue;
             }
-            if let Some(i) = least.filter(|&i| line[i] < ends[0].min(ends[1]) - room) {
-                kept[i] = true;
-            }
+            let period = self.time_ns[row].div_euclid(period_ns);
+            of_period = match of_period {
+                Some((same, least, most)) if same == period => {
+                    let least = if low(i) < low(least) { i } else { least };
+                    let most = if high(i) > high(most) { i } else { most };
+                    Some((same, least, most))
+                }
+                over => {
+                    if let Some((_, least, most)) = over {
+                        (kept[least], kept[most]) = (true, true);
+                    }
+                    Some((period, i, i))
+                }
+            };
         }
-        before = Some(row);
+        if let Some((_, least, most)) = of_period {
+            (kept[least], kept[most]) = (true, true);
+        }
+        let kept = written.iter().zip(kept).filter(|(_, kept)| *kept);
+        self.without_inside_of_flats(kept.map(|(row, _)| *row).collect())
+    }
+
+    fn at(&self, row: usize, component: usize) -> f64 {
+        let place = row * self.width + component;
+        self.values.get(place).copied().unwrap_or(f64::NAN)
+    }
+
+    fn row(&self, row: usize) -> &[f64] {
+        let place = row * self.width;
+        self.values
+            .get(place..place + self.width)
+            .unwrap_or_default()
+    }
+
+    fn has_value(&self, row: usize) -> bool {
+        self.row(row).iter().all(|x| x.is_finite())
+    }
+
+    /// Whether a row that is written, or one beside it, marks a gap.
+    fn is_at_gap(&self, written: &[usize], i: usize) -> bool {
+        let near = written[i.saturating_sub(1)..].iter();
+        let count = if i == 0 { 2 } else { 3 };
+        near.take(count).any(|&row| !self.has_value(row))
+    }
+
+    /// Keeps the largest and the smallest value between two rows that are kept, where they stand out from both.
+    fn keep_extremes(&self, written: &[usize], component: usize, kept: &mut [bool]) {
+        let line = |i: usize| self.at(written[i], component);
+        let finite = || (0..written.len()).map(line).filter(|x| x.is_finite());
+        let (low, high) = (
+            finite().fold(f64::INFINITY, f64::min),
+            finite().fold(f64::NEG_INFINITY, f64::max),
+        );
+        if low >= high {
+            return;
+        }
+        let room = STANDS_OUT * (high - low);
+        let mut before: Option<usize> = None;
+        for i in 0..=kept.len() {
+            let end = i == kept.len();
+            if !end && !kept[i] {
+                continue;
+            }
+            if let Some(from) = before {
+                // behind the last row that is kept there is only the one before
+                let ends = [line(from), line(if end { from } else { i })];
+                let between = || (from + 1..i).filter(|&k| line(k).is_finite());
+                let by_value = |a: &usize, b: &usize| line(*a).total_cmp(&line(*b));
+                let most = between().max_by(by_value);
+                let least = between().min_by(by_value);
+                if let Some(k) = most.filter(|&k| line(k) > ends[0].max(ends[1]) + room) {
+                    kept[k] = true;
+                }
+                if let Some(k) = least.filter(|&k| line(k) < ends[0].min(ends[1]) - room) {
+                    kept[k] = true;
+                }
+            }
+            before = Some(i);
+        }
+    }
+
+    /// Without rows that have the values of the row before and of the one behind them: the line through the others is the same.
+    fn without_inside_of_flats(&self, rows: Vec<usize>) -> Vec<usize> {
+        let is_inside = |i: usize| {
+            let same =
+                |other: Option<&usize>| other.is_some_and(|&o| self.row(o) == self.row(rows[i]));
+            i > 0 && same(rows.get(i - 1)) && same(rows.get(i + 1))
+        };
+        let outside = (0..rows.len()).filter(|&i| !is_inside(i));
+        outside.map(|i| rows[i]).collect()
     }
 }
 
@@ -84,26 +178,56 @@ fn keep_extremes(line: &[f64], written: &[bool], kept: &mut [bool]) {
 mod tests {
     use super::*;
 
-    /// Rows that stay of a line with rows every 20 ms in periods of 100 ms, and no row that a gap leaves out.
+    const PERIOD_NS: i64 = 100_000_000;
+
+    fn every_20_ms(rows: usize) -> Vec<i64> {
+        (0..rows as i64).map(|i| 20_000_000 * i).collect()
+    }
+
+    /// Rows that stay of a line with rows every 20 ms in periods of 100 ms.
     fn stay(line: &[f64]) -> Vec<usize> {
-        let ns: Vec<i64> = (0..line.len() as i64).map(|i| 20_000_000 * i).collect();
-        let first = Periods::new(100_000_000).first_rows(&ns);
-        let mut gaps = crate::gaps::GapFinder::new(false);
-        let rows = ns.iter().zip(line);
-        let mut written: Vec<bool> = rows.map(|(ns, x)| gaps.keeps(*ns, x.is_finite())).collect();
-        thin(line, 1, &first, &mut written);
-        (0..line.len()).filter(|&i| written[i]).collect()
+        let time_ns = &every_20_ms(line.len())[..];
+        let first = Periods::new(PERIOD_NS).first_rows(time_ns);
+        let chunk = LineChunk {
+            time_ns,
+            values: line,
+            width: 1,
+        };
+        let written = chunk.written(&mut GapFinder::new(false));
+        chunk.thin_line(&written, &first)
+    }
+
+    /// The same of samples, `width` numbers a row.
+    fn samples_stay(values: &[f64], width: usize) -> Vec<usize> {
+        let chunk = LineChunk {
+            time_ns: &every_20_ms(values.len() / width),
+            values,
+            width,
+        };
+        let written = chunk.written(&mut GapFinder::new(true));
+        chunk.thin_samples(&written, PERIOD_NS)
     }
 
     fn ramp() -> Vec<f64> {
         (0..500).map(f64::from).collect()
     }
 
+    /// Numbers without a pattern between -0.5 and 0.5.
+    fn noise(n: usize) -> Vec<f64> {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..n).map(|_| next()).collect()
+    }
+
     #[test]
     fn a_smooth_line_goes_through_the_first_row_of_each_period() {
         let tenths: Vec<usize> = (0..500).step_by(5).collect();
         assert_eq!(stay(&ramp()), tenths);
-        assert_eq!(stay(&[2.0; 500]), tenths);
     }
 
     #[test]
@@ -127,11 +251,66 @@ mod tests {
         assert!(!stay.contains(&32));
     }
 
+    /// Of a step what stays are the ends of both stretches: no slope where there was none.
+    #[test]
+    fn a_stretch_of_equal_values_stays_as_its_ends() {
+        assert_eq!(stay(&[2.0; 500]), [0, 495]);
+        let mut step = vec![1.0; 500];
+        step[203..].fill(4.0);
+        assert_eq!(stay(&step), [0, 200, 205, 495]);
+        assert_eq!(samples_stay(&step, 1), [0, 200, 203, 499]);
+        assert_eq!(samples_stay(&[7.0; 500], 1), [0, 499]);
+    }
+
     /// Periods go on from chunk to chunk.
     #[test]
     fn a_chunk_that_begins_within_a_period_has_no_first_row_there() {
         let mut periods = Periods::new(100);
         assert_eq!(periods.first_rows(&[0, 40, 80]), [true, false, false]);
         assert_eq!(periods.first_rows(&[90, 120, 160]), [false, true, false]);
+    }
+
+    /// What a plot of noise shows is how far it reaches: in each period the same smallest and largest sample, in two fifths of the rows.
+    #[test]
+    fn samples_reach_as_far_in_every_period() {
+        let all = noise(1000);
+        let stay = samples_stay(&all, 1);
+        for from in (0..1000).step_by(5) {
+            let period = from..from + 5;
+            let ends = |rows: &mut dyn Iterator<Item = usize>| {
+                rows.map(|row| all[row])
+                    .fold((1.0f64, -1.0f64), |(a, b), x| (a.min(x), b.max(x)))
+            };
+            let of_all = ends(&mut period.clone());
+            let of_stay = ends(&mut stay.iter().copied().filter(|row| period.contains(row)));
+            assert_eq!(of_stay, of_all, "{from}");
+        }
+        assert!(stay.len() <= 2 * 200 + 2, "{}", stay.len());
+    }
+
+    /// Of a band it is the lowest of its lower and the highest of its upper edge.
+    #[test]
+    fn a_band_of_samples_keeps_both_edges() {
+        let middle = noise(10);
+        let band: Vec<f64> = middle.iter().flat_map(|x| [x - 2.0, x + 2.0]).collect();
+        assert_eq!(samples_stay(&band, 2), samples_stay(&middle, 1));
+    }
+
+    /// Samples at 10 Hz in rows of 50 Hz: rows between two samples are no gap, half a second without is one, and what is beside it stays.
+    #[test]
+    fn a_gap_in_samples_stays() {
+        let mut values = noise(500);
+        let sampled = |row: usize| row % 5 == 0 && !(200..260).contains(&row);
+        (0..500)
+            .filter(|row| !sampled(*row))
+            .for_each(|row| values[row] = f64::NAN);
+        let stay = samples_stay(&values, 1);
+        let rows = every_20_ms(500);
+        let mut gaps = GapFinder::new(true);
+        let broken = (0..500).find(|&row| gaps.keeps(rows[row], sampled(row)) && !sampled(row));
+        for row in [Some(195), broken, Some(260)] {
+            assert!(row.is_some_and(|row| stay.contains(&row)), "{row:?}");
+        }
+        assert_eq!(stay.iter().filter(|row| !sampled(**row)).count(), 1);
     }
 }

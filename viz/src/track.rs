@@ -1,8 +1,7 @@
 //! The track: the rail coloured by its slope, the roadway below it, chainage marks, zones, and the plan of the whole.
 
 use crate::colours::of_grade;
-use crate::columns::plan_point;
-use crate::origin::{Origin, single};
+use crate::origin::{Origin, plan_point, single};
 use crate::stream::{MessageStream, entity};
 use monorig_sim::error::Error;
 use monorig_sim::rail::RailFrame;

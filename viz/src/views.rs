@@ -1,6 +1,6 @@
 //! Views and containers of the viewer's layout, with fixed ids.
 
-use crate::columns::follow_entity;
+use crate::motion::follow_entity;
 use crate::stream::{TIMELINE, entity};
 use re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground,
@@ -18,7 +18,7 @@ use re_sdk_types::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath};
 
 /// Entities of the blueprint store, in order.
-pub type Entities = Vec<(EntityPath, Box<dyn AsComponents>)>;
+pub type Entities = Vec<(EntityPath, Box<dyn AsComponents + Send>)>;
 
 /// First of the ids of views and containers; they count up from here, so that they are the same in every recording.
 /// The 3-D view has this one.
@@ -93,7 +93,7 @@ impl Builder {
         Placed { path, id }
     }
 
-    fn add(&mut self, path: EntityPath, what: impl AsComponents + 'static) {
+    fn add(&mut self, path: EntityPath, what: impl AsComponents + Send + 'static) {
         self.out.push((path, Box::new(what)));
     }
 
@@ -109,7 +109,7 @@ impl Builder {
         place
     }
 
-    fn property(&mut self, view: &Placed, name: &str, what: impl AsComponents + 'static) {
+    fn property(&mut self, view: &Placed, name: &str, what: impl AsComponents + Send + 'static) {
         self.add(view.path.join(&entity([name])), what);
     }
 

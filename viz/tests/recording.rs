@@ -117,20 +117,12 @@ fn everything_sent_is_in_the_recording() {
         }
     }
 
-    // Wheels: as many as shapes that spin, each turned by the angle of its side.
-    let spinning = |s: &&monorig_sim::train::Shape| s.spins.is_some();
-    let shapes = run
-        .train
-        .bodies
-        .iter()
-        .flat_map(|b| &b.shapes)
-        .filter(spinning)
-        .count();
+    // Wheels: one on each side of a drive, turned by the angle of its side.
     let wheels = rerun
         .entities
         .iter()
         .filter(|(path, _)| path.ends_with("/spin"));
-    assert_eq!(wheels.count(), shapes);
+    assert_eq!(wheels.count(), 2 * run.train.drives.len());
     let wheel = &rerun.entities["/world/train/drive_3/wheel_right/spin"];
     let angles = sent
         .iter()
@@ -167,6 +159,35 @@ fn everything_sent_is_in_the_recording() {
     assert_eq!(rails.count(), (run.rail.len() - 1).div_ceil(200));
     assert_eq!(rerun.entities["/world/obstacles"].fixed, 1);
     assert!(rerun.layout.iter().any(|path| path == "/viewport"));
+}
+
+/// Parts of one wheel turn with it: only the wheel has angles. What turns about another axis has its own.
+#[test]
+fn parts_of_a_wheel_turn_with_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut run = Run::new(CHANNELS);
+    let body = run.train.drives[0].body;
+    let name = run.train.bodies[body].name.clone();
+    let shapes = &mut run.train.bodies[body].shapes;
+    let wheel = shapes.iter().find(|s| s.link == "wheel_left").unwrap();
+    let part = |link: &str, along: f64, across: f64| {
+        let mut part = wheel.clone();
+        part.link = link.into();
+        part.pose = wheel.pose * nalgebra::Isometry3::translation(across, 0.0, along);
+        part
+    };
+    let parts = [part("rim", 0.02, 0.0), part("apart", 0.0, 0.3)];
+    shapes.extend(parts);
+    let rerun = recording(&dir.path().join("run.rrd"), &run);
+    let rows = |path: &str| {
+        let found = rerun.entities.get(&format!("/world/train/{name}/{path}"));
+        found.map(|e| (e.fixed > 0, e.times.len()))
+    };
+    let poses: usize = chunks(&run).iter().map(|c| c.pose_time_ns.len()).sum();
+    assert_eq!(rows("wheel_left/spin"), Some((true, poses)));
+    assert_eq!(rows("wheel_left/spin/rim"), Some((true, 0)));
+    assert_eq!(rows("rim/spin"), None);
+    assert_eq!(rows("apart/spin"), Some((true, poses)));
 }
 
 /// Degrees and bands, against the channels they are made from.

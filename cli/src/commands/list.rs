@@ -6,6 +6,7 @@ use crate::ui::errors::CliError;
 use crate::ui::output;
 use clap::ValueEnum;
 use monorig_estimators::api::params::{Key, Kind};
+use monorig_lab::bound;
 use monorig_lab::metrics::METRICS;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::file::{Document, input_error};
@@ -81,6 +82,7 @@ pub fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliE
             .collect(),
         Listed::Channels => descriptions()
             .iter()
+            .chain(&bound::descriptions())
             .map(|c| entry(&c.path, unit(c.unit), c.doc))
             .collect(),
         Listed::Faults => faults(),

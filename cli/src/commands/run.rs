@@ -15,6 +15,7 @@ use crate::variant::{self, Variant};
 use clap::ValueEnum;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::scenario::Seeds;
 use monorig_sim::record::whole;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -123,12 +124,13 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
     let variant = Variant::new(&overrides, task.name.as_deref());
     let mut simulations = Vec::new();
     for file in &task.files {
-        let simulation = prepare::simulation(file, &overrides, registry)?;
+        let first = prepare::simulation(file, &overrides, registry)?;
         let asked = match task.seed {
-            Some(_) => simulation.scenario.seeds().to_vec(),
-            None => vec![simulation.seed],
+            Some(_) => first.scenario.seeds().to_vec(),
+            None => vec![first.seed],
         };
-        simulations.extend(asked.into_iter().map(|seed| (file, seed)));
+        let mut built = Some(first);
+        simulations.extend(asked.into_iter().map(|seed| (file, seed, built.take())));
     }
     let out = task.out.get();
     prepare_out(&out)?;
@@ -144,10 +146,16 @@ pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         registry,
     };
     let mut outcome = CommandOutcome::Held;
-    for (file, seed) in &simulations {
-        let mut own = overrides.clone();
-        own.push((SEEDS.into(), seed.to_string()));
-        let mut simulation = prepare::simulation(file, &own, registry)?;
+    for (file, seed, built) in simulations {
+        let mut simulation = match built {
+            Some(first) => first,
+            None => {
+                let mut own = overrides.clone();
+                own.push((SEEDS.into(), seed.to_string()));
+                prepare::simulation(file, &own, registry)?
+            }
+        };
+        simulation.scenario.file.seeds = Seeds::one(seed);
         simulation.scenario.name = variant.run_name(&simulation.scenario.name);
         if one(simulation, &options)? == CommandOutcome::Failed {
             outcome = CommandOutcome::Failed;

@@ -10,7 +10,11 @@ use std::path::{Path, PathBuf};
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
 /// No recording.
-pub fn sink(_path: PathBuf, _live: Option<SocketAddr>, _full_rate: bool) -> Option<Box<dyn Sink>> {
+pub fn sink(
+    _path: PathBuf,
+    _live: Option<SocketAddr>,
+    _full_rate: bool,
+) -> Option<Box<dyn Sink + Send>> {
     None
 }
 

@@ -10,7 +10,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full rate.
-pub fn sink(path: PathBuf, live: Option<SocketAddr>, full_rate: bool) -> Option<Box<dyn Sink>> {
+pub fn sink(
+    path: PathBuf,
+    live: Option<SocketAddr>,
+    full_rate: bool,
+) -> Option<Box<dyn Sink + Send>> {
     let rate = |sink: RerunSink| match full_rate {
         true => sink,
         false => sink.thinned(),

@@ -134,6 +134,69 @@ fn gain<const M: usize, const N: usize>(
     (nis.is_finite() && size > 0.0 && size.is_finite()).then_some(Gain { K, nis, size })
 }
 
+/// A h without the columns for which h is 0, which mostly are most of them: added up in the order of the product.
+#[inline(always)]
+fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -> SVector<Real, N> {
+    let (mut product, [h]) = ([0.0; N], &h.data.0);
+    for (column, h) in A.data.0.iter().zip(h) {
+        if *h != 0.0 {
+            for (sum, a) in product.iter_mut().zip(column) {
+                *sum += a * h;
+            }
+        }
+    }
+    SVector::from(product)
+}
+
+/// Whether every number is finite: 0 times it is then 0, and four products run side by side.
+#[inline]
+pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, C>) -> bool {
+    let (fours, rest) = numbers.data.0.as_flattened().as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for four in fours {
+        for (sum, number) in sums.iter_mut().zip(four) {
+            *sum += 0.0 * number;
+        }
+    }
+    sums == [0.0; 4] && rest.iter().all(|number| number.is_finite())
+}
+
+/// The Joseph form with two products of an outer kind in place of two of full matrices: B = (I − K H) P = P − K (P Hᵀ)ᵀ,
+/// P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ. It is symmetric but for rounding.
+#[inline(always)]
+fn joseph<const M: usize, const N: usize>(
+    P: &mut SMatrix<Real, N, N>,
+    H: &SMatrix<Real, M, N>,
+    R: &SMatrix<Real, M, M>,
+    PHt: &SMatrix<Real, N, M>,
+    K: &SMatrix<Real, N, M>,
+) {
+    if M == 1
+        && let (Some(k), Some(ph)) = (K.data.0.first(), PHt.data.0.first())
+    {
+        // Products with one number each, and mostly most of H is 0.
+        less_outer(P, k, ph);
+        let [mut rest] = times_sparse(P, &H.row(0).transpose()).data.0;
+        for (rest, k) in rest.iter_mut().zip(k) {
+            *rest -= k * R.trace();
+        }
+        less_outer(P, &rest, k);
+    } else {
+        *P -= K * PHt.transpose();
+        *P -= (*P * H.transpose() - K * R) * K.transpose();
+    }
+}
+
+/// A ← A − a bᵀ.
+#[inline(always)]
+fn less_outer<const N: usize>(A: &mut SMatrix<Real, N, N>, a: &[Real; N], b: &[Real; N]) {
+    for (column, b) in A.data.0.iter_mut().zip(b) {
+        for (number, a) in column.iter_mut().zip(a) {
+            *number -= a * b;
+        }
+    }
+}
+
 impl<const N: usize> Gaussian<N> {
     /// The belief with mean `x` and independent standard deviations `sd`.
     pub fn independent(x: SVector<Real, N>, sd: SVector<Real, N>) -> Self {
@@ -157,7 +220,10 @@ impl<const N: usize> Gaussian<N> {
         let PHt = self.P * H.transpose();
         let S = H * PHt + R;
         let gain = gain(&y, &PHt, &S)?;
-        *self = self.corrected(&y, H, R, &PHt, &gain.K);
+        let (x, mut P) = (self.x + gain.K * y, self.P);
+        joseph(&mut P, H, R, &PHt, &gain.K);
+        *self = Self { x, P };
+        self.symmetrise();
         Some(gain.correction(y, S))
     }
 
@@ -166,9 +232,11 @@ impl<const N: usize> Gaussian<N> {
     #[inline]
     pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
-        let PHt = self.P * h;
+        let PHt = times_sparse(&self.P, h);
         let gain = gain(&y, &PHt, &(H * PHt + R))?;
-        *self = self.corrected(&y, &H, &R, &PHt, &gain.K);
+        self.x += gain.K * y;
+        joseph(&mut self.P, &H, &R, &PHt, &gain.K); // in its place: it may be large
+        self.symmetrise();
         Some(())
     }
 
@@ -190,26 +258,6 @@ impl<const N: usize> Gaussian<N> {
         self.P = left * left.transpose() + gain.K * R * gain.K.transpose();
         self.symmetrise();
         Some(gain.correction(y, S))
-    }
-
-    /// x ← x + K y, and the Joseph form with two products of an outer kind in place of two of full matrices:
-    /// B = (I − K H) P = P − K (P Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ.
-    #[inline(always)]
-    fn corrected<const M: usize>(
-        &self,
-        y: &SVector<Real, M>,
-        H: &SMatrix<Real, M, N>,
-        R: &SMatrix<Real, M, M>,
-        PHt: &SMatrix<Real, N, M>,
-        K: &SMatrix<Real, N, M>,
-    ) -> Self {
-        let B = self.P - K * PHt.transpose();
-        let mut corrected = Self {
-            x: self.x + K * y,
-            P: B - (B * H.transpose() - K * R) * K.transpose(),
-        };
-        corrected.symmetrise();
-        corrected
     }
 
     /// Correction by one number: innovation `y`, Jacobian row `h`, noise variance `r`.
@@ -254,9 +302,7 @@ impl<const N: usize> Gaussian<N> {
     /// Whether every number of it is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
-        // Not `all`: without early ends the comparisons run side by side.
-        let finite = |ok: bool, v: &Real| ok & v.is_finite();
-        self.P.iter().fold(self.x.iter().fold(true, finite), finite)
+        finite(&self.x) && finite(&self.P)
     }
 }
 

@@ -9,6 +9,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
+use crate::filters::gaussian::finite;
 
 /// Factors of a covariance of `N` numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,7 +105,7 @@ impl<const N: usize> Factors<N> {
 
     /// Whether every number of it is finite.
     pub fn is_finite(&self) -> bool {
-        self.U.iter().chain(&self.D).all(|v| v.is_finite())
+        finite(&self.U) && finite(&self.D)
     }
 }
 

@@ -24,9 +24,9 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
 use crate::api::params::{choices, params};
-use crate::api::real::{GRAVITY, cos, lag, sqrt, within};
+use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
-use crate::api::snapshot::state;
+use crate::api::snapshot::{Archive, State};
 use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
@@ -87,6 +87,8 @@ pub struct ForceBalanceRls {
     params: MassParams,
     /// Parameters divided by the first mass: [M, r, a, q]/M₀.
     rls: Rls<4>,
+    /// Covariance, widened if the residuals are larger than expected or correlated.
+    covariance: Matrix4<Real>,
     mass0_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
@@ -123,6 +125,7 @@ impl ForceBalanceRls {
         Self {
             params,
             rls,
+            covariance: rls.widened(),
             before: rls,
             mass0_kg,
             mu0,
@@ -156,11 +159,6 @@ impl ForceBalanceRls {
     /// Which acceleration stands beside the mass.
     pub fn source(&self) -> AccelSource {
         self.params.acceleration
-    }
-
-    /// Covariance, widened if the residuals are larger than expected or correlated.
-    fn covariance(&self) -> Matrix4<Real> {
-        self.rls.widened()
     }
 }
 
@@ -243,6 +241,7 @@ impl MassEstimator for ForceBalanceRls {
         if self.load.at_rest() {
             self.before = self.rls;
         }
+        self.covariance = self.rls.widened();
         control::regressed(Some(&outcome), excited)
     }
 
@@ -256,7 +255,7 @@ impl MassEstimator for ForceBalanceRls {
 
     fn mass_kg(&self) -> Value {
         let value = self.found() * self.mass0_kg;
-        let sd = sqrt(self.covariance().m11) * self.mass0_kg;
+        let sd = sqrt(self.covariance.m11) * self.mass0_kg;
         Value {
             value,
             sd,
@@ -273,12 +272,13 @@ impl MassEstimator for ForceBalanceRls {
     /// With μ = μ₀ + (r + q |κ|)/M.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
-        let against = steady.direction * cos(steady.theta);
+        let [_, cosine] = steady.sin_cos;
+        let against = steady.direction * cosine;
         let by_m = -steady.traction_n / (self.mass0_kg * GRAVITY * m * m)
             + against * (x.y + x.w * train.curvature_per_m()) / (m * m);
         let by_r = -against / m;
         let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
-        sqrt(gradient.dot(&(self.covariance() * gradient))) / steady.by_theta()
+        sqrt(gradient.dot(&(self.covariance * gradient))) / steady.by_theta()
     }
 
     fn excited(&self) -> bool {
@@ -308,8 +308,33 @@ impl MassEstimator for ForceBalanceRls {
         ]
     }
 }
-state!(ForceBalanceRls { rls, gate, load, before, saturated, outcome, jolts;
-    params, mass0_kg, mu0, range_kg });
+
+impl State for ForceBalanceRls {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            rls,
+            gate,
+            load,
+            before,
+            saturated,
+            outcome,
+            jolts,
+            covariance: _,
+            params: _,
+            mass0_kg: _,
+            mu0: _,
+            range_kg: _,
+        } = self;
+        rls.visit(archive);
+        gate.visit(archive);
+        load.visit(archive);
+        before.visit(archive);
+        saturated.visit(archive);
+        outcome.visit(archive);
+        jolts.visit(archive);
+        self.covariance = self.rls.widened();
+    }
+}
 
 #[cfg(test)]
 #[path = "force_balance_rls_tests.rs"]

@@ -23,7 +23,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, cos, exp, ln, sqrt, tanh, within};
+use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::filters::forgetting::Forgetting;
@@ -270,7 +270,8 @@ impl MassEstimator for MultiModelMass {
     fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
         let mass = self.mass_kg();
         let by_mass = steady.traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
-        let by_resistance = self.params.mu_sd * self.mu * cos(steady.theta);
+        let [_, cosine] = steady.sin_cos;
+        let by_resistance = self.params.mu_sd * self.mu * cosine;
         sqrt(by_mass * by_mass + by_resistance * by_resistance) / steady.by_theta()
     }
 

@@ -261,7 +261,7 @@ fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
         let traction_n = mass_kg * 9.81 * (Real::sin(theta) + direction * mu * Real::cos(theta));
         let steady = SteadyTraction {
             traction_n,
-            theta,
+            sin_cos: [Real::sin(theta), Real::cos(theta)],
             direction,
             mu,
         };

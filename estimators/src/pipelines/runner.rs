@@ -105,12 +105,13 @@ impl<P: Pipeline, Q> State for Runner<P, Q> {
 
 impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let before = (self.signals, self.pipeline);
-        self.signals.check(z, u, dt)?;
-        let reading = self.signals.take(z, u, dt);
-        let estimate = self.pipeline.advance(&reading, z.t, dt);
+        let (mut signals, before) = (self.signals.before(), self.pipeline);
+        let stamps = self.signals.check(z, u, dt)?;
+        let reading = self.signals.take(z, u, dt, stamps, &mut signals);
+        let estimate = self.pipeline.advance(reading, z.t, dt);
         if !estimate.is_finite() {
-            (self.signals, self.pipeline) = before;
+            self.signals.undo(&signals);
+            self.pipeline = before;
             return Err(Error::Diverged);
         }
         Ok(estimate)

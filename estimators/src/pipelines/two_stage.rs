@@ -34,8 +34,8 @@ pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
 pub struct SteadyTraction {
     /// Traction F at the rims, N.
     pub traction_n: Real,
-    /// Grade angle θ, rad.
-    pub theta: Real,
+    /// Grade angle θ, rad: sine and cosine.
+    pub sin_cos: [Real; 2],
     /// Direction of travel s, ±1.
     pub direction: Real,
     /// Running-resistance coefficient μ.
@@ -45,7 +45,8 @@ pub struct SteadyTraction {
 impl SteadyTraction {
     /// ∂(sin θ + s μ cos θ)/∂θ: an error of F/(M g) divided by it is one of θ. Not below 0.1, which no grade of a rail comes near.
     pub fn by_theta(&self) -> Real {
-        (cos(self.theta) - self.direction * self.mu * sin(self.theta)).max(0.1)
+        let [sine, cosine] = self.sin_cos;
+        (cosine - self.direction * self.mu * sine).max(0.1)
     }
 }
 
@@ -207,14 +208,14 @@ impl<M: MassEstimator> TwoStage<M> {
     }
 
     /// What drives the train by the force balance; `None` while it does not hold.
-    fn drive(&self, reading: &Reading, running: bool) -> Option<Drive> {
+    fn drive(&self, reading: &Reading, mass: &Value, running: bool) -> Option<Drive> {
         let (torque, speed) = reading
             .motor_torque_nm
             .zip(reading.speed_mps)
             .filter(|_| running)?;
         Some(Drive {
             traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
-            mass_kg: self.mass.mass_kg().value,
+            mass_kg: mass.value,
             resistance: self.mass.running_resistance(&self.train) * direction(reading),
         })
     }
@@ -259,13 +260,19 @@ impl<M: MassEstimator> TwoStage<M> {
     }
 
     /// Effective grade: that of the second stage, with the uncertainty of what the first one gave it.
-    fn effective_grade(&self, reading: &Reading, drive: Option<Drive>, running: bool) -> Value {
+    fn effective_grade(
+        &self,
+        reading: &Reading,
+        mass: Value,
+        drive: Option<Drive>,
+        running: bool,
+    ) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
             let direction = direction(reading);
             let steady = SteadyTraction {
                 traction_n: self.slope.steady_traction_n(&drive),
-                theta: belief.x.y,
+                sin_cos: [sin(belief.x.y), cos(belief.x.y)],
                 direction,
                 mu: drive.resistance * direction,
             };
@@ -278,7 +285,7 @@ impl<M: MassEstimator> TwoStage<M> {
             && self.signals.settled()
             && self.slope.started()
             && !self.slope.clamped()
-            && self.validity.mass(self.mass.mass_kg()).valid
+            && self.validity.mass(mass).valid
             && self.slip.wheel_speed_consistent(self.slope.adapted_ratio())
             && self.observability.grade_observable();
         self.validity.grade(Value {
@@ -289,8 +296,7 @@ impl<M: MassEstimator> TwoStage<M> {
     }
 
     /// Grade at the IMU, by the grade map.
-    fn grade_at_imu(&self, effective: &Value) -> Value {
-        let mass_kg = self.mass.mass_kg().value;
+    fn grade_at_imu(&self, mass_kg: Real, effective: &Value) -> Value {
         let (offset, offset_sd) = self.train.imu_offset(mass_kg, effective.value);
         let sd = sqrt(effective.sd * effective.sd + offset_sd * offset_sd);
         Value {
@@ -330,10 +336,10 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         let (moving, running) = motion(reading, self.standstill_mps);
         self.validity.observe(reading, dt);
         self.learn_mass(reading, running, dt);
-        let drive = self.drive(reading, running);
-        self.filter_slope(reading, drive, (moving, running), dt);
-        let effective = self.effective_grade(reading, drive, running);
         let total_mass_kg = self.mass.mass_kg();
+        let drive = self.drive(reading, &total_mass_kg, running);
+        self.filter_slope(reading, drive, (moving, running), dt);
+        let effective = self.effective_grade(reading, total_mass_kg, drive, running);
         if effective.valid {
             self.train
                 .learn_bias(total_mass_kg.value, effective.value, dt);
@@ -343,7 +349,7 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
         let estimate = Estimate {
             t,
             total_mass_kg,
-            grade_rad: self.grade_at_imu(&effective),
+            grade_rad: self.grade_at_imu(total_mass_kg.value, &effective),
             effective_grade_rad: effective,
             speed_mps: Value {
                 value: speed.x.x,

@@ -4,7 +4,8 @@ use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
 use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
-use crate::preprocess::input_check::InputCheck;
+use crate::preprocess::drive_hold::{Before, DriveHold, UnitMask};
+use crate::preprocess::input_check::{InputCheck, Stamps};
 use crate::preprocess::sample_hold::{SampleHold, VectorHold};
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
 use crate::{Error, Real, Time};
@@ -68,14 +69,21 @@ pub struct Channels {
 pub struct FrontEnd {
     drives: usize,
     standstill_mps: Real,
+    vote: WheelSpeedVote,
+    own: Own,
+    torque: DriveHold,
+    speed: DriveHold,
+    output: Output,
+}
+
+/// What every step changes: all but the channels of the drive units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Own {
     conditioning: Option<Conditioning>,
     /// Instant of the last speed, and whether the vehicle stood by it.
     sampled: Option<Time>,
     standing: bool,
-    vote: WheelSpeedVote,
     check: InputCheck,
-    torque: [SampleHold; MAX_DRIVES],
-    speed: [SampleHold; MAX_DRIVES],
     /// Specific force forward, to the left and upwards.
     force: VectorHold,
     /// Rates of roll, pitch and yaw.
@@ -83,66 +91,122 @@ pub struct FrontEnd {
     steering: SampleHold,
 }
 
+/// The signals of the last step, of which only what has changed is written anew.
+#[derive(Clone, Copy, Debug, Default)]
+struct Output {
+    reading: Reading,
+    /// Speed that the wheels vote for.
+    voted_mps: Option<Real>,
+    /// Drive units whose torque, and whose wheel speed, they are made of; `None` if all is to be written anew.
+    fresh: Option<[UnitMask; 2]>,
+    /// Whether a wheel speed was new.
+    new_speed: bool,
+}
+
+/// Nothing of its own: it follows from the channels.
+impl PartialEq for Output {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// What a step may change.
+#[derive(Clone, Copy, Debug)]
+pub struct Checkpoint {
+    own: Own,
+    torque: Before,
+    speed: Before,
+}
+
 impl FrontEnd {
     /// For a train of `vehicle.drives` drive units.
     pub fn new(vehicle: &Vehicle) -> Self {
+        let drives = vehicle.drives.min(MAX_DRIVES);
         Self {
-            drives: vehicle.drives.min(MAX_DRIVES),
+            drives,
             standstill_mps: vehicle.standstill_mps(None),
-            conditioning: None,
-            sampled: None,
-            standing: false,
             vote: WheelSpeedVote::new(vehicle.standstill_mps(None)),
-            check: InputCheck::default(),
-            torque: Default::default(),
-            speed: Default::default(),
-            force: VectorHold::default(),
-            rate: VectorHold::default(),
-            steering: SampleHold::default(),
+            own: Own {
+                conditioning: None,
+                sampled: None,
+                standing: false,
+                check: InputCheck::default(),
+                force: VectorHold::default(),
+                rate: VectorHold::default(),
+                steering: SampleHold::default(),
+            },
+            torque: DriveHold::new(drives),
+            speed: DriveHold::new(drives),
+            output: Output::default(),
         }
     }
 
     /// The same with conditioning of the channels.
     pub fn conditioned(vehicle: &Vehicle, params: ConditioningParams) -> Self {
-        Self {
-            conditioning: Some(Conditioning::new(vehicle, params)),
-            ..Self::new(vehicle)
-        }
+        let mut front_end = Self::new(vehicle);
+        front_end.own.conditioning = Some(Conditioning::new(vehicle, params));
+        front_end
     }
 
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
     pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
-        self.check(z, u, dt)?;
-        Ok(self.take(z, u, dt))
+        let mut before = self.before();
+        let stamps = self.check(z, u, dt)?;
+        Ok(*self.take(z, u, dt, stamps, &mut before))
     }
 
-    /// Checks one step's input and notes its instant; on an error nothing is changed.
-    pub fn check(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
-        self.check.accept(z, u, dt)
+    /// What it was before a step, as [`FrontEnd::take`] completes it.
+    #[inline]
+    pub fn before(&self) -> Checkpoint {
+        Checkpoint {
+            own: self.own,
+            torque: self.torque.before(),
+            speed: self.speed.before(),
+        }
+    }
+
+    /// Takes a step back.
+    pub fn undo(&mut self, before: &Checkpoint) {
+        self.own = before.own;
+        self.torque.undo(&before.torque);
+        self.speed.undo(&before.speed);
+        self.output.fresh = None;
+    }
+
+    /// Checks one step's input and notes its instant; on an error nothing is changed. How motor torques and wheel speeds have come.
+    #[inline]
+    pub fn check(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<[Stamps; 2], Error> {
+        self.own.check.accept(z, u, dt, self.drives)
     }
 
     /// Turns one step's input, which must have been checked, into signals.
-    pub fn take(&mut self, z: &Measurements, u: &Command, dt: Real) -> Reading {
+    #[inline]
+    pub fn take(
+        &mut self,
+        z: &Measurements,
+        u: &Command,
+        dt: Real,
+        stamps: [Stamps; 2],
+        before: &mut Checkpoint,
+    ) -> &Reading {
         let now = z.t;
-        let mut reading = Reading {
-            brake: u.brake,
-            ..Reading::default()
-        };
-        reading.channels.commanded_torque_nm = u.motor_torque_nm;
-        reading.channels.new = self.take_imu(z);
-        self.condition_imu(reading.channels.new, dt);
-        self.steering.take(z.steering_angle_rad, now);
-        let new_speed = self.take_drives(z, dt, &mut reading.channels);
+        let new = self.take_imu(z);
+        self.condition_imu(new, dt);
+        self.own.steering.take(z.steering_angle_rad, now);
+        let new_speed = self.take_drives(z, dt, stamps, before);
+        self.read_imu(now, dt);
+        self.read_speed(new_speed, now);
 
-        reading.motor_torque_nm = self.total_torque(&reading.channels.motor_torque_nm);
-        [reading.front_torque_nm, ..] = reading.channels.motor_torque_nm;
-        reading.steering_angle_rad = self.steering.fresh(now, dt);
-        self.read_imu(now, dt, &mut reading);
-        self.read_speed(new_speed, now, dt, &mut reading);
-        reading
+        let reading = &mut self.output.reading;
+        reading.brake = u.brake;
+        reading.channels.commanded_torque_nm = u.motor_torque_nm;
+        reading.channels.new = new;
+        reading.steering_angle_rad = self.own.steering.fresh(now, dt);
+        &self.output.reading
     }
 
     /// Takes the samples of the IMU; whether specific force and angular rate are new.
+    #[inline]
     fn take_imu(&mut self, z: &Measurements) -> [bool; 2] {
         // A grade that grows is a rate about the left axis that is negative, and a pitch rate that is positive.
         let rate = z.angular_rate_radps.map(
@@ -154,32 +218,61 @@ impl FrontEnd {
                 value: [x, -y, z],
             },
         );
-        let new_force = self.force.take(z.specific_force_mps2, z.t);
-        [new_force, self.rate.take(rate, z.t)]
+        let new_force = self.own.force.take(z.specific_force_mps2, z.t);
+        [new_force, self.own.rate.take(rate, z.t)]
     }
 
-    /// Takes the samples of the drive units, and reads their torques; whether a wheel speed is new.
-    fn take_drives(&mut self, z: &Measurements, dt: Real, channels: &mut Channels) -> bool {
-        let (now, drives) = (z.t, self.drives);
-        let torques = self.torque.iter_mut().zip(&z.motor_torque_nm).take(drives);
-        for ((held, sample), fresh) in torques.zip(&mut channels.motor_torque_nm) {
-            held.take(*sample, now);
-            *fresh = held.fresh(now, dt);
+    /// Takes the samples of the drive units, and reads them; whether a wheel speed is new.
+    #[inline]
+    fn take_drives(
+        &mut self,
+        z: &Measurements,
+        dt: Real,
+        [torques, speeds]: [Stamps; 2],
+        before: &mut Checkpoint,
+    ) -> bool {
+        let now = z.t;
+        let Checkpoint { torque, speed, .. } = before;
+        let new_torque = self.torque.take(&z.motor_torque_nm, torques, now, torque);
+        let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now, speed);
+        let fresh = [self.torque.fresh(now, dt), self.speed.fresh(now, dt)];
+        let same = self.output.fresh == Some(fresh);
+        if !same || (new_torque | new_speed) != 0 {
+            self.read_drives(fresh);
         }
-        let mut new_speed = false;
-        let wheels = self.speed.iter_mut().zip(&z.wheel_speed_mps).take(drives);
-        for ((held, sample), new) in wheels.zip(&mut channels.new_wheel_speed_mps) {
-            if held.take(*sample, now) {
-                new_speed = true;
-                *new = held.fresh(now, dt);
-            }
+        let [_, fresh_speed] = fresh;
+        let new = &mut self.output.reading.channels.new_wheel_speed_mps;
+        if new_speed != 0 {
+            self.speed.write(new_speed & fresh_speed, new);
+        } else if !same || self.output.new_speed {
+            *new = [None; MAX_DRIVES];
         }
-        new_speed
+        self.output.new_speed = new_speed != 0;
+        self.output.new_speed
+    }
+
+    /// What the drive units read: torque of each, sum of the torques, speed by the wheels.
+    fn read_drives(&mut self, fresh: [UnitMask; 2]) {
+        let [torque, speed] = fresh;
+        let torque_nm = self.total_torque(torque);
+        let sense = torque_nm.unwrap_or(0.0);
+        self.output.fresh = Some(fresh);
+        self.output.voted_mps = match self.speed.whole(speed) {
+            Some(wheels) => self.vote.speed_mps(wheels.iter().copied(), sense),
+            None => self.vote.speed_mps(self.speed.values(speed), sense),
+        };
+        let reading = &mut self.output.reading;
+        let each = &mut reading.channels.motor_torque_nm;
+        self.torque.write(torque, each);
+        [reading.front_torque_nm, ..] = *each;
+        reading.motor_torque_nm = torque_nm;
     }
 
     /// What the IMU reads, less the biases learnt.
-    fn read_imu(&self, now: Time, dt: Real, reading: &mut Reading) {
-        let (force, rate) = (self.force.fresh(now, dt), self.rate.fresh(now, dt));
+    #[inline]
+    fn read_imu(&mut self, now: Time, dt: Real) {
+        let reading = &mut self.output.reading;
+        let (force, rate) = (self.own.force.fresh(now, dt), self.own.rate.fresh(now, dt));
         let vector = |[x, y, z]: [Option<Real>; 3]| Some([x?, y?, z?]);
         let channels = &mut reading.channels;
         channels.specific_force_mps2 = vector(force);
@@ -190,7 +283,7 @@ impl FrontEnd {
             reading.vertical_force_mps2,
         ] = force;
         let [_, pitch_rate, yaw_rate] = rate;
-        let conditioning = self.conditioning.as_ref();
+        let conditioning = self.own.conditioning.as_ref();
         let biases = conditioning.map(Conditioning::gyro_bias_radps);
         let [pitch_bias, yaw_bias] = biases.unwrap_or_default();
         reading.pitch_rate_radps = pitch_rate.map(|w| w - pitch_bias);
@@ -199,38 +292,39 @@ impl FrontEnd {
     }
 
     /// The speed by the fresh wheels, or why there is none; the noise learnt.
-    fn read_speed(&mut self, new: bool, now: Time, dt: Real, reading: &mut Reading) {
-        let wheels = self.speed.iter().take(self.drives);
-        let mut fresh = wheels.filter_map(|held| held.fresh(now, dt)).peekable();
-        let any = fresh.peek().is_some();
-        let torque_nm = reading.motor_torque_nm.unwrap_or(0.0);
-        let voted = self.vote.speed_mps(fresh, torque_nm);
+    #[inline]
+    fn read_speed(&mut self, new: bool, now: Time) {
+        let voted = self.output.voted_mps;
         let (new_speed_mps, speed_mps, held_out) = self.condition_speed(voted, new, now);
+        let wheel_speed_fault = match speed_mps {
+            Some(_) => held_out.then_some(Rejection::Gate),
+            None => self.wheel_speed_fault(now),
+        };
+        let reading = &mut self.output.reading;
         reading.new_speed_mps = new_speed_mps;
         reading.speed_mps = speed_mps;
-        reading.wheel_speed_fault = match speed_mps {
-            Some(_) => held_out.then_some(Rejection::Gate),
-            None => self.wheel_speed_fault(any, now),
-        };
-        let conditioning = self.conditioning.as_ref();
+        reading.wheel_speed_fault = wheel_speed_fault;
+        let conditioning = self.own.conditioning.as_ref();
         reading.noise = conditioning.map_or(LearntNoise::default(), Conditioning::learnt_noise);
     }
 
     /// Learns noise and gyro biases from new samples of the IMU.
+    #[inline]
     fn condition_imu(&mut self, [new_force, new_rate]: [bool; 2], dt: Real) {
-        let Some(conditioning) = &mut self.conditioning else {
+        let Some(conditioning) = &mut self.own.conditioning else {
             return;
         };
-        if let Some([force, ..]) = self.force.value().filter(|_| new_force) {
-            let period_s = self.force.waited_s().max(dt);
-            conditioning.force(force, period_s, self.standing);
+        if let Some([force, ..]) = self.own.force.value().filter(|_| new_force) {
+            let period_s = self.own.force.waited_s().max(dt);
+            conditioning.force(force, period_s, self.own.standing);
         }
-        let rates = self.rate.value().map(|[_, pitch, yaw]| [pitch, yaw]);
-        let period_s = self.rate.gap_s().max(dt);
-        conditioning.calibrate(self.standing, rates.filter(|_| new_rate), period_s, dt);
+        let rates = self.own.rate.value().map(|[_, pitch, yaw]| [pitch, yaw]);
+        let period_s = self.own.rate.gap_s().max(dt);
+        conditioning.calibrate(self.own.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
+    #[inline]
     fn condition_speed(
         &mut self,
         voted: Option<Real>,
@@ -238,24 +332,25 @@ impl FrontEnd {
         now: Time,
     ) -> (Option<Real>, Option<Real>, bool) {
         let fresh = voted.filter(|_| new);
-        let Some(conditioning) = &mut self.conditioning else {
+        let Some(conditioning) = &mut self.own.conditioning else {
             return (fresh, voted, false);
         };
         let Some(speed) = fresh else {
             if voted.is_none() {
-                self.standing = false;
+                self.own.standing = false;
             }
             let last = conditioning.last_speed();
             return (None, voted.map(|voted| last.unwrap_or(voted)), false);
         };
         let period_s = self
+            .own
             .sampled
             .map_or(0.0, |before| now.since(before))
             .max(0.0);
-        self.sampled = Some(now);
-        match conditioning.speed(speed, period_s, self.standing) {
+        self.own.sampled = Some(now);
+        match conditioning.speed(speed, period_s, self.own.standing) {
             Some(speed) => {
-                self.standing = speed.abs() < self.standstill_mps;
+                self.own.standing = speed.abs() < self.standstill_mps;
                 (Some(speed), Some(speed), false)
             }
             None => (None, conditioning.last_speed(), true),
@@ -263,11 +358,10 @@ impl FrontEnd {
     }
 
     /// Why fresh or stuck wheels give no speed; `None` if all are stale.
-    fn wheel_speed_fault(&self, any_fresh: bool, now: Time) -> Option<Rejection> {
-        let mut wheels = self.speed.iter().take(self.drives);
-        if any_fresh {
+    fn wheel_speed_fault(&self, now: Time) -> Option<Rejection> {
+        if self.output.fresh.is_some_and(|[_, speed]| speed != 0) {
             Some(Rejection::Slip)
-        } else if wheels.any(|held| held.is_stuck(now)) {
+        } else if self.speed.stuck(now) != 0 {
             Some(Rejection::Stuck)
         } else {
             None
@@ -275,11 +369,13 @@ impl FrontEnd {
     }
 
     /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal shares).
-    fn total_torque(&self, fresh_nm: &[Option<Real>]) -> Option<Real> {
-        let fresh = || fresh_nm.iter().take(self.drives).flatten();
-        let count = fresh().count();
-        (count > 0 && 2 * count >= self.drives)
-            .then(|| fresh().sum::<Real>() * self.drives as Real / count as Real)
+    fn total_torque(&self, fresh: UnitMask) -> Option<Real> {
+        let sum = match self.torque.whole(fresh) {
+            Some(torques) => torques.iter().sum::<Real>(),
+            None => self.torque.values(fresh).sum(),
+        };
+        let count = fresh.count_ones() as usize;
+        (count > 0 && 2 * count >= self.drives).then(|| sum * self.drives as Real / count as Real)
     }
 }
 
@@ -289,127 +385,24 @@ impl State for FrontEnd {
             drives: _,
             standstill_mps: _,
             vote: _,
-            conditioning,
-            sampled,
-            standing,
-            check,
+            own,
             torque,
             speed,
-            force,
-            rate,
-            steering,
+            output,
         } = self;
-        visit_built(conditioning, archive);
-        sampled.visit(archive);
-        standing.visit(archive);
-        check.visit(archive);
+        visit_built(&mut own.conditioning, archive);
+        own.sampled.visit(archive);
+        own.standing.visit(archive);
+        own.check.visit(archive);
         torque.visit(archive);
         speed.visit(archive);
-        force.visit(archive);
-        rate.visit(archive);
-        steering.visit(archive);
+        own.force.visit(archive);
+        own.rate.visit(archive);
+        own.steering.visit(archive);
+        *output = Output::default();
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::vehicles::vehicle;
-
-    #[test]
-    fn a_channel_without_samples_is_held_for_three_periods_only() {
-        let mut front = FrontEnd::new(&vehicle());
-        let u = Command::default();
-        for k in 1..=10 {
-            let t = Time::from_s(0.05 * f64::from(k));
-            let mut z = Measurements::at(t);
-            z.wheel_speed_mps[0] = Some(Sample { t, value: 1.0 });
-            front.read(&z, &u, 0.05).unwrap();
-        }
-        let nothing = |t_s| Measurements::at(Time::from_s(t_s));
-        let reading = front.read(&nothing(0.6), &u, 0.05).unwrap();
-        assert_eq!(
-            (reading.speed_mps, reading.new_speed_mps),
-            (Some(1.0), None)
-        );
-        let reading = front.read(&nothing(0.66), &u, 0.05).unwrap();
-        assert_eq!(reading.speed_mps, None);
-    }
-
-    #[test]
-    fn missing_torques_are_made_up_from_the_others_down_to_half() {
-        let u = Command::default();
-        let read = |count: usize| {
-            let mut z = Measurements {
-                t: Time::from_s(1.0),
-                ..Default::default()
-            };
-            for place in z.motor_torque_nm.iter_mut().take(count) {
-                *place = Some(Sample {
-                    t: Time::from_s(1.0),
-                    value: 100.0,
-                });
-            }
-            FrontEnd::new(&vehicle())
-                .read(&z, &u, 0.01)
-                .unwrap()
-                .motor_torque_nm
-        };
-        assert_eq!(vehicle().drives, 8);
-        assert_eq!(
-            (read(8), read(4), read(3)),
-            (Some(800.0), Some(800.0), None)
-        );
-    }
-
-    #[test]
-    fn a_grade_that_grows_is_a_positive_pitch_rate() {
-        let z = Measurements {
-            t: Time::from_s(1.0),
-            angular_rate_radps: Some(Sample {
-                t: Time::from_s(1.0),
-                value: [0.0, -0.1, 0.0],
-            }),
-            ..Default::default()
-        };
-        let reading = FrontEnd::new(&vehicle())
-            .read(&z, &Command::default(), 0.01)
-            .unwrap();
-        assert_eq!(reading.pitch_rate_radps, Some(0.1));
-    }
-
-    /// Speeds of eight wheels over 10 s, then one second of `faulty` ones; what is known at the end.
-    fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
-        let mut front = FrontEnd::new(&vehicle());
-        let mut random = crate::testing::Random::new(91);
-        let mut last = Reading::default();
-        for k in 1..=1_100 {
-            let t = Time::from_ns(10_000_000 * k);
-            let mut z = Measurements::at(t);
-            for (i, place) in z.wheel_speed_mps.iter_mut().enumerate() {
-                let noisy = 1.0 + 0.005 * random.normal();
-                let value = if k > 1_000 {
-                    faulty(i, noisy)
-                } else {
-                    Some(noisy)
-                };
-                *place = value.map(|value| Sample { t, value });
-            }
-            last = front.read(&z, &Command::default(), 0.01).unwrap();
-        }
-        last
-    }
-
-    #[test]
-    fn why_the_speed_is_not_known() {
-        let fine = after(|_, noisy| Some(noisy));
-        assert!(fine.speed_mps.is_some() && fine.wheel_speed_fault.is_none());
-        let fault = |reading: Reading| (reading.speed_mps, reading.wheel_speed_fault);
-        let slips = after(|i, noisy| Some(noisy + if i < 6 { 0.3 * (i + 1) as Real } else { 0.0 }));
-        assert_eq!(fault(slips), (None, Some(Rejection::Slip)));
-        let stuck = after(|_, _| Some(1.0));
-        assert_eq!(fault(stuck), (None, Some(Rejection::Stuck)));
-        let stale = after(|_, _| None);
-        assert_eq!(fault(stale), (None, None));
-    }
-}
+#[path = "front_end_tests.rs"]
+mod tests;

@@ -1,6 +1,8 @@
 //! Checks of one step's input: every number finite and possible, the clock going forward.
 
-use crate::api::signals::{Command, Measurements, Sample};
+use core::slice;
+
+use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
 use crate::api::snapshot::state;
 use crate::{Error, Real, Time};
 
@@ -21,14 +23,25 @@ pub struct InputCheck {
 }
 
 impl InputCheck {
-    /// Checks one step's input and notes its instant; on an error nothing is changed.
-    pub fn accept(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
+    /// Checks one step's input and notes its instant; on an error nothing is changed. How the samples of the first `drives` motor torques and
+    /// wheel speeds have come.
+    pub fn accept(
+        &mut self,
+        z: &Measurements,
+        u: &Command,
+        dt: Real,
+        drives: usize,
+    ) -> Result<[Stamps; 2], Error> {
         self.clock(z.t, dt)?;
-        if !all_possible(z, u) {
-            numbers(z, u)?;
-        }
+        let stamps = match all_possible(z, u, drives) {
+            Some(stamps) => stamps,
+            None => {
+                numbers(z, u)?;
+                [Stamps::Differ; 2]
+            }
+        };
         self.last = Some(z.t);
-        Ok(())
+        Ok(stamps)
     }
 
     fn clock(&self, t: Time, dt: Real) -> Result<(), Error> {
@@ -67,33 +80,75 @@ const MAX_SPEED_MPS: Real = 1e2;
 const MAX_STEERING_RAD: Real = 1e1;
 const MAX_BRAKE: Real = 1e2;
 
-/// Whether all numbers are finite and possible. Without early ends, so that comparisons run side by side; which one is not, [`numbers`] tells.
-fn all_possible(z: &Measurements, u: &Command) -> bool {
-    let time = |t: Time| (t <= MAX_TIME) & (t.ns() >= -MAX_TIME.ns());
-    // NaN is not below any limit.
-    let within = |value: &Real, limit: Real| value.abs() <= limit;
+/// How the samples of one channel of all drive units have come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stamps {
+    /// None has.
+    Missing,
+    /// All have, with one stamp.
+    Same(Time),
+    /// Otherwise.
+    Differ,
+}
+
+fn time_possible(t: Time) -> bool {
+    (t <= MAX_TIME) & (t.ns() >= -MAX_TIME.ns())
+}
+
+// NaN is not below any limit.
+fn within(value: Real, limit: Real) -> bool {
+    value.abs() <= limit
+}
+
+/// How the samples have come; `None` if one is not possible.
+#[inline]
+fn stamps(samples: &[Option<Sample<Real>>], limit: Real) -> Option<Stamps> {
+    if missing(samples) {
+        return Some(Stamps::Missing);
+    }
+    let first = samples.iter().flatten().next()?;
+    let same = |s: &Sample<Real>| s.t == first.t && within(s.value, limit);
+    if time_possible(first.t) && samples.iter().all(|s| s.as_ref().is_some_and(same)) {
+        return Some(Stamps::Same(first.t));
+    }
+    let possible = |s: &Sample<Real>| time_possible(s.t) && within(s.value, limit);
+    let all = samples.iter().flatten().all(possible);
+    all.then_some(Stamps::Differ)
+}
+
+/// Whether there is no sample: eight at a time, as mostly there is none.
+#[inline]
+fn missing(samples: &[Option<Sample<Real>>]) -> bool {
+    let (eights, rest) = samples.as_chunks::<8>();
+    let some =
+        |eight: &[Option<Sample<Real>>; 8]| eight.iter().fold(false, |any, s| any | s.is_some());
+    !eights.iter().any(some) && rest.iter().all(Option::is_none)
+}
+
+/// How motor torques and wheel speeds have come; `None` if any number is not finite or not possible. Which one is not, [`numbers`] tells.
+#[inline]
+fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps; 2]> {
     let vector = |s: &Option<Sample<[Real; 3]>>, limit: Real| match s {
-        Some(s) => s
-            .value
-            .iter()
-            .fold(time(s.t), |ok, v| ok & within(v, limit)),
+        Some(s) => (s.value.iter()).fold(time_possible(s.t), |ok, v| ok & within(*v, limit)),
         None => true,
     };
-    let scalar = |s: &Option<Sample<Real>>, limit: Real| match s {
-        Some(s) => time(s.t) & within(&s.value, limit),
-        None => true,
-    };
-    let drives = z.motor_torque_nm.iter().zip(&z.wheel_speed_mps);
-    let drives = drives.fold(true, |ok, (torque, speed)| {
-        ok & scalar(torque, MAX_TORQUE_NM) & scalar(speed, MAX_SPEED_MPS)
-    });
-    let torques = u.motor_torque_nm.iter();
-    drives
-        & vector(&z.specific_force_mps2, MAX_FORCE_MPS2)
+    let drives = drives.min(MAX_DRIVES);
+    let (torques, more_torques) = z.motor_torque_nm.split_at(drives);
+    let (speeds, more_speeds) = z.wheel_speed_mps.split_at(drives);
+    let [torque, _, speed, _, _] = [
+        stamps(torques, MAX_TORQUE_NM)?,
+        stamps(more_torques, MAX_TORQUE_NM)?,
+        stamps(speeds, MAX_SPEED_MPS)?,
+        stamps(more_speeds, MAX_SPEED_MPS)?,
+        stamps(slice::from_ref(&z.steering_angle_rad), MAX_STEERING_RAD)?,
+    ];
+    // Without early ends, so that comparisons run side by side.
+    let commands = u.motor_torque_nm.iter();
+    let rest = vector(&z.specific_force_mps2, MAX_FORCE_MPS2)
         & vector(&z.angular_rate_radps, MAX_RATE_RADPS)
-        & scalar(&z.steering_angle_rad, MAX_STEERING_RAD)
-        & torques.fold(true, |ok, torque| ok & within(torque, MAX_TORQUE_NM))
-        & within(&u.brake, MAX_BRAKE)
+        & commands.fold(true, |ok, torque| ok & within(*torque, MAX_TORQUE_NM))
+        & within(u.brake, MAX_BRAKE);
+    rest.then_some([torque, speed])
 }
 
 /// What the first number is that is not finite, or not possible.
@@ -150,31 +205,34 @@ mod tests {
     #[test]
     fn bad_input_is_named_and_changes_nothing() {
         let (mut check, u) = (InputCheck::default(), Command::default());
-        check.accept(&with_speed(1.0, 1.0), &u, 0.01).unwrap();
+        check.accept(&with_speed(1.0, 1.0), &u, 0.01, 8).unwrap();
         let before = check;
         let good = with_speed(2.0, 1.0);
         for dt in [0.0, -0.1, 2.0, Real::NAN, Real::INFINITY] {
-            let refused = check.accept(&good, &u, dt);
+            let refused = check.accept(&good, &u, dt, 8);
             assert!(matches!(refused, Err(Error::TimeStep(_))));
         }
         let at = |t_s: f64| with_speed(t_s, 1.0);
         for t_s in [1.0, 0.5, -1e9] {
-            let refused = check.accept(&at(t_s), &u, 0.01);
+            let refused = check.accept(&at(t_s), &u, 0.01, 8);
             assert!(matches!(refused, Err(Error::OutOfOrder { .. })));
         }
         for t_s in [f64::NAN, 1e10, -1e10] {
-            let refused = check.accept(&at(t_s), &u, 0.01);
+            let refused = check.accept(&at(t_s), &u, 0.01, 8);
             assert_eq!(refused, Err(Error::OutOfRange("time")));
         }
-        let refused = check.accept(&at(61.1), &u, 0.01);
+        let refused = check.accept(&at(61.1), &u, 0.01, 8);
         assert!(matches!(refused, Err(Error::TooFarAhead { .. })));
-        let refused = check.accept(&at(1.004), &u, 0.01);
+        let refused = check.accept(&at(1.004), &u, 0.01, 8);
         assert!(matches!(refused, Err(Error::ClockMismatch { .. })));
         for (value, error) in [
             (Real::NAN, Error::NotFinite("wheel speed")),
             (1e9, Error::OutOfRange("wheel speed")),
         ] {
-            assert_eq!(check.accept(&with_speed(2.0, value), &u, 0.01), Err(error));
+            assert_eq!(
+                check.accept(&with_speed(2.0, value), &u, 0.01, 8),
+                Err(error)
+            );
         }
         let z = Measurements {
             specific_force_mps2: Some(Sample {
@@ -184,7 +242,7 @@ mod tests {
             ..good
         };
         assert_eq!(
-            check.accept(&z, &u, 0.01),
+            check.accept(&z, &u, 0.01, 8),
             Err(Error::NotFinite("specific force"))
         );
         let brake = Command {
@@ -192,11 +250,35 @@ mod tests {
             ..u
         };
         assert_eq!(
-            check.accept(&good, &brake, 0.01),
+            check.accept(&good, &brake, 0.01, 8),
             Err(Error::NotFinite("brake command"))
         );
         assert_eq!(check, before);
-        check.accept(&good, &u, 0.01).unwrap();
+        check.accept(&good, &u, 0.01, 8).unwrap();
+    }
+
+    #[test]
+    fn how_samples_have_come() {
+        let (mut z, u) = (with_speed(1.0, 1.0), Command::default());
+        let stamps = |z: &Measurements| InputCheck::default().accept(z, &u, 0.01, 2);
+        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Differ]));
+        z.wheel_speed_mps[1] = z.wheel_speed_mps[0];
+        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Same(z.t)]));
+        // A unit that the train does not have: it does not count, but must be possible.
+        z.motor_torque_nm[2] = z.wheel_speed_mps[0];
+        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Same(z.t)]));
+        let nan = Some(Sample {
+            t: z.t,
+            value: Real::NAN,
+        });
+        (z.motor_torque_nm[2], z.motor_torque_nm[0]) = (nan, z.wheel_speed_mps[0]);
+        assert_eq!(stamps(&z), Err(Error::NotFinite("motor torque")));
+        z.motor_torque_nm = [z.wheel_speed_mps[0]; MAX_DRIVES];
+        z.motor_torque_nm[1] = Some(Sample {
+            t: Time::from_s(0.9),
+            value: 0.0,
+        });
+        assert_eq!(stamps(&z), Ok([Stamps::Differ, Stamps::Same(z.t)]));
     }
 
     #[test]
@@ -207,22 +289,31 @@ mod tests {
         // A pause of a minute to the nanosecond of its rounding; twice the time that has passed.
         for (since, dt) in [(60 * second - 1, 0.01), (second / 4, 0.5)] {
             let mut check = InputCheck::default();
-            check.accept(&at(second), &u, 0.01).unwrap();
-            assert_eq!(check.accept(&at(second + since), &u, dt), Ok(()));
+            check.accept(&at(second), &u, 0.01, 8).unwrap();
+            assert_eq!(
+                check.accept(&at(second + since), &u, dt, 8).map(drop),
+                Ok(())
+            );
             assert!(
                 check
-                    .accept(&at(second + since + 61 * second), &u, dt)
+                    .accept(&at(second + since + 61 * second), &u, dt, 8)
                     .is_err()
             );
         }
         for ns in [MAX_TIME.ns(), -MAX_TIME.ns()] {
-            assert_eq!(InputCheck::default().accept(&at(ns), &u, 1.0), Ok(()));
+            assert_eq!(
+                InputCheck::default().accept(&at(ns), &u, 1.0, 8).map(drop),
+                Ok(())
+            );
         }
         for value in [100.0, -100.0] {
             let z = with_speed(1.0, value);
-            assert_eq!(InputCheck::default().accept(&z, &u, 0.01), Ok(()));
+            assert_eq!(
+                InputCheck::default().accept(&z, &u, 0.01, 8).map(drop),
+                Ok(())
+            );
             let beyond = with_speed(1.0, 1.001 * value);
-            assert!(InputCheck::default().accept(&beyond, &u, 0.01).is_err());
+            assert!(InputCheck::default().accept(&beyond, &u, 0.01, 8).is_err());
         }
     }
 }

@@ -1,6 +1,8 @@
 //! From samples to signals: checks, freshness, one speed out of many wheels, matched filters.
 
+pub mod arrivals;
 pub mod conditioning;
+pub mod drive_hold;
 pub mod front_end;
 pub mod gyro_calibration;
 pub mod input_check;

@@ -2,91 +2,9 @@
 
 use crate::api::signals::Sample;
 use crate::api::snapshot::state;
+use crate::preprocess::arrivals::Arrivals;
 use crate::preprocess::stuck_detector::StuckDetector;
 use crate::{Real, Time};
-
-/// Time without a sample after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
-const CLOCK_SET_BACK_S: Real = 1.0;
-
-/// Mean gaps of the channel, and mean deviations of them, after which its last sample is stale.
-const TIMEOUT_GAPS: Real = 3.0;
-const TIMEOUT_DEVIATIONS: Real = 4.0;
-
-/// Shortest timeout, s: a dozen lost samples of a fast channel are nothing to filters with a corner of 1 Hz.
-const MIN_TIMEOUT_S: Real = 0.1;
-
-/// The same in nanoseconds: a sample no older is fresh whatever the gaps are.
-const MIN_TIMEOUT_NS: i64 = 100_000_000;
-
-/// Gaps that their mean and deviation look back on.
-const GAP_MEMORY: Real = 16.0;
-
-/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean deviations of the gaps, and
-/// never for less than 0.1 s.
-///
-/// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and lost samples
-/// lengthen the timeout by what they do to the gaps, and a channel that comes evenly times out after three periods. A gap counts for no
-/// more than the timeout, so that one dropout does not pass for a slow channel.
-///
-/// The timeout goes by the arrival of samples on the estimator's own clock; stamps of the sensor's clock only order the samples. A sample
-/// that arrives after a younger one is late: it is dropped, and counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Arrivals {
-    stamp: Time,
-    arrived: Time,
-    gap_s: Real,
-    deviation_s: Real,
-    waited_s: Real,
-    late: u32,
-}
-
-impl Arrivals {
-    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless nothing younger has come
-    /// for so long that the sensor's clock must have been set back.
-    #[inline]
-    fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
-        if !first {
-            let gap = now.since(self.arrived);
-            let set_back = stamp < self.stamp && gap > CLOCK_SET_BACK_S;
-            if !(stamp > self.stamp || set_back) {
-                self.late = self.late.saturating_add(1);
-                return false;
-            }
-            self.observe_gap(gap);
-            self.waited_s = gap;
-        }
-        (self.stamp, self.arrived) = (stamp, now);
-        true
-    }
-
-    #[inline]
-    fn observe_gap(&mut self, gap: Real) {
-        if self.gap_s <= 0.0 {
-            self.gap_s = gap;
-            return;
-        }
-        let away = gap.min(self.timeout_s()) - self.gap_s;
-        self.gap_s += away / GAP_MEMORY;
-        self.deviation_s += (away.abs() - self.deviation_s) / GAP_MEMORY;
-    }
-
-    #[inline]
-    fn timeout_s(&self) -> Real {
-        TIMEOUT_GAPS * self.gap_s + TIMEOUT_DEVIATIONS * self.deviation_s
-    }
-
-    /// Whether the last sample is still fresh.
-    #[inline]
-    fn fresh(&self, now: Time, dt_s: Real) -> bool {
-        now.ns().saturating_sub(self.arrived.ns()) <= MIN_TIMEOUT_NS
-            || self.within_timeout(now, dt_s)
-    }
-
-    fn within_timeout(&self, now: Time, dt_s: Real) -> bool {
-        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
-        now.since(self.arrived) <= timeout_s
-    }
-}
 
 /// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the sensor is stuck.
 ///
@@ -94,6 +12,7 @@ impl Arrivals {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampleHold {
     arrivals: Arrivals,
+    late: u32,
     value: Option<Real>,
     stuck: StuckDetector,
 }
@@ -105,6 +24,7 @@ impl SampleHold {
     pub fn take(&mut self, sample: Option<Sample<Real>>, now: Time) -> bool {
         let Some(sample) = sample else { return false };
         if !self.arrivals.take(sample.t, now, self.value.is_none()) {
+            self.late = self.late.saturating_add(1);
             return false;
         }
         if let Some(before) = self.value {
@@ -116,17 +36,17 @@ impl SampleHold {
 
     /// Mean gap between arrivals, s; 0 before the second sample.
     pub fn gap_s(&self) -> Real {
-        self.arrivals.gap_s
+        self.arrivals.gap_s()
     }
 
     /// How long the value held had to be waited for, s.
     pub fn waited_s(&self) -> Real {
-        self.arrivals.waited_s
+        self.arrivals.waited_s()
     }
 
     /// How many samples were dropped because a younger one had come before them.
     pub fn late(&self) -> u32 {
-        self.arrivals.late
+        self.late
     }
 
     /// The value held, fresh or not.
@@ -152,6 +72,7 @@ impl SampleHold {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VectorHold {
     arrivals: Arrivals,
+    late: u32,
     value: Option<[Real; 3]>,
     stuck: [StuckDetector; 3],
 }
@@ -162,6 +83,7 @@ impl VectorHold {
     pub fn take(&mut self, sample: Option<Sample<[Real; 3]>>, now: Time) -> bool {
         let Some(sample) = sample else { return false };
         if !self.arrivals.take(sample.t, now, self.value.is_none()) {
+            self.late = self.late.saturating_add(1);
             return false;
         }
         if let Some(before) = self.value {
@@ -176,12 +98,12 @@ impl VectorHold {
 
     /// Mean gap between arrivals, s; 0 before the second sample.
     pub fn gap_s(&self) -> Real {
-        self.arrivals.gap_s
+        self.arrivals.gap_s()
     }
 
     /// How long the value held had to be waited for, s.
     pub fn waited_s(&self) -> Real {
-        self.arrivals.waited_s
+        self.arrivals.waited_s()
     }
 
     /// The value held, fresh or not.
@@ -200,9 +122,8 @@ impl VectorHold {
     }
 }
 
-state!(Arrivals { stamp, arrived, gap_s, deviation_s, waited_s, late; });
-state!(SampleHold { arrivals, value, stuck; });
-state!(VectorHold { arrivals, value, stuck; });
+state!(SampleHold { arrivals, late, value, stuck; });
+state!(VectorHold { arrivals, late, value, stuck; });
 
 #[cfg(test)]
 mod tests {

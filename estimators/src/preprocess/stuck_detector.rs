@@ -30,11 +30,23 @@ impl StuckDetector {
             self.run = self.run.saturating_add(1);
             return;
         }
-        if !self.is_stuck(now) {
+        if self.run > 0 && !self.is_stuck(now) {
             self.legitimate_repeats = self.legitimate_repeats.saturating_add(self.run);
         }
         self.changes = self.changes.saturating_add(1);
         (self.run, self.changed) = (0, now);
+    }
+
+    /// Takes `changes` samples, each another value than the one before, the last at `now`. None may have been repeated just before.
+    pub fn take_changes(&mut self, changes: u32, now: Time) {
+        self.changes = self.changes.saturating_add(changes);
+        self.changed = now;
+    }
+
+    /// Whether the last sample was a repetition.
+    #[inline]
+    pub fn repeats(&self) -> bool {
+        self.run > 0
     }
 
     /// Whether the channel is stuck.

@@ -8,10 +8,12 @@
 //! small; the bound is for the root mean square over runs.
 
 mod attitude;
+mod channels;
 mod mass;
 mod running;
 mod sheet;
 
+pub use channels::{BoundChannels, descriptions};
 pub use running::RunningBound;
 pub use sheet::SheetNoise;
 

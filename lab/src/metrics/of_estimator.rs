@@ -108,7 +108,7 @@ mod tests {
             mass_valid: valid,
             mass_nees: 100.0 * e * e,
             slope: e * DEGREE,
-            slope_percent: 2.0 * e,
+            slopes: [(0.02 * e).atan(), 0.0],
             slope_nees: 400.0 * e * e,
             slope_valid: valid,
             slope_effective: 3.0 * e * DEGREE,

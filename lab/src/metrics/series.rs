@@ -2,6 +2,7 @@
 
 use crate::bound::{BoundSample, RunningBound};
 use crate::metrics::lagged::GradeAtMiddle;
+use monorig_estimators::api::signals::Estimate;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -66,8 +67,8 @@ pub struct ErrorSample {
     pub mass_valid: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
-    /// The same as roads state slopes, 100 tan θ, %.
-    pub slope_percent: f64,
+    /// The estimate of the slope, and the grade at the IMU, rad.
+    pub slopes: [f64; 2],
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
     /// Normalised square of the slope's error, against the grade at the IMU.
@@ -97,13 +98,22 @@ pub struct ErrorSample {
 impl ErrorSample {
     /// What an estimator last said against the truth.
     pub fn new(member: &RunningEstimator, t: &Target) -> Self {
-        let e = &member.estimate;
+        let internals = member.internals_named(TOLD);
+        Self::of(&member.estimate, internals, t)
+    }
+
+    /// Error of the slope as roads state slopes, 100 tan θ, %.
+    pub fn slope_percent(&self) -> f64 {
+        let [estimate, truth] = self.slopes;
+        100.0 * (estimate.tan() - truth.tan())
+    }
+
+    /// An estimate and the internals of [`TOLD`] against the truth.
+    fn of(e: &Estimate, internals: [Option<f64>; 3], t: &Target) -> Self {
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
         let effective = e.effective_grade_rad.value - t.grade_effective_rad;
-        let [lagged, lagged_sd, resistance] = member
-            .internals_named([LAGGED, LAGGED_SD, RESISTANCE])
-            .map(|value| value.unwrap_or(f64::NAN));
+        let [lagged, lagged_sd, resistance] = internals.map(|value| value.unwrap_or(f64::NAN));
         let lagged = lagged - t.grade_at_middle_rad;
         Self {
             t_s: t.t_s,
@@ -112,7 +122,7 @@ impl ErrorSample {
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),
             mass_valid: e.total_mass_kg.valid,
             slope,
-            slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
+            slopes: [e.grade_rad.value, t.grade_at_imu_rad],
             slope_effective: effective,
             effective_nees: normalised(effective, e.effective_grade_rad.sd, t.grade_sd_rad),
             effective_valid: e.effective_grade_rad.valid,
@@ -128,11 +138,39 @@ impl ErrorSample {
         }
     }
 }
-/// The internal that counts as an estimate of the running-resistance coefficient.
-const RESISTANCE: &str = "running_resistance";
-/// The internals that count as a grade told with a lag, rad, and its standard deviation.
-const LAGGED: &str = "lagged_grade_rad";
-const LAGGED_SD: &str = "lagged_grade_sd_rad";
+/// The internals that count as a grade told with a lag, rad, its standard deviation, and the running-resistance coefficient.
+const TOLD: [&str; 3] = [
+    "lagged_grade_rad",
+    "lagged_grade_sd_rad",
+    "running_resistance",
+];
+
+/// Makes error samples of one estimator, step by step, without looking for its internals by name in each.
+pub struct Comparison {
+    places: [Option<usize>; 3],
+    internals: Vec<f64>,
+}
+
+impl Comparison {
+    /// Of this estimator.
+    pub fn of(member: &RunningEstimator) -> Self {
+        let list = member.list_internals();
+        Self {
+            places: TOLD.map(|name| list.iter().position(|i| i.name == name)),
+            internals: Vec::new(),
+        }
+    }
+
+    /// What the estimator last said against the truth: that of [`ErrorSample::new`].
+    pub fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
+        self.internals.clear();
+        if self.places.iter().any(Option::is_some) {
+            member.internals(&mut self.internals);
+        }
+        let internals = self.places.map(|at| self.internals.get(at?).copied());
+        ErrorSample::of(&member.estimate, internals, t)
+    }
+}
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]

@@ -85,9 +85,9 @@ table! {
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
             = p95(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope as roads state it, 100 tan θ"
-            = rms(|x: &ErrorSample| x.slope_percent);
+            = rms(|x: &ErrorSample| x.slope_percent());
         Slope "slope_error_max_percent" ["%", Least] "largest error of the slope as roads state it"
-            = max(|x: &ErrorSample| x.slope_percent);
+            = max(|x: &ErrorSample| x.slope_percent());
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"

@@ -3,6 +3,7 @@
 use crate::bound::BoundSample;
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
+use monorig_estimators::Time;
 use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::closed_loop::SimulationBuilder;
@@ -84,8 +85,9 @@ pub fn load(place: &Path) -> Option<ReplayData> {
 }
 
 fn encode(columns: &ReplayData) -> Vec<u8> {
-    let mut body = Vec::with_capacity(72 * columns.len() + 8 * columns.values.len() + 256);
-    for count in [columns.masks.len(), columns.values.len()] {
+    let (steps, values, stamps) = (columns.len(), columns.values.len(), columns.stamps.len());
+    let mut body = Vec::with_capacity(88 * steps + 8 * (values + stamps) + 256);
+    for count in [steps, values, stamps] {
         body.extend((count as u64).to_le_bytes());
     }
     let mut put = |x: f64| body.extend(x.to_le_bytes());
@@ -102,6 +104,9 @@ fn encode(columns: &ReplayData) -> Vec<u8> {
         numbers_of(t.bound).into_iter().for_each(&mut put);
     }
     columns.values.iter().copied().for_each(&mut put);
+    for stamp in &columns.stamps {
+        body.extend(stamp.ns().to_le_bytes());
+    }
     for mask in &columns.masks {
         body.extend(mask.to_le_bytes());
     }
@@ -119,8 +124,9 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     let mut words = body
         .chunks_exact(8)
         .map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default()));
-    let (steps, values) = (words.next()? as usize, words.next()? as usize);
-    if steps.max(values) > body.len() / 8 {
+    let mut count = || words.next().map(|n| n as usize);
+    let (steps, values, stamps) = (count()?, count()?, count()?);
+    if steps.max(values).max(stamps) > body.len() / 8 {
         return None;
     }
     let mut numbers = words.by_ref().map(f64::from_bits);
@@ -142,8 +148,15 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
         });
     }
     columns.values = numbers.take(values).collect();
+    let ns = words.by_ref().map(u64::cast_signed);
+    columns.stamps = ns.take(stamps).map(Time::from_ns).collect();
     columns.masks = words.collect();
-    (columns.masks.len() == steps && columns.values.len() == values).then_some(columns)
+    let lengths = [
+        columns.masks.len(),
+        columns.values.len(),
+        columns.stamps.len(),
+    ];
+    (lengths == [steps, values, stamps]).then_some(columns)
 }
 
 /// Numbers of a bound; not numbers where there is none.

@@ -2,7 +2,7 @@
 
 use crate::metrics::series::Target;
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct ReplayData {
     pub(super) masks: Vec<u64>,
     /// The values of all steps one after another, in the order of the bits.
     pub(super) values: Vec<f64>,
+    /// The stamps of all samples, in the same order.
+    pub(super) stamps: Vec<Time>,
     /// Per step: the truth.
     pub(super) truth: Vec<Target>,
 }
@@ -28,6 +30,7 @@ impl ReplayData {
             vehicle,
             masks: Vec::new(),
             values: Vec::new(),
+            stamps: Vec::new(),
             truth: Vec::new(),
         }
     }
@@ -45,12 +48,12 @@ impl ReplayData {
     /// Add a step; `command` if it is another than in the step before (before the first: all zero).
     pub fn push(&mut self, z: &Measurements, command: Option<&Command>, truth: Target) {
         let mut mask = 0;
-        let values = &mut self.values;
+        let (values, stamps) = (&mut self.values, &mut self.stamps);
         let vectors = z.vectors();
         for (bit, sample) in (0..).zip(vectors) {
             if let Some(s) = sample {
                 mask |= 1 << bit;
-                values.push(s.t.s());
+                stamps.push(s.t);
                 values.extend(s.value);
             }
         }
@@ -62,7 +65,8 @@ impl ReplayData {
         for (bit, sample) in (vectors.len()..).zip(z.scalars()) {
             if let Some(s) = sample {
                 mask |= 1 << bit;
-                values.extend([s.t.s(), s.value]);
+                stamps.push(s.t);
+                values.push(s.value);
             }
         }
         self.masks.push(mask);
@@ -75,6 +79,8 @@ impl ReplayData {
             columns: self,
             step: 0,
             values: self.values.iter(),
+            stamps: self.stamps.iter(),
+            there: 0,
             z: Measurements::default(),
             command: Command::default(),
         }
@@ -86,6 +92,9 @@ pub struct Steps<'a> {
     columns: &'a ReplayData,
     step: usize,
     values: std::slice::Iter<'a, f64>,
+    stamps: std::slice::Iter<'a, Time>,
+    /// Samples of the step before, one bit each.
+    there: u64,
     z: Measurements,
     command: Command,
 }
@@ -97,8 +106,8 @@ impl Steps<'_> {
         let truth = self.columns.truth.get(self.step)?;
         self.step += 1;
         let has = |bit: u32| mask & (1 << bit) != 0;
-        let values = &mut self.values;
-        let mut next = || values.next().copied();
+        let mut next = || self.values.next().copied();
+        let mut stamp = || self.stamps.next().copied();
         let z = &mut self.z;
         z.t = Time::from_s(truth.t_s);
         let vectors = z.vectors_mut();
@@ -106,7 +115,7 @@ impl Steps<'_> {
         for (bit, sample) in (0..).zip(vectors) {
             *sample = match has(bit) {
                 true => Some(Sample {
-                    t: Time::from_s(next()?),
+                    t: stamp()?,
                     value: [next()?, next()?, next()?],
                 }),
                 false => None,
@@ -119,23 +128,44 @@ impl Steps<'_> {
             self.command.clamp_pressure_mpa = next()?;
             self.command.brake = next()?;
         }
-        for (bit, sample) in (first_scalar..).zip(z.scalars_mut()) {
-            *sample = match has(bit) {
+        // Only what there is now, or was in the step before.
+        let samples = mask & !(1 << COMMAND) & (u64::MAX << first_scalar);
+        let mut touched = samples | self.there;
+        while touched != 0 {
+            let bit = touched.trailing_zeros();
+            touched &= touched - 1;
+            let place = scalar_mut(z, (bit - first_scalar) as usize)?;
+            *place = match has(bit) {
                 true => Some(Sample {
-                    t: Time::from_s(next()?),
+                    t: stamp()?,
                     value: next()?,
                 }),
                 false => None,
             };
         }
+        self.there = samples;
         Some((&self.z, &self.command, truth))
+    }
+}
+
+/// A slot with one value by its place in [`Measurements::scalars_mut`].
+fn scalar_mut(z: &mut Measurements, place: usize) -> Option<&mut Option<Sample<f64>>> {
+    let i = place % MAX_DRIVES;
+    match place / MAX_DRIVES {
+        0 => z.motor_torque_nm.get_mut(i),
+        1 => z.wheel_speed_mps.get_mut(i),
+        2 => z.clamp_pressure_mpa.get_mut(i),
+        _ => match i {
+            0 => Some(&mut z.steering_angle_rad),
+            1 => Some(&mut z.inclination_rad),
+            _ => z.auxiliary.get_mut(i - 2),
+        },
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_estimators::api::signals::MAX_DRIVES;
     use monorig_sim::testing::vehicle;
 
     /// Every stream there and not there, commands that change and that stay.
@@ -195,7 +225,15 @@ mod tests {
 
     #[test]
     fn every_sample_has_its_bit() {
-        let z = Measurements::default();
+        let mut z = Measurements::default();
+        let places: Vec<*const _> = z.scalars().map(std::ptr::from_ref).collect();
+        for (i, place) in places.iter().enumerate() {
+            assert_eq!(
+                scalar_mut(&mut z, i).map(|p| std::ptr::from_ref(p)),
+                Some(*place)
+            );
+        }
+        assert!(scalar_mut(&mut z, places.len()).is_none());
         assert!(z.vectors().len() + z.scalars().count() <= COMMAND as usize);
     }
 }

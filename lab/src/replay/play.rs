@@ -1,21 +1,29 @@
 //! Plays recorded columns to an estimator.
 
-use crate::metrics::series::ErrorSample;
+use crate::metrics::series::{Comparison, ErrorSample};
 use crate::replay::ReplayData;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 
-/// Gives an estimator what it would have been given in the run, and puts its errors into `samples`, one per step. They are
+/// Samples handed on at once: few enough to stay in the cache of the processor.
+const BATCH: usize = 64;
+
+/// Gives an estimator what it would have been given in the run, and hands its errors on, one per step, in batches. They are
 /// bit for bit those of the run, because the same code makes them.
-pub fn play(columns: &ReplayData, estimator: BoxedEstimator, samples: &mut Vec<ErrorSample>) {
-    samples.clear();
-    samples.reserve(columns.len());
+pub fn play(columns: &ReplayData, estimator: BoxedEstimator, mut take: impl FnMut(&[ErrorSample])) {
     let mut member = RunningEstimator::new("", estimator);
+    let mut comparison = Comparison::of(&member);
+    let mut batch = Vec::with_capacity(BATCH);
     let mut last_s = 0.0;
     let mut steps = columns.steps();
     while let Some((z, command, truth)) = steps.advance() {
         member.step(z, command, truth.t_s - last_s);
         last_s = truth.t_s;
-        samples.push(ErrorSample::new(&member, truth));
+        batch.push(comparison.sample(&member, truth));
+        if batch.len() == BATCH {
+            take(&batch);
+            batch.clear();
+        }
     }
+    take(&batch);
 }

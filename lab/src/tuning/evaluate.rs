@@ -1,8 +1,8 @@
 //! Runs a trial: an estimator with the trial's parameters over every run of the study, side by side on several threads.
 
 use crate::batch::map_in_order;
-use crate::metrics;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
+use crate::metrics::{self, InWindow};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
@@ -10,6 +10,7 @@ use crate::tuning::queue::{Asker, Question};
 use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::{IntegrityLimits, Scenario};
 use monorig_sim::error::Error;
@@ -252,8 +253,38 @@ impl<'a> Evaluator<'a> {
 
     /// The metrics of one run.
     fn one(&self, run: &OneRun, values: &Values) -> Result<Vec<f64>, String> {
-        self.series(run, values)
-            .and_then(|series| self.measure(&series, &self.windows))
+        match &run.source {
+            Source::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
+            Source::ClosedLoop(_) => self
+                .series(run, values)
+                .and_then(|series| self.measure(&series, &self.windows)),
+        }
+    }
+
+    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the samples.
+    fn measure_replay(
+        &self,
+        run: &OneRun,
+        columns: &ReplayData,
+        values: &Values,
+    ) -> Result<Vec<f64>, String> {
+        let of_window = |w: &MetricWindow| {
+            InWindow::new(&w.metric, &run.limits, w.after_s, w.until_s)
+                .ok_or_else(|| format!("there is no metric {}", w.metric))
+        };
+        let metrics: Result<Vec<InWindow>, String> = self.windows.iter().map(of_window).collect();
+        let mut metrics = metrics?;
+        play(columns, self.estimator(columns, values)?, |batch| {
+            metrics.iter_mut().for_each(|metric| metric.add(batch));
+        });
+        Ok(metrics.iter().map(InWindow::value).collect())
+    }
+
+    /// The study's estimator with these parameters.
+    fn estimator(&self, columns: &ReplayData, values: &Values) -> Result<BoxedEstimator, String> {
+        let (of, settings) = (&self.study.of, self.study.settings(values));
+        of.build(&columns.vehicle, &settings.named())
+            .map_err(|e| e.to_string())
     }
 
     /// The samples of the first run of a group with these parameters.
@@ -288,23 +319,18 @@ impl<'a> Evaluator<'a> {
         windows.iter().map(one).collect()
     }
 
-    /// A panic is an error like any other: it fails the trial, not the study.
     fn series(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
-        catch_unwind(AssertUnwindSafe(|| self.run(run, values)))
-            .unwrap_or_else(|_| Err("it panicked".into()))
+        caught(|| self.run(run, values))
     }
 
     fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
-        let settings = self.study.settings(values);
         let name = &self.study.file.estimator;
         match &run.source {
             Source::Replay(columns) => {
-                let of = &self.study.of;
-                let estimator = of
-                    .build(&columns.vehicle, &settings.named())
-                    .map_err(|e| e.to_string())?;
-                let mut samples = Vec::new();
-                play(columns, estimator, &mut samples);
+                let mut samples = Vec::with_capacity(columns.len());
+                play(columns, self.estimator(columns, values)?, |batch| {
+                    samples.extend_from_slice(batch);
+                });
                 Ok(ErrorSeries {
                     estimators: vec![(name.clone(), samples)],
                     limits: run.limits,
@@ -313,6 +339,7 @@ impl<'a> Evaluator<'a> {
             }
             Source::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
+                let settings = self.study.settings(values);
                 scenario.file.estimators.insert(name.clone(), settings);
                 let mut simulation = Simulation::build(scenario, &self.study.registry, run.seed)
                     .map_err(|e| e.to_string())?;
@@ -323,4 +350,9 @@ impl<'a> Evaluator<'a> {
             }
         }
     }
+}
+
+/// A panic is an error like any other: it fails the trial, not the study.
+fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err("it panicked".into()))
 }

@@ -5,6 +5,8 @@
 //! | `channels` | the channel table: every column with its unit and its value |
 //! | `recorder` | the observer that fills rows and hands them on in chunks |
 //! | `decoder` | decoders of other libraries, whose panics are errors |
+//! | `extra` | channels that others add, such as the Cramér-Rao bound |
+//! | `background` | a sink on a thread of its own |
 //! | `parquet` `readback` | columns written to a file, and read from one |
 //! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
 //! | `arithmetic` | whether two machines round alike |
@@ -12,8 +14,10 @@
 //! | `whole` | files that are there whole or not at all |
 
 mod arithmetic;
+mod background;
 mod channels;
 pub mod decoder;
+mod extra;
 pub mod folder;
 pub mod identity;
 pub mod inputs;
@@ -109,7 +113,21 @@ impl<S: Sink + ?Sized> Sink for &mut S {
     }
 }
 
+impl<S: Sink + ?Sized> Sink for Box<S> {
+    fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
+        (**self).begin(layout)
+    }
+    fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
+        (**self).chunk(chunk)
+    }
+    fn finish(&mut self) -> Result<(), Error> {
+        (**self).finish()
+    }
+}
+
+pub use background::BackgroundSink;
 pub use channels::{ChannelDescription, descriptions};
+pub use extra::ExtraChannels;
 pub use recorder::Recorder;
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::channels::{self, ControlState, RowSource};
 use super::parquet::ParquetSink;
-use super::{Channel, Chunk, Layout, Sink, Zone};
+use super::{Channel, Chunk, ExtraChannels, Layout, Sink, Zone};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::{Event, Record};
@@ -22,6 +22,7 @@ const FULL_RATE_ROWS: usize = 360_000;
 /// Records a run.
 pub struct Recorder<'a> {
     sinks: Vec<Box<dyn Sink + 'a>>,
+    extra: Option<Box<dyn ExtraChannels + 'a>>,
     chunk: Chunk,
     chunk_ns: i64,
     next_chunk_ns: i64,
@@ -58,6 +59,7 @@ impl<'a> Recorder<'a> {
     pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         Self {
             sinks,
+            extra: None,
             chunk: Chunk::default(),
             chunk_ns: 0,
             next_chunk_ns: 0,
@@ -78,6 +80,12 @@ impl<'a> Recorder<'a> {
     /// Hand on what was recorded every `chunk_s` (s) of simulated time.
     pub fn every_s(mut self, chunk_s: f64) -> Self {
         self.chunk_ns = period_ns(1.0 / chunk_s);
+        self
+    }
+
+    /// Record these channels too, behind those of the simulator.
+    pub fn with(mut self, extra: impl ExtraChannels + 'a) -> Self {
+        self.extra = Some(Box::new(extra));
         self
     }
 
@@ -112,6 +120,9 @@ impl<'a> Recorder<'a> {
             estimators: f.estimators,
         };
         channels::values(&source, &mut self.row);
+        if let Some(extra) = &self.extra {
+            extra.values(&mut self.row);
+        }
         for (column, value) in self.chunk.values.iter_mut().zip(&self.row) {
             column.push(*value);
         }
@@ -200,7 +211,10 @@ fn period_ns(rate_hz: f64) -> i64 {
 impl Observer for Recorder<'_> {
     fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
         let (scenario, train) = (&simulation.scenario, &simulation.train);
-        let channels = channels(simulation);
+        let mut channels = channels(simulation);
+        if let Some(extra) = &mut self.extra {
+            channels.extend(extra.begin(simulation));
+        }
         let obstacles = simulation.obstacles.iter();
         let obstacles: Vec<_> = obstacles.map(|o| (o.pose, o.size)).collect();
         let layout = Layout {
@@ -244,6 +258,9 @@ impl Observer for Recorder<'_> {
                     *latest = x;
                 }
             }
+        }
+        if let Some(extra) = &mut self.extra {
+            extra.step(f.truth);
         }
         for text in f.events {
             self.event(f.time_ns, text.clone());

@@ -71,6 +71,9 @@ impl<const N: usize> DelayLine<N> {
 
     /// What has arrived by `now_ns` since the last call, if anything: one reading, or what [`Many`] makes of several.
     pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
+        if self.queue.front().is_none_or(|(ns, _)| *ns > now_ns) {
+            return None; // most steps bring nothing
+        }
         let count = self.queue.partition_point(|(ns, _)| *ns <= now_ns);
         let arrived = || self.queue.iter().take(count).map(|(_, reading)| reading);
         let result = match (count, self.many) {

@@ -115,6 +115,10 @@ impl<const N: usize> SignalPath<N> {
     where
         Self: Align<N>,
     {
+        let idle = self.begun && self.schedule.next_ns() > span.to_ns;
+        if idle && self.shake.is_none() && self.signal.has_no_memory() {
+            return Ok(());
+        }
         self.signal.begin(span, start, end);
         if let Some(shake) = &mut self.shake {
             shake.advance(span, ride);

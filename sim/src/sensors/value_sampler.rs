@@ -36,6 +36,11 @@ impl<const N: usize> ValueSampler<N> {
         }
     }
 
+    /// Whether a span without an instant leaves no trace: nothing is filtered, nothing integrated.
+    pub fn has_no_memory(&self) -> bool {
+        self.mode == SamplingMode::Instant && self.low_pass.is_none()
+    }
+
     /// The signal goes from `start` to `end` over `span`. Spans follow each other without gap.
     pub fn begin(&mut self, span: StepInterval, start: [f64; N], end: [f64; N]) {
         let length_ns = span.to_ns - span.from_ns;

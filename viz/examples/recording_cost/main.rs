@@ -30,7 +30,8 @@ fn main() -> Result<(), Error> {
     let rerun = match viewer {
         Some(address) => RerunSink::live(&rrd, address),
         None => RerunSink::file(&rrd),
-    };
+    }
+    .thinned();
     if viewer.is_some() && rerun.live_state().is_none() {
         println!("no viewer answers there");
     }

@@ -3,6 +3,7 @@
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::viewer;
+use monorig_lab::bound::BoundChannels;
 use monorig_sim::closed_loop::{Simulation, run};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Recorder, whole};
@@ -23,11 +24,8 @@ pub fn write(
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };
-    let recorded = run(
-        &mut simulation,
-        &mut [&mut Recorder::new(vec![sink])],
-        go_on,
-    );
+    let mut recorder = Recorder::new(vec![sink]).with(BoundChannels::default());
+    let recorded = run(&mut simulation, &mut [&mut recorder], go_on);
     let kept = recorded.map_err(CliError::from).and_then(|outcome| {
         if outcome.interrupted {
             return Err(CliError::TuningInterrupted(trials));

@@ -68,30 +68,69 @@ pub fn motion(x: &SVector<Real, N>, u: &Inputs, lever: Lever) -> Motion {
     }
 }
 
+/// A row of F − 1: places in growing order, and what stands there; zeros behind.
+type Row = [(usize, Real); 5];
+
 /// Rows of F − 1 of the states that change, over `dt`: of v, θ, φ.
-fn jacobian(motion: &Motion, u: &Inputs) -> SMatrix<Real, 3, N> {
+fn jacobian(motion: &Motion, u: &Inputs, dt: Real) -> [Row; 3] {
     let [[st, ct], [sp, cp]] = motion.sin_cos;
     let tan = st / ct;
-    let mut A = SMatrix::<Real, 3, N>::zeros();
-    if u.force.is_some() {
-        A[(V, THETA)] = -GRAVITY * ct;
-        A[(V, BIAS_X)] = -1.0;
+    let (none, zero) = ([(0, 0.0); 5], (0, 0.0));
+    let v = match u.force {
+        Some(_) => [(THETA, -GRAVITY * ct), (BIAS_X, -1.0), zero, zero, zero],
+        None => none,
+    };
+    let [theta, phi] = match u.rate {
+        Some([_, q, r]) => {
+            let (turn, nod) = (q * sp + r * cp, q * cp - r * sp);
+            [
+                [(PHI, turn), (GYRO_Y, cp), (GYRO_Z, -sp), zero, zero],
+                [
+                    (THETA, -turn / (ct * ct)),
+                    (PHI, -tan * nod),
+                    (GYRO_X, -1.0),
+                    (GYRO_Y, tan * sp),
+                    (GYRO_Z, tan * cp),
+                ],
+            ]
+        }
+        None => {
+            let (curvature, speed) = (motion.curvature_per_m, motion.speed_mps);
+            [[(V, curvature), (KAPPA, speed), zero, zero, zero], none]
+        }
+    };
+    [v, theta, phi].map(|row| row.map(|(place, a)| (place, a * dt)))
+}
+
+/// P ← F P Fᵀ of a symmetric P, of which only what is below the diagonal is then right; `A` are the rows of F − 1 that are not zero.
+fn spread(P: &mut SMatrix<Real, N, N>, A: &[Row; 3]) {
+    // Rows of (F − 1) P.
+    let mut AP = [[0.0; N]; 3];
+    for (row, a) in AP.iter_mut().zip(A) {
+        for (k, a) in a.iter().filter(|(_, a)| *a != 0.0) {
+            for (sum, p) in row.iter_mut().zip(&P.data.0[*k]) {
+                *sum += p * a;
+            }
+        }
     }
-    if let Some([_, q, r]) = u.rate {
-        let (turn, nod) = (q * sp + r * cp, q * cp - r * sp);
-        A[(THETA, PHI)] = turn;
-        A[(THETA, GYRO_Y)] = cp;
-        A[(THETA, GYRO_Z)] = -sp;
-        A[(PHI, THETA)] = -turn / (ct * ct);
-        A[(PHI, PHI)] = -tan * nod;
-        A[(PHI, GYRO_X)] = -1.0;
-        A[(PHI, GYRO_Y)] = tan * sp;
-        A[(PHI, GYRO_Z)] = tan * cp;
-    } else {
-        A[(THETA, KAPPA)] = motion.speed_mps;
-        A[(THETA, V)] = motion.curvature_per_m;
+    // (F − 1) P (F − 1)ᵀ
+    let mut APA = [[0.0; 3]; 3];
+    for (j, a) in A.iter().enumerate() {
+        for (k, a) in a.iter().filter(|(_, a)| *a != 0.0) {
+            for i in j..3 {
+                APA[i][j] += AP[i][*k] * a;
+            }
+        }
     }
-    A
+    for j in 0..3 {
+        let column = &mut P.data.0[j];
+        for i in j..3 {
+            column[i] = column[i] + AP[i][j] + AP[j][i] + APA[i][j];
+        }
+        for i in 3..N {
+            column[i] += AP[j][i];
+        }
+    }
 }
 
 /// Time update over `dt`: x ← x + ẋ dt, P ← F P Fᵀ + Q, where only three rows of F are not those of 1. `seen` are the velocity
@@ -105,20 +144,12 @@ pub fn predict(
     dt: Real,
 ) {
     let [seen_walk, seen_turn] = seen;
-    let A = jacobian(motion, u) * dt;
-    let AP = A * belief.P;
-    let APA = AP * A.transpose();
+    spread(&mut belief.P, &jacobian(motion, u, dt));
     let x = &mut belief.x;
     x[V] += motion.v_dot * dt;
     x[THETA] += motion.theta_dot * dt;
     x[PHI] += motion.phi_dot * dt;
     let speed = x[V].abs();
-    let mut top = belief.P.fixed_view_mut::<3, N>(0, 0);
-    top += AP;
-    let mut left = belief.P.fixed_view_mut::<N, 3>(0, 0);
-    left += AP.transpose();
-    let mut corner = belief.P.fixed_view_mut::<3, 3>(0, 0);
-    corner += APA;
     let walk = |sd: Real| sd * sd;
     let [q_pitch, q_roll] = match u.rate {
         Some(_) => [walk(params.angle_random_walk.max(seen_turn)); 2],

@@ -7,7 +7,8 @@ use crate::plot::bars::Histogram;
 use crate::plot::boxes::Boxes;
 use crate::plot::cdf::Cdf;
 use crate::plot::consistency::Consistency;
-use crate::plot::line::{Line, LineChart};
+use crate::plot::line::{Band, Line, LineChart};
+use crate::plot::theme::Ink;
 use crate::plot::{Figure, ValueGroup};
 use crate::report::page::Section;
 use crate::report::run::recorded::{DEGREES, Recorded};
@@ -27,8 +28,8 @@ pub fn section(run: &Recorded) -> Result<Section, Error> {
             "Estimate minus truth where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
              truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
         ))
-        .figure(over_time("Slope error", "slope error, °", &slope, bounds(run, Quantity::Slope)))
-        .figure(over_time("Mass error", "mass error, %", &mass, bounds(run, Quantity::Mass)))
+        .figure(over_time(run, Quantity::Slope, &slope)?)
+        .figure(over_time(run, Quantity::Mass, &mass)?)
         .figures(distributions("slope error, °", &slope, after_s))
         .figures(distributions("mass error, %", &mass, after_s)))
 }
@@ -89,8 +90,15 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<(String, f64)> {
     all
 }
 
-fn over_time(title: &str, axis: &str, errors: &ErrorGroups, bounds: Vec<(String, f64)>) -> Figure {
+fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result<Figure, Error> {
+    let (title, axis) = match quantity {
+        Quantity::Mass => ("Mass error", "mass error, %"),
+        Quantity::Slope => ("Slope error", "slope error, °"),
+        Quantity::EffectiveSlope => ("Effective slope error", "effective slope error, °"),
+    };
+    let bounds = bounds(run, quantity);
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    chart.bands.extend(cramer_rao(run, quantity)?);
     let lines = errors.iter().cloned();
     chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
     let each = errors
@@ -110,7 +118,33 @@ fn over_time(title: &str, axis: &str, errors: &ErrorGroups, bounds: Vec<(String,
         chart.levels = near;
     }
     chart.levels.push((String::new(), 0.0));
-    chart.figure()
+    Ok(chart.figure())
+}
+
+/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such channel.
+fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
+    let channel = match quantity {
+        Quantity::Mass => "bound/total_mass",
+        Quantity::Slope => "bound/grade",
+        Quantity::EffectiveSlope => "bound/effective_grade",
+    };
+    let Some(sd) = run.find(channel) else {
+        return Ok(None);
+    };
+    let mass = run.column("truth/total_mass")?;
+    let rows = run.times()?.iter().zip(sd).zip(mass);
+    let rows = rows.map(|((t, sd), mass)| {
+        let half = match quantity {
+            Quantity::Mass => 2.0 * 100.0 * sd / mass,
+            _ => 2.0 * sd * DEGREES,
+        };
+        (*t, -half, half)
+    });
+    Ok(Some(Band {
+        name: "Cramér-Rao bound, ± 2 σ".into(),
+        ink: Ink::Muted,
+        rows: rows.collect(),
+    }))
 }
 
 /// One value in so many may lie outside the axis at each end.

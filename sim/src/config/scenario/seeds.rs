@@ -14,6 +14,11 @@ const MAX_SEEDS: usize = 100_000;
 pub struct Seeds(Vec<u64>);
 
 impl Seeds {
+    /// One seed.
+    pub fn one(seed: u64) -> Self {
+        Self(vec![seed])
+    }
+
     /// The seeds in the order given.
     pub fn as_slice(&self) -> &[u64] {
         &self.0

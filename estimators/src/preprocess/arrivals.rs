@@ -1,0 +1,99 @@
+//! When the samples of a channel come, and how long the last one stays fresh.
+
+use crate::api::snapshot::state;
+use crate::{Real, Time};
+
+/// Time without a sample after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
+const CLOCK_SET_BACK_S: Real = 1.0;
+
+/// Mean gaps of the channel, and mean deviations of them, after which its last sample is stale.
+const TIMEOUT_GAPS: Real = 3.0;
+const TIMEOUT_DEVIATIONS: Real = 4.0;
+
+/// Shortest timeout, s: a dozen lost samples of a fast channel are nothing to filters with a corner of 1 Hz.
+const MIN_TIMEOUT_S: Real = 0.1;
+
+/// The same in nanoseconds: a sample no older is fresh whatever the gaps are.
+const MIN_TIMEOUT_NS: i64 = 100_000_000;
+
+/// Gaps that their mean and deviation look back on.
+const GAP_MEMORY: Real = 16.0;
+
+/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean deviations of the gaps, and
+/// never for less than 0.1 s.
+///
+/// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and lost samples
+/// lengthen the timeout by what they do to the gaps, and a channel that comes evenly times out after three periods. A gap counts for no
+/// more than the timeout, so that one dropout does not pass for a slow channel.
+///
+/// The timeout goes by the arrival of samples on the estimator's own clock; stamps of the sensor's clock only order the samples. A sample
+/// that arrives after a younger one is late, and not to be taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Arrivals {
+    stamp: Time,
+    arrived: Time,
+    gap_s: Real,
+    deviation_s: Real,
+    waited_s: Real,
+}
+
+impl Arrivals {
+    /// Mean gap between arrivals, s; 0 before the second sample.
+    #[inline]
+    pub fn gap_s(&self) -> Real {
+        self.gap_s
+    }
+
+    /// How long the last sample had to be waited for, s.
+    #[inline]
+    pub fn waited_s(&self) -> Real {
+        self.waited_s
+    }
+
+    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless nothing younger has come
+    /// for so long that the sensor's clock must have been set back.
+    #[inline]
+    pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
+        if !first {
+            let gap = now.since(self.arrived);
+            let set_back = stamp < self.stamp && gap > CLOCK_SET_BACK_S;
+            if !(stamp > self.stamp || set_back) {
+                return false;
+            }
+            self.observe_gap(gap);
+            self.waited_s = gap;
+        }
+        (self.stamp, self.arrived) = (stamp, now);
+        true
+    }
+
+    #[inline]
+    fn observe_gap(&mut self, gap: Real) {
+        if self.gap_s <= 0.0 {
+            self.gap_s = gap;
+            return;
+        }
+        let away = gap.min(self.timeout_s()) - self.gap_s;
+        self.gap_s += away / GAP_MEMORY;
+        self.deviation_s += (away.abs() - self.deviation_s) / GAP_MEMORY;
+    }
+
+    #[inline]
+    fn timeout_s(&self) -> Real {
+        TIMEOUT_GAPS * self.gap_s + TIMEOUT_DEVIATIONS * self.deviation_s
+    }
+
+    /// Whether the last sample is still fresh.
+    #[inline]
+    pub fn fresh(&self, now: Time, dt_s: Real) -> bool {
+        now.ns().saturating_sub(self.arrived.ns()) <= MIN_TIMEOUT_NS
+            || self.within_timeout(now, dt_s)
+    }
+
+    fn within_timeout(&self, now: Time, dt_s: Real) -> bool {
+        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
+        now.since(self.arrived) <= timeout_s
+    }
+}
+
+state!(Arrivals { stamp, arrived, gap_s, deviation_s, waited_s; });

@@ -1,0 +1,137 @@
+//! The lines of plots: thinned if that is wished, and handed on in messages of many rows, since each costs as much as a hundred of them.
+
+use crate::gaps::GapFinder;
+use crate::series::{PlottedSeries, plan};
+use crate::source::ScalarSource;
+use crate::stream::{MessageStream, send, times};
+use crate::thinning::{LineChunk, Periods};
+use monorig_sim::error::Error;
+use monorig_sim::record::{Channel, Chunk};
+use re_sdk_types::archetypes::Scalars;
+
+/// A message has so many rows, but for the last of its line.
+pub const ROWS_A_MESSAGE: usize = 4096;
+
+/// All lines, and what is not yet sent of them.
+pub struct PlottedLines {
+    series: Vec<PlottedSeries>,
+    pending: Vec<PendingLine>,
+    thinning: Option<Thinning>,
+}
+
+/// Where a line is.
+struct PendingLine {
+    gaps: GapFinder,
+    time_ns: Vec<i64>,
+    values: Vec<f64>,
+}
+
+/// Points a second of a thinned line, and where its periods are.
+struct Thinning {
+    /// Of lines with a value in every row: one point a period.
+    periods: Periods,
+    /// Of samples: the smallest and the largest of each period, ns.
+    sample_period_ns: i64,
+}
+
+impl Thinning {
+    fn at(points_hz: f64) -> Self {
+        let period_ns = (1e9 / points_hz) as i64;
+        Self {
+            periods: Periods::new(period_ns),
+            sample_period_ns: 2 * period_ns,
+        }
+    }
+}
+
+impl PlottedLines {
+    /// Styles are logged here. `points_hz`: points a second of thinned lines; none: all rows.
+    pub fn begin(
+        stream: &mut MessageStream,
+        channels: &[Channel],
+        points_hz: Option<f64>,
+    ) -> Result<Self, Error> {
+        let series = plan(channels);
+        for s in &series {
+            stream.fixed(s.entity.clone(), &s.style())?;
+        }
+        let pending = series.iter().map(|s| PendingLine {
+            gaps: GapFinder::new(s.is_sampled()),
+            time_ns: Vec::new(),
+            values: Vec::new(),
+        });
+        Ok(Self {
+            pending: pending.collect(),
+            series,
+            thinning: points_hz.map(Thinning::at),
+        })
+    }
+
+    /// The lines.
+    pub fn series(&self) -> &[PlottedSeries] {
+        &self.series
+    }
+
+    /// Some seconds of the run.
+    pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
+        let thinning = self.thinning.as_mut();
+        let thinning = thinning.map(|t| (t.periods.first_rows(&chunk.time_ns), t.sample_period_ns));
+        for (s, line) in self.series.iter().zip(&mut self.pending) {
+            if let ScalarSource::Limit(limit) = s.line {
+                let ends = [chunk.time_ns.first(), chunk.time_ns.last()];
+                line.time_ns.extend(ends.into_iter().flatten());
+                line.time_ns.dedup();
+                line.values.resize(line.time_ns.len(), limit);
+            } else {
+                line.add(s, chunk, thinning.as_ref());
+            }
+            if line.time_ns.len() >= ROWS_A_MESSAGE {
+                line.flush(stream, s)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Send what is left.
+    pub fn flush(&mut self, stream: &mut MessageStream) -> Result<(), Error> {
+        let mut lines = self.series.iter().zip(&mut self.pending);
+        lines.try_for_each(|(s, line)| line.flush(stream, s))
+    }
+}
+
+impl PendingLine {
+    /// Rows without a finite value are left out, but for the first of a gap: that one is not a number, and the line breaks there.
+    fn add(&mut self, series: &PlottedSeries, chunk: &Chunk, thinning: Option<&(Vec<bool>, i64)>) {
+        let width = series.line.width();
+        let values = series.line.scalars(&chunk.values, chunk.time_ns.len());
+        let all = LineChunk {
+            time_ns: &chunk.time_ns,
+            values: &values,
+            width,
+        };
+        let written = all.written(&mut self.gaps);
+        let kept = match thinning {
+            None => written,
+            Some((_, period_ns)) if series.is_sampled() => all.thin_samples(&written, *period_ns),
+            Some((first, _)) => all.thin_line(&written, first),
+        };
+        for row in kept {
+            let numbers = &values[row * width..(row + 1) * width];
+            let whole = numbers.iter().all(|x| x.is_finite());
+            let number = |x: &f64| if whole { *x } else { f64::NAN };
+            self.time_ns.push(chunk.time_ns[row]);
+            self.values.extend(numbers.iter().map(number));
+        }
+    }
+
+    fn flush(&mut self, stream: &mut MessageStream, series: &PlottedSeries) -> Result<(), Error> {
+        if self.time_ns.is_empty() {
+            return Ok(());
+        }
+        let rows = self.time_ns.len();
+        let columns = Scalars::new(std::mem::take(&mut self.values));
+        let columns = columns.columns(std::iter::repeat_n(series.line.width(), rows));
+        let time_ns = std::mem::take(&mut self.time_ns);
+        send(stream, series.entity.clone(), times(time_ns), columns)
+    }
+}
