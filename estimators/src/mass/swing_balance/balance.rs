@@ -261,7 +261,7 @@ impl SwingBalance {
     /// The pendulum over a block, and again a little longer.
     fn swing(&self, block: &Block, means: &TrainMeans) -> [SwingBlock; 2] {
         let a = block.accelerations().map(|a| a * means.load_cos);
-        let h = Real::from(block.substep_s);
+        let h = block.substep_s();
         [0.0, LENGTH_STEP].map(|more| SwingBlock::new(self.length_m(more), &a, h))
     }
 

@@ -19,15 +19,14 @@ const NOMINAL_MPS2: Real = 2.5e-3;
 /// Step of the accelerations kept, m/s²: an eighth of their noise.
 const ACCELERATION_STEP: Real = 2e-4;
 
+/// Step of the lengths kept, s.
+const LENGTH_STEP_S: Real = 2e-5;
+
 /// Share of the brake beyond which a block is of no use.
 const MAX_BRAKE: Real = 0.002;
 
-fn quantised(acceleration_mps2: Real) -> i16 {
-    within(
-        floor(acceleration_mps2 / ACCELERATION_STEP + 0.5),
-        -32_000.0,
-        32_000.0,
-    ) as i16
+fn steps(value: Real, step: Real) -> i16 {
+    within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
 }
 
 /// Signals of one sample.
@@ -68,8 +67,8 @@ pub struct Block {
     pub speed_mps: f32,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
-    /// Length of a part, s.
-    pub substep_s: f32,
+    /// Length of a part, in steps of [`LENGTH_STEP_S`].
+    substep: i16,
     /// Fused, or why it cannot be: braked, without an instrument, slip, torques in doubt.
     pub outcome: AidOutcome,
 }
@@ -86,9 +85,14 @@ impl Block {
             .map(|steps| Real::from(steps) * ACCELERATION_STEP)
     }
 
+    /// Length of a part, s.
+    pub fn substep_s(&self) -> Real {
+        Real::from(self.substep) * LENGTH_STEP_S
+    }
+
     /// Its length, s.
     pub fn length_s(&self) -> Real {
-        Real::from(self.substep_s) * SUBSTEPS as Real
+        self.substep_s() * SUBSTEPS as Real
     }
 }
 
@@ -158,8 +162,8 @@ impl BlockBuilder {
             traction_n: stored(self.traction / count),
             variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
-            acceleration: self.parts.map(|a| quantised(a + shift)),
-            substep_s: stored(self.length_s / SUBSTEPS as Real),
+            acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
+            substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
             outcome: self.outcome(),
         };
         *self = Self {
@@ -200,7 +204,7 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, acceleration, substep_s, outcome; });
+state!(Block { place, traction_n, variance, speed_mps, acceleration, substep, outcome; });
 state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
