@@ -28,7 +28,7 @@ use params::{SwingBalanceParams, SwingSupervision};
 use start_search::StartSearch;
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
-const BLOCKS: usize = 28;
+const BLOCKS: usize = 27;
 /// Blocks that may come while the start search goes over those kept.
 const SPARE_BLOCKS: u64 = 6;
 /// Speed from which a block is of use, m/s; time after standing, s.
