@@ -154,7 +154,7 @@ mod tests {
         let mut monitor = TorqueMonitor::new(&vehicle(), &SwingBalanceParams::default(), true);
         let (mut torque, mut doubted, steps) = (30.0, 0, 4_000);
         for k in 0..steps {
-            let high = (k as Real * DT / HALF_PERIOD_S) as u32 % 2 == 0;
+            let high = ((k as Real * DT / HALF_PERIOD_S) as u32).is_multiple_of(2);
             let command = if high { 60.0 } else { 20.0 };
             torque += DT / (lag_s + DT) * (gain * command - torque);
             let z = Channels {
