@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn a_gap_in_samples_stays() {
         let mut values = noise(500);
-        let sampled = |row: usize| row % 5 == 0 && !(200..260).contains(&row);
+        let sampled = |row: usize| row.is_multiple_of(5) && !(200..260).contains(&row);
         (0..500)
             .filter(|row| !sampled(*row))
             .for_each(|row| values[row] = f64::NAN);
