@@ -6,16 +6,21 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
-use monorig_estimators::api::signals::{Command, Measurements};
+use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements};
 use monorig_estimators::api::snapshot::{MAX_SNAPSHOT_BYTES, SnapshotError};
 use monorig_estimators::registry::AnyEstimator;
 use monorig_estimators::{Real, registry};
 
 const DT: Real = 0.01;
 
-/// A drive with starts, stops, the brake, grades, bends of the rail and sensors that fall silent.
+/// A drive with starts, stops, the brake, grades, bends of the rail, spikes of the gyro and sensors that fall silent.
 fn drive(steps: usize) -> Vec<(Measurements, Command)> {
-    let mut crane = Crane::new(vehicle(2), 15_000.0, 8);
+    drive_of(2, steps)
+}
+
+/// The same of a vehicle with so many drive units.
+fn drive_of(drives: usize, steps: usize) -> Vec<(Measurements, Command)> {
+    let mut crane = Crane::new(vehicle(drives), 15_000.0, 8);
     let mut random = Random::new(9);
     (0..steps)
         .map(|k| {
@@ -24,6 +29,9 @@ fn drive(steps: usize) -> Vec<(Measurements, Command)> {
             let mut z = crane.step(wanted, DT);
             if let Some(rate) = &mut z.angular_rate_radps {
                 rate.value[2] += 0.1 * crane.speed_mps;
+                if random.chance(0.02) {
+                    rate.value[1] += 0.5;
+                }
             }
             if random.chance(0.05) {
                 z.specific_force_mps2 = None;
@@ -91,6 +99,23 @@ fn a_restored_estimator_goes_on_as_if_the_power_had_never_failed() {
                 let a = estimator.step(z, u, DT).unwrap();
                 let b = restored.step(z, u, DT).unwrap();
                 assert_eq!(format!("{a:?}"), format!("{b:?}"), "{name} after cut {cut}");
+            }
+        }
+    }
+}
+
+/// At any time of a drive with as many drive units as there can be: their states are then there, and most of what is optional at some time.
+#[test]
+fn a_snapshot_fits_at_any_time_of_a_drive_with_all_drive_units() {
+    let drive = drive_of(MAX_DRIVES, 6_000);
+    for name in registry::NAMES {
+        let mut estimator = registry::build(name, &vehicle(MAX_DRIVES), []).unwrap();
+        let mut bytes = [0; MAX_SNAPSHOT_BYTES];
+        for (k, (z, u)) in drive.iter().enumerate() {
+            estimator.step(z, u, DT).unwrap();
+            if k % 7 == 0 {
+                let used = estimator.snapshot(&mut bytes);
+                assert!(used.is_ok(), "{name} at step {k}: {used:?}");
             }
         }
     }

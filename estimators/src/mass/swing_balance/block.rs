@@ -209,6 +209,6 @@ state!(BlockBuilder { started, last_mps, samples, with_traction, traction, varia
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision
-fn stored(figure: Real) -> f32 {
+pub(super) fn stored(figure: Real) -> f32 {
     figure as f32
 }

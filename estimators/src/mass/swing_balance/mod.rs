@@ -28,9 +28,9 @@ use params::{SwingBalanceParams, SwingSupervision};
 use start_search::StartSearch;
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
-const BLOCKS: usize = 27;
+const BLOCKS: usize = 26;
 /// Blocks that may come while the start search goes over those kept.
-const SPARE_BLOCKS: u64 = 6;
+const SPARE_BLOCKS: u64 = 5;
 /// Speed from which a block is of use, m/s; time after standing, s.
 const MIN_SPEED_MPS: Real = 0.06;
 const SETTLE_S: Real = 0.3;

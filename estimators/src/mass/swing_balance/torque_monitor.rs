@@ -6,6 +6,7 @@ use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
 use crate::preprocess::front_end::Channels;
 
+use super::block::stored;
 use super::params::SwingBalanceParams;
 
 /// Speed of the rim over which the gear's efficiency changes sides, m/s.
@@ -29,10 +30,11 @@ pub struct TorqueMonitor {
     /// N per N·m without losses, and the efficiency.
     per_nm: Real,
     efficiency: Real,
-    smooth: [Real; MAX_DRIVES],
-    commanded: Real,
+    /// Behind a low-pass, N·m: torques and the mean command. Single precision: they are only compared.
+    smooth: [f32; MAX_DRIVES],
+    commanded: f32,
     /// Change of the command of late, N·m: what has not come through the low-pass yet.
-    changing: Real,
+    changing: f32,
     used: u32,
     doubt: bool,
 }
@@ -60,11 +62,13 @@ impl TorqueMonitor {
         let share = dt / (LAG_S + dt);
         let drives = self.drives.max(1) as Real;
         let commands = z.commanded_torque_nm.iter().take(self.drives);
-        let change = commands.sum::<Real>() / drives - self.commanded;
-        self.changing = change.abs().max((1.0 - share) * self.changing);
-        self.commanded += share * change;
+        let commanded = Real::from(self.commanded);
+        let change = commands.sum::<Real>() / drives - commanded;
+        self.changing = stored(change.abs().max((1.0 - share) * Real::from(self.changing)));
+        self.commanded = stored(commanded + share * change);
         for (smooth, torque) in self.smooth.iter_mut().zip(&z.motor_torque_nm) {
-            *smooth += share * (torque.unwrap_or(*smooth) - *smooth);
+            let last = Real::from(*smooth);
+            *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
         let median = self.median(z);
         let limit = self.limit(median);
@@ -72,7 +76,7 @@ impl TorqueMonitor {
         let [relative, constant] = self.noise;
         for (torque, smooth) in z.motor_torque_nm.iter().zip(&self.smooth).take(self.drives) {
             let Some(torque) = torque else { continue };
-            if self.on && self.drives > 2 && (smooth - median).abs() > limit {
+            if self.on && self.drives > 2 && (Real::from(*smooth) - median).abs() > limit {
                 continue;
             }
             let gain = self.gain(*torque, speed_mps);
@@ -118,7 +122,7 @@ impl TorqueMonitor {
         let mut count = 0;
         let drives = z.motor_torque_nm.iter().zip(&self.smooth).take(self.drives);
         for ((_, smooth), place) in drives.filter(|(t, _)| t.is_some()).zip(&mut known) {
-            *place = *smooth;
+            *place = Real::from(*smooth);
             count += 1;
         }
         let Some(known) = known.get_mut(..count).filter(|k| !k.is_empty()) else {
@@ -131,8 +135,8 @@ impl TorqueMonitor {
     }
 
     fn contradicts_command(&self, median: Real) -> bool {
-        let command = self.commanded;
-        let limit = self.limit(command) + DELAY * self.changing;
+        let command = Real::from(self.commanded);
+        let limit = self.limit(command) + DELAY * Real::from(self.changing);
         // Without a command there is nothing to compare with.
         command != 0.0 && (median - command).abs() > limit
     }
