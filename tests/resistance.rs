@@ -3,7 +3,7 @@
 
 use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
-use monorig_estimators::pipelines::resistance_robust::{Params, SpeedPrediction, Surveyed};
+use monorig_estimators::supervised::resistance::{Params, SpeedPrediction, Surveyed};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};

@@ -4,7 +4,7 @@
 //!     cargo run --release -p monorig-estimators --example bare_metal
 
 use monorig_estimators::api::snapshot::MAX_SNAPSHOT_BYTES;
-use monorig_estimators::pipelines::liu_2023_robust::dffrls_aekf_robust::{self, Params};
+use monorig_estimators::supervised::liu_2023::dffrls_aekf_robust::{self, Params};
 use monorig_estimators::{
     Command, Error, Estimator, Measurements, ParamError, Real, Runner, Sample, Time, Vehicle,
     VehicleData,

@@ -6,7 +6,7 @@
 //! # Quick start
 //!
 //! ```
-//! use monorig_estimators::pipelines::liu_2023_robust::dffrls_aekf_robust;
+//! use monorig_estimators::supervised::liu_2023::dffrls_aekf_robust;
 //! use monorig_estimators::{Command, Estimator, Measurements, Runner, Sample, Time, Vehicle, VehicleData};
 //!
 //! let vehicle = Vehicle::new(VehicleData {
@@ -45,12 +45,16 @@
 //! |---|---|
 //! | [`api`] | what crosses the border: signals, vehicle, trait, parameters, errors, snapshots, time |
 //! | [`filters`] | algorithms, one a file; none knows what a crane is |
-//! | [`preprocess`] | from samples to signals: sample and hold, stuck detector, wheel-speed vote, resampler |
-//! | [`models`] | force balance, bends, regressors, distributed train, grade map |
-//! | [`mass`], [`grade`] | first and second stages |
-//! | [`pipelines`] | whole estimators: published methods with their errata corrected, one file a source, and their `_robust` forms |
-//! | [`registry`] | the same by name (feature `registry`) |
-//! | `published` | the methods letter by letter, errata and all (feature `printed`) |
+//! | [`preprocess`] | from samples to signals: input check, sample and hold, wheel-speed vote, resampler |
+//! | [`models`] | force balance, bends, regressors, swing of the load |
+//! | [`rail`] | the rail as it was read, and the train on it |
+//! | [`detect`] | detectors, gates, the validity rule |
+//! | [`methods`] | published methods with their errata corrected: equations, one file a source |
+//! | `printed` | the same letter by letter, errata and all (feature `printed`) |
+//! | [`supervised`] | the published methods under supervision, one form a source |
+//! | [`fusion`] | our own: attitude filter, swing balance, `rail_fusion` |
+//! | [`runner`] | an estimator made of a pipeline: checks, snapshots, steps undone |
+//! | [`registry`] | all of them by name (feature `registry`) |
 //!
 //! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `rail_fusion`, `baseline`, `bench`).
 //!
@@ -80,18 +84,23 @@
 #[cfg(test)]
 extern crate std;
 
+#[macro_use]
+mod variants;
+
 pub mod api;
+pub mod detect;
 pub mod filters;
-pub mod grade;
-pub mod mass;
+pub mod fusion;
+pub mod methods;
 pub mod models;
-pub mod pipelines;
 pub mod preprocess;
 #[cfg(feature = "printed")]
-pub mod published;
+pub mod printed;
+pub mod rail;
 #[cfg(feature = "registry")]
 pub mod registry;
-pub mod supervise;
+pub mod runner;
+pub mod supervised;
 
 #[cfg(test)]
 mod behaviour;
@@ -107,7 +116,7 @@ pub use api::snapshot::SnapshotError;
 pub use api::time::Time;
 pub use api::vehicle::{Vehicle, VehicleData};
 pub use nalgebra;
-pub use pipelines::runner::Runner;
+pub use runner::Runner;
 
 /// The scalar of every estimator: double precision here, single in the package `monorig-estimators-f32`.
 #[cfg(not(single_precision))]

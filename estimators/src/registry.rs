@@ -9,55 +9,55 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
+#[cfg(feature = "rail_fusion")]
+use crate::fusion::{attitude_alone as attitude, rail_fusion};
 #[cfg(feature = "guo2024")]
-use crate::pipelines::guo_2024::{
+use crate::methods::guo_2024::{
     dynamic_stf, imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, kinematic_stf,
 };
+#[cfg(feature = "huainan")]
+use crate::methods::huainan::{
+    dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, ffrls_aukf, rls_mff_aukf,
+};
+#[cfg(feature = "liu2023")]
+use crate::methods::joint_ekf::joint_ekf;
+#[cfg(feature = "liu2023")]
+use crate::methods::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
+#[cfg(feature = "resistance")]
+use crate::methods::liu_2023_resistance::resistance_dffrls;
+#[cfg(feature = "patent")]
+use crate::methods::patent::mmrls_sh_stf;
+#[cfg(feature = "baseline")]
+use crate::methods::{complementary_filter, ekf_v_theta_biases};
+#[cfg(feature = "printed")]
+use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
+use crate::runner::Runner;
 #[cfg(feature = "guo2024")]
-use crate::pipelines::guo_2024_robust::{
+use crate::supervised::guo_2024::{
     dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
     imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
 };
 #[cfg(feature = "huainan")]
-use crate::pipelines::huainan::{
-    dffrls_aekf_inclination, dffrls_aukf, dffrls_ukf, ffrls_aukf, rls_mff_aukf,
-};
-#[cfg(feature = "huainan")]
-use crate::pipelines::huainan_robust::{
+use crate::supervised::huainan::{
     dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
     rls_mff_aukf_robust,
 };
 #[cfg(feature = "liu2023")]
-use crate::pipelines::joint_ekf::joint_ekf;
-#[cfg(feature = "liu2023")]
-use crate::pipelines::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
-#[cfg(feature = "resistance")]
-use crate::pipelines::liu_2023_resistance::resistance_dffrls;
-#[cfg(feature = "liu2023")]
-use crate::pipelines::liu_2023_robust::{dffrls_aekf_robust, rls_ekf_robust};
+use crate::supervised::liu_2023::{dffrls_aekf_robust, rls_ekf_robust};
 #[cfg(feature = "patent")]
-use crate::pipelines::patent::mmrls_sh_stf;
-#[cfg(feature = "patent")]
-use crate::pipelines::patent_robust::mmrls_sh_stf_robust;
+use crate::supervised::patent::mmrls_sh_stf_robust;
 #[cfg(feature = "bench")]
-use crate::pipelines::regression;
+use crate::supervised::regression;
 #[cfg(feature = "resistance")]
-use crate::pipelines::resistance_robust;
-use crate::pipelines::runner::Runner;
-#[cfg(feature = "rail_fusion")]
-use crate::pipelines::{attitude, rail_fusion};
-#[cfg(feature = "baseline")]
-use crate::pipelines::{complementary_filter, ekf_v_theta_biases};
+use crate::supervised::resistance as resistance_robust;
 #[cfg(feature = "liu2023")]
-use crate::pipelines::{ffrls_robust, joint_ekf_robust};
-#[cfg(feature = "printed")]
-use crate::published::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
+use crate::supervised::{ffrls as ffrls_robust, joint_ekf as joint_ekf_robust};
 use crate::{Error, Real};
 
 /// What a named estimator claims to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Made for use: its marks go by the validity rule ([`crate::supervise::validity`]).
+    /// Made for use: its marks go by the validity rule ([`crate::detect::validity`]).
     Supervised,
     /// A published method with its errata corrected and nothing else: it marks what it has found at all.
     Published,

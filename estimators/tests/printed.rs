@@ -16,7 +16,7 @@ use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
 use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
-use monorig_estimators::published::huainan::Smoother;
+use monorig_estimators::printed::huainan::Smoother;
 use monorig_estimators::registry::{AnyEstimator, PRINTED_NAMES};
 use monorig_estimators::{Real, registry};
 

@@ -7,8 +7,8 @@ use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Parameters, Setting};
 use monorig_estimators::api::signals::{Command, Measurements, Vehicle, VehicleData};
-use monorig_estimators::pipelines::resistance_robust;
-use monorig_estimators::pipelines::resistance_robust::{SpeedPrediction, Surveyed};
+use monorig_estimators::supervised::resistance as resistance_robust;
+use monorig_estimators::supervised::resistance::{SpeedPrediction, Surveyed};
 use monorig_estimators::{Real, registry};
 
 const GRAVITY: Real = 9.81;

@@ -119,7 +119,7 @@ pub struct Value {
     pub value: Real,
     /// Its standard deviation, same unit. Always finite and not negative.
     pub sd: Real,
-    /// Whether it is fit for use, by the one validity rule of all supervised estimators ([`crate::supervise::validity`]): initialised, its
+    /// Whether it is fit for use, by the one validity rule of all supervised estimators ([`crate::detect::validity`]): initialised, its
     /// inputs fresh, its standard deviation below the limit of its quantity, no clamp acting on it, the windowed NIS of its sources on the
     /// un-adapted noise within its χ² limit, its instruments plausible. Published methods without supervision mark what they have found at
     /// all.

@@ -1,13 +1,11 @@
 //! Algorithms of estimation, one a file; none knows what a crane is.
 
 pub mod adaptive_low_pass;
-pub mod cusum;
 pub mod ekf;
 pub mod ewma_variance;
 pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
-pub mod innovation_gate;
 pub mod lag_share;
 pub mod low_pass;
 pub mod model;

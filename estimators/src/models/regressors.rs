@@ -26,9 +26,9 @@ use nalgebra::{Vector2, vector};
 use crate::Real;
 use crate::api::params::choices;
 use crate::api::real::{GRAVITY, cos, sin, sqrt};
-use crate::mass::force_balance_rls::AccelSource;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::resampler::ResampledSample;
+use crate::supervised::force_balance_rls::AccelSource;
 
 choices! {
     /// Which regression.

@@ -4,9 +4,9 @@ use crate::Real;
 use crate::api::params::{choices, params};
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
+use crate::detect::outlier_hold::{HoldLimits, OutlierHold};
 use crate::preprocess::gyro_calibration::GyroCalibration;
 use crate::preprocess::noise_learning::NoiseLearning;
-use crate::preprocess::outlier_hold::{HoldLimits, OutlierHold};
 
 choices! {
     /// Where the noise of wheel speed and accelerometer comes from.

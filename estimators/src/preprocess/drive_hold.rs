@@ -4,9 +4,9 @@ use crate::Real;
 use crate::Time;
 use crate::api::signals::{MAX_DRIVES, Sample};
 use crate::api::snapshot::{Archive, State};
+use crate::detect::stuck_detector::StuckDetector;
 use crate::preprocess::arrivals::Arrivals;
 use crate::preprocess::input_check::Stamps;
-use crate::preprocess::stuck_detector::StuckDetector;
 
 /// Drive units, one bit each.
 pub type UnitMask = u32;

@@ -7,8 +7,6 @@ pub mod front_end;
 pub mod gyro_calibration;
 pub mod input_check;
 pub mod noise_learning;
-pub mod outlier_hold;
 pub mod resampler;
 pub mod sample_hold;
-pub mod stuck_detector;
 pub mod wheel_speed_vote;

@@ -2,8 +2,8 @@
 
 use crate::api::signals::Sample;
 use crate::api::snapshot::state;
+use crate::detect::stuck_detector::StuckDetector;
 use crate::preprocess::arrivals::Arrivals;
-use crate::preprocess::stuck_detector::StuckDetector;
 use crate::{Real, Time};
 
 /// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the sensor is stuck.

@@ -1,9 +1,9 @@
 //! Samples of a force balance that holds exactly, on a train whose tare and load rest on different grades.
 
 use crate::Real;
-use crate::models::distributed_train::AlignedSample;
-use crate::models::grade_map::{LoadedGrade, Mean};
 use crate::preprocess::resampler::ResampledSample;
+use crate::rail::distributed_train::AlignedSample;
+use crate::rail::grade_map::{LoadedGrade, Mean};
 use crate::testing::Random;
 
 const GRAVITY: Real = 9.81;

@@ -10,16 +10,16 @@ use std::{fs, println};
 
 use crate::Real;
 use crate::filters::model::Model;
-use crate::grade::force_balance_ekf::{Drive, ForceBalanceModel};
-use crate::grade::imm::{self, Acceleration, SlopeModel};
-use crate::grade::inertial::{InertialModel, Motion, Turn};
+use crate::methods::ekf_v_theta_biases::{BiasModel, Inertial};
+use crate::methods::guo_2024::{self, RampModel};
+use crate::methods::huainan::InclinationModel;
+use crate::methods::joint_ekf::{self, JointModel};
+use crate::methods::liu_2023::GradeModel;
+use crate::methods::patent::ClimbModel;
 use crate::models::force_balance::ForceBalance;
-use crate::pipelines::ekf_v_theta_biases::{BiasModel, Inertial};
-use crate::pipelines::guo_2024::{self, RampModel};
-use crate::pipelines::huainan::InclinationModel;
-use crate::pipelines::joint_ekf::{self, JointModel};
-use crate::pipelines::liu_2023::GradeModel;
-use crate::pipelines::patent::ClimbModel;
+use crate::supervised::force_balance_ekf::{Drive, ForceBalanceModel};
+use crate::supervised::imm::{self, Acceleration, SlopeModel};
+use crate::supervised::inertial::{InertialModel, Motion, Turn};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 

@@ -308,9 +308,9 @@ fn a_hundred_thousand_steps_of_garbage_leave_it_finite_and_a_refused_step_leaves
 /// `reset` builds anew from vehicle and parameters, so that an estimator is kept once.
 #[test]
 fn an_estimator_is_kept_once() {
-    use crate::pipelines::liu_2023_robust::dffrls_aekf_robust::{DffrlsAekf, Params};
-    use crate::pipelines::runner::Runner;
     use crate::preprocess::front_end::FrontEnd;
+    use crate::runner::Runner;
+    use crate::supervised::liu_2023::dffrls_aekf_robust::{DffrlsAekf, Params};
     let parts = size_of::<DffrlsAekf>()
         + size_of::<FrontEnd>()
         + size_of::<Params>()

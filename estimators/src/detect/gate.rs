@@ -1,0 +1,107 @@
+//! Gate, the second layer of a measurement source: whether a measurement enters, what its consistency test gets, what its status says.
+
+use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::snapshot::state;
+use crate::detect::innovation_gate::{InnovationGate, Passage};
+use crate::detect::validity::Integrity;
+
+/// Gate of one source with the time since its last measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    gate: InnovationGate,
+    since_s: Real,
+}
+
+/// What the gate says of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// Whether it enters.
+    pub passage: Passage,
+    /// Innovation, in the unit of the source, and its variance on the un-adapted noise.
+    pub innovation: (Real, Real),
+    /// Normalised innovation squared on the un-adapted noise.
+    pub nis: Real,
+    /// Time since the measurement before, s.
+    pub period_s: Real,
+    /// Test ratio of the gate.
+    pub test_ratio: Real,
+}
+
+impl Gate {
+    /// With the parameters of the innovation gates.
+    pub fn new(integrity: &Integrity) -> Self {
+        Self {
+            gate: integrity.gate(),
+            since_s: 0.0,
+        }
+    }
+
+    /// `dt` seconds have passed.
+    pub fn tick(&mut self, dt: Real) {
+        self.since_s += dt;
+    }
+
+    /// Judges a measurement by its innovation and the variance of that on the un-adapted noise.
+    pub fn judge(&mut self, innovation: Real, variance: Real) -> Judgement {
+        let nis = innovation * innovation / variance.max(Real::MIN_POSITIVE);
+        let period_s = core::mem::replace(&mut self.since_s, 0.0);
+        Judgement {
+            passage: self.gate.judge(nis, period_s),
+            innovation: (innovation, variance),
+            nis,
+            period_s,
+            test_ratio: self.gate.test_ratio(),
+        }
+    }
+}
+
+impl Judgement {
+    /// Status of the measurement; `fused`: innovation and variance by the filter's own account, where it entered and the numbers
+    /// allowed an update.
+    pub fn status(&self, fused: Option<(Real, Real)>) -> AidStatus {
+        let outcome = match (self.passage, fused) {
+            (Passage::Reject, _) => AidOutcome::Rejected(Rejection::Gate),
+            (_, None) => AidOutcome::Rejected(Rejection::Numeric),
+            (_, Some(_)) => AidOutcome::Fused,
+        };
+        let numeric = outcome == AidOutcome::Rejected(Rejection::Numeric);
+        let (innovation, innovation_variance) = match fused {
+            _ if numeric => (0.0, 0.0),
+            Some(innovation) => innovation,
+            None => self.innovation,
+        };
+        AidStatus {
+            innovation,
+            innovation_variance,
+            test_ratio: self.test_ratio,
+            outcome,
+        }
+    }
+}
+
+state!(Gate { gate, since_s; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_status_says_what_the_gate_did() {
+        let mut gate = Gate::new(&Integrity::default());
+        gate.tick(0.01);
+        let small = gate.judge(0.3, 0.01);
+        assert_eq!((small.passage, small.period_s), (Passage::Fuse, 0.01));
+        let fused = small.status(Some((0.3, 0.02)));
+        assert_eq!(fused.outcome, AidOutcome::Fused);
+        assert!((fused.test_ratio - 9.0 / 25.0).abs() < 1e-6);
+        assert_eq!(fused.innovation_variance, 0.02);
+        let none = small.status(None);
+        assert_eq!(none.outcome, AidOutcome::Rejected(Rejection::Numeric));
+        gate.tick(0.01);
+        let large = gate.judge(1.0, 0.01);
+        let rejected = large.status(None);
+        assert_eq!(rejected.outcome, AidOutcome::Rejected(Rejection::Gate));
+        assert!(rejected.test_ratio > 1.0 && rejected.innovation == 1.0);
+    }
+}

@@ -1,0 +1,132 @@
+//! Innovation gate: whether a measurement enters a filter, by the size of its innovation.
+
+use crate::Real;
+use crate::api::snapshot::state;
+
+/// Samples that the running scale of the innovations looks back on, and the most that one of them counts for, in units of that scale.
+const SCALE_MEMORY: Real = 100.0;
+const SCALE_CLIP: Real = 4.0;
+
+/// What becomes of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// It enters.
+    Fuse,
+    /// It does not.
+    Reject,
+    /// It enters after so many rejections that the filter must be wrong: widen the covariance by the squared innovation first.
+    Reopen,
+}
+
+/// Innovation gate of one source: rejects a measurement whose innovation is beyond a number of standard deviations, and reopens after a
+/// time of nothing but rejections.
+///
+/// The test ratio is y²/(k² s² S), S the innovation variance on the un-adapted noise, k the threshold, s² ≥ 1 a running scale: the mean of
+/// y²/S, each term clipped at four times the mean. So a gate does not starve a filter whose noise was told too small (that is for the
+/// [`NisMonitor`](crate::detect::nis_monitor::NisMonitor) to find), and single outliers do not open it. The timeout is that of the
+/// EKF2 estimator of PX4: a filter that rejects a source for longer is reset to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InnovationGate {
+    on: bool,
+    threshold: Real,
+    timeout_s: Real,
+    scale: Real,
+    rejecting_s: Real,
+    rejected: u32,
+    test_ratio: Real,
+}
+
+/// Fewest rejections in a row before a gate reopens, however slow the source.
+const MIN_REJECTIONS: u32 = 3;
+
+impl InnovationGate {
+    /// Rejects beyond `threshold_sd` standard deviations; reopens after `timeout_s` and at least three samples. If not `on`, all enter.
+    pub fn new(on: bool, threshold_sd: Real, timeout_s: Real) -> Self {
+        Self {
+            on,
+            threshold: threshold_sd * threshold_sd,
+            timeout_s,
+            scale: 1.0,
+            rejecting_s: 0.0,
+            rejected: 0,
+            test_ratio: 0.0,
+        }
+    }
+
+    /// Judges an innovation of normalised square `nis` (on the un-adapted noise), `period_s` after the one before.
+    pub fn judge(&mut self, nis: Real, period_s: Real) -> Passage {
+        if !self.on || !nis.is_finite() {
+            return Passage::Fuse;
+        }
+        self.test_ratio = nis / (self.threshold * self.scale.max(1.0));
+        self.scale += (nis.min(SCALE_CLIP * self.scale) - self.scale) / SCALE_MEMORY;
+        self.scale = self.scale.max(1e-3);
+        if self.test_ratio <= 1.0 {
+            (self.rejecting_s, self.rejected) = (0.0, 0);
+            return Passage::Fuse;
+        }
+        self.rejecting_s += period_s;
+        self.rejected = self.rejected.saturating_add(1);
+        if self.rejecting_s > self.timeout_s && self.rejected >= MIN_REJECTIONS {
+            (self.rejecting_s, self.rejected) = (0.0, 0);
+            return Passage::Reopen;
+        }
+        Passage::Reject
+    }
+
+    /// Test ratio of the last innovation: above 1 the gate acts; 0 if it is off.
+    pub fn test_ratio(&self) -> Real {
+        self.test_ratio
+    }
+}
+
+state!(InnovationGate { scale, rejecting_s, rejected, test_ratio; on, threshold, timeout_s }
+    where |this| this.scale > 0.0);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    #[test]
+    fn a_jump_of_one_or_two_samples_does_not_enter() {
+        let mut gate = InnovationGate::new(true, 5.0, 0.5);
+        let mut random = Random::new(91);
+        for k in 0..5_000 {
+            let bump = k % 500 == 100 || k % 500 == 101;
+            let y = random.normal() + if bump { 100.0 } else { 0.0 };
+            let passage = gate.judge(y * y, 0.01);
+            assert_eq!(passage == Passage::Reject, bump, "{k}");
+            assert_eq!(gate.test_ratio() > 1.0, bump);
+        }
+    }
+
+    #[test]
+    fn it_cannot_lock_a_filter_out() {
+        // A shift that stays: reopened after the timeout, however slow the source.
+        for (period_s, timeout_s) in [(0.01, 0.5), (0.15, 0.5), (1.0, 0.5)] {
+            let mut gate = InnovationGate::new(true, 5.0, timeout_s);
+            let count = (1..=1000).find(|_| gate.judge(1e8, period_s) == Passage::Reopen);
+            let least = (timeout_s / period_s).max(2.0);
+            let count = Real::from(count.unwrap());
+            assert!(count >= least && count <= least + 2.0, "{count}");
+        }
+        // Noise told ten times too small: few are rejected once the scale is known.
+        let mut gate = InnovationGate::new(true, 5.0, 0.5);
+        let mut random = Random::new(92);
+        let mut passes = |count: usize| {
+            (0..count)
+                .filter(|_| gate.judge((10.0 * random.normal()).powi(2), 0.01) == Passage::Fuse)
+                .count()
+        };
+        passes(1000);
+        assert!(passes(1000) > 990);
+    }
+
+    #[test]
+    fn off_it_passes_all() {
+        let mut gate = InnovationGate::new(false, 5.0, 0.5);
+        assert_eq!(gate.judge(1e9, 0.01), Passage::Fuse);
+        assert_eq!(gate.test_ratio(), 0.0);
+    }
+}

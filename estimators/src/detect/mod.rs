@@ -1,0 +1,36 @@
+//! Detectors, gates and the validity rule: small pieces, each with a name and a switch.
+//!
+//! | piece | switch | what it does | off |
+//! |---|---|---|---|
+//! | [`ExcitationGate`](excitation_gate::ExcitationGate) | `excitation_gate` | gives samples little weight while the regressor does not vary | all samples weigh alike |
+//! | [`LoadChangeDetector`](load_change::LoadChangeDetector) | `load_change_detector` | reopens the mass when residuals keep to one side | another load is learnt only by forgetting |
+//! | [`SlipDetector`](slip::SlipDetector) | `slip_detector` | a grade found with slipping wheels is not valid | it is |
+//! | grade map ([`DistributedTrain`](crate::rail::distributed_train::DistributedTrain)) | `grade_map` | means of the grade over where a long train rests | the train is a point |
+//! | [`GradeObservability`](observability::GradeObservability) | – | a grade carried on by dead reckoning is not valid | – |
+//! | [`InnovationGate`](crate::detect::innovation_gate::InnovationGate) | `innovation_gate` | keeps outliers out of the filters, and reopens | all measurements enter |
+//! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise told | validity does not ask |
+//! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | validity does not ask |
+//! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
+//! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
+//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise as told |
+//!
+//! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it enters), and fuse (the filter's
+//! update). What became of the last one is published for each source as [`AidStatus`](crate::api::aid::AidStatus).
+
+pub mod control;
+pub mod cusum;
+pub mod dynamic_lag;
+pub mod excitation_gate;
+pub mod gate;
+pub mod gravity_check;
+pub mod gyro_range;
+pub mod innovation_gate;
+pub mod kinematic_consistency;
+pub mod load_change;
+pub mod nis_monitor;
+pub mod observability;
+pub mod outlier_hold;
+pub mod plausibility;
+pub mod slip;
+pub mod stuck_detector;
+pub mod validity;

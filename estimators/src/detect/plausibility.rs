@@ -1,0 +1,148 @@
+//! Plausibility of the instruments: the checks that find a wrong unit, sign or axis, which a filter would absorb into its states.
+
+use crate::Real;
+use crate::api::snapshot::state;
+use crate::detect::gravity_check::GravityCheck;
+use crate::detect::gyro_range::GyroRange;
+use crate::detect::kinematic_consistency::KinematicConsistency;
+use crate::preprocess::front_end::Reading;
+
+/// What an estimate rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Instruments {
+    /// Accelerometer.
+    pub accelerometer: bool,
+    /// Pitch gyro; yaw rates only widen or weigh and count as no use.
+    pub gyro: bool,
+}
+
+/// The plausibility checks of one estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plausibility {
+    on: bool,
+    uses: Instruments,
+    standstill_mps: Real,
+    gravity: GravityCheck,
+    gyro: GyroRange,
+    kinematics: KinematicConsistency,
+}
+
+impl Plausibility {
+    /// Checks of the instruments that an estimate `uses`, beside the wheels. If not `on`, all are plausible.
+    pub fn new(on: bool, uses: Instruments, standstill_mps: Real) -> Self {
+        Self {
+            on,
+            uses,
+            standstill_mps,
+            gravity: GravityCheck::default(),
+            gyro: GyroRange::default(),
+            kinematics: KinematicConsistency::default(),
+        }
+    }
+
+    /// One step of `dt` seconds.
+    pub fn observe(&mut self, reading: &Reading, dt: Real) {
+        let Some(speed) = reading.speed_mps.filter(|_| self.on) else {
+            self.kinematics.interrupt();
+            return;
+        };
+        let rates = reading.pitch_rate_radps.zip(reading.yaw_rate_radps);
+        if let Some((pitch, yaw)) = rates {
+            self.gyro.observe([pitch, yaw], speed, dt);
+        }
+        let across = reading.lateral_force_mps2.zip(reading.vertical_force_mps2);
+        if let Some((forward, (left, up))) = reading.specific_force_mps2.zip(across) {
+            let standing = speed.abs() < self.standstill_mps;
+            self.gravity.observe([forward, left, up], standing, dt);
+            let across = left - speed * reading.yaw_rate_radps.unwrap_or(0.0);
+            self.kinematics
+                .observe([forward, across], speed, reading.pitch_rate_radps, dt);
+        } else {
+            self.kinematics.interrupt();
+        }
+    }
+
+    /// Whether the wheels, and the instruments used beside them, can be what they are taken for. Wheels and accelerometer are found against
+    /// each other: which of the two is wrong is not asked, and an estimate without the accelerometer is marked too.
+    pub fn plausible(&self) -> bool {
+        if !self.on {
+            return true;
+        }
+        let wheels = self.kinematics.acceleration_consistent();
+        let axes = self.gravity.plausible() && !self.kinematics.axes_swapped();
+        let accelerometer = !self.uses.accelerometer || axes;
+        let gyro = !self.uses.gyro || (self.gyro.plausible() && self.kinematics.slope_consistent());
+        wheels && accelerometer && gyro
+    }
+}
+
+state!(Plausibility { gravity, gyro, kinematics; on, uses, standstill_mps });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two seconds of a reading; whether it is plausible to an estimate that uses accelerometer or gyro.
+    fn plausible(accelerometer: bool, gyro: bool, reading: &Reading) -> bool {
+        let mut checks = Plausibility::new(
+            true,
+            Instruments {
+                accelerometer,
+                gyro,
+            },
+            0.05,
+        );
+        (0..200).for_each(|_| checks.observe(reading, 0.01));
+        let mut off = Plausibility::new(
+            false,
+            Instruments {
+                accelerometer,
+                gyro,
+            },
+            0.05,
+        );
+        (0..200).for_each(|_| off.observe(reading, 0.01));
+        assert!(off.plausible());
+        checks.plausible()
+    }
+
+    fn level(up_mps2: Real, speed_mps: Real, pitch_rate_radps: Real) -> Reading {
+        Reading {
+            speed_mps: Some(speed_mps),
+            specific_force_mps2: Some(0.0),
+            lateral_force_mps2: Some(0.0),
+            vertical_force_mps2: Some(up_mps2),
+            pitch_rate_radps: Some(pitch_rate_radps),
+            yaw_rate_radps: Some(0.0),
+            ..Reading::default()
+        }
+    }
+
+    #[test]
+    fn an_instrument_that_is_not_used_ends_nothing() {
+        let (fine, in_g, in_deg) = (
+            level(9.81, 1.0, 0.0),
+            level(1.0, 1.0, 0.0),
+            level(9.81, 1.0, 2.0),
+        );
+        for accelerometer in [false, true] {
+            for gyro in [false, true] {
+                assert!(plausible(accelerometer, gyro, &fine));
+                assert_eq!(plausible(accelerometer, gyro, &in_g), !accelerometer);
+                assert_eq!(plausible(accelerometer, gyro, &in_deg), !gyro);
+            }
+        }
+    }
+
+    /// 7 % beside g: too much standing, and little enough moving.
+    #[test]
+    fn it_stands_below_the_standstill_speed() {
+        for (speed, fine) in [(0.0, false), (0.04, false), (-0.04, false), (0.06, true)] {
+            assert_eq!(
+                plausible(true, false, &level(9.1, speed, 0.0)),
+                fine,
+                "{speed}"
+            );
+        }
+    }
+}

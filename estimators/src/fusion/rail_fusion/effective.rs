@@ -1,0 +1,163 @@
+//! Effective grade: mean over the masses off the rail memory, and for rail that was not read what the force balance says.
+
+use crate::Real;
+use crate::api::aid::AidOutcome;
+use crate::api::real::{GRAVITY, asin, exp, sqrt};
+use crate::api::signals::Value;
+use crate::api::snapshot::state;
+use crate::fusion::attitude::Attitude;
+use crate::fusion::swing_balance::SwingMass;
+use crate::fusion::swing_balance::balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
+use crate::fusion::swing_balance::block::Block;
+use crate::rail::rail_memory::RailMemory;
+use crate::rail::train_means::TrainMeans;
+use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
+
+/// Time between two looks at the memory, s.
+const PERIOD_S: Real = 0.1;
+/// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
+const AHEAD_RAD_PER_M: Real = 0.02;
+const AHEAD_M: Real = 0.7;
+/// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
+const FORCE_SD_RAD: Real = 0.001;
+const FORCE_MOTION: Real = 2.0;
+/// Share of a new block in the correction by force, and what is left of it after one of no use where the rail is read; where it is not, the correction
+/// fades over a way in which the rail becomes another.
+const SHARE: Real = 0.6;
+const LEFT: Real = 0.7;
+const FADE_M: Real = 10.0;
+/// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
+const UNREAD_SD_RAD: Real = 0.002;
+/// By how much the grade of rail that was not read may change over the way gone back without the force telling it, rad per m: half of the sharpest
+/// curvature of a rail.
+const BLIND_RAD_PER_M: Real = 0.05;
+/// Way beyond which it counts no more, m.
+const MAX_BLIND_M: Real = 10.0;
+/// Speed from which the force tells the grade, m/s.
+const MIN_SPEED_MPS: Real = 0.1;
+/// Distance at which η is a grade, m.
+const ETA_M: Real = 9.0;
+
+/// The effective grade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffectiveGrade {
+    correction: Real,
+    age_s: Real,
+    sine: Real,
+    variance: Real,
+    looked: bool,
+    /// Way gone back over rail that was not read since the force told the grade, m.
+    blind_m: Real,
+}
+
+impl EffectiveGrade {
+    /// Takes a new block for the correction by force.
+    pub fn correct(
+        &mut self,
+        block: &Block,
+        mass: &SwingMass,
+        nominal: &Nominal,
+        rail: &RailMemory,
+    ) {
+        let v = Real::from(block.speed_mps);
+        let use_it =
+            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.used() > 0;
+        let means = mass.train().at(rail, block.place);
+        if !use_it {
+            let way = v.abs() * block.length_s();
+            if behind_variance(&means, mass) > UNREAD_SD_RAD * UNREAD_SD_RAD {
+                self.correction *= exp(-way / FADE_M);
+                // only going back brings rail under the train that nothing has read
+                let back = if v < 0.0 { way } else { 0.0 };
+                self.blind_m = (self.blind_m + back).min(MAX_BLIND_M);
+            } else {
+                self.correction *= LEFT;
+                self.blind_m = 0.0;
+            }
+            return;
+        }
+        self.blind_m = 0.0;
+        let x = &mass.found().x;
+        let (M, s, a) = (
+            mass.mass_kg(),
+            if v < 0.0 { -1.0 } else { 1.0 },
+            block.mean_acceleration(),
+        );
+        let resistance = nominal.mu_load * GRAVITY * means.load_cos * M
+            + x[R0] * (1.0 - nominal.load_share * (1.0 - means.load_cos))
+            + x[CV] * v.abs()
+            + x[QC] * means.bend_per_m;
+        let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
+            + M * x[B];
+        let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
+        // what η makes of the rail behind is told already
+        let told = x[ETA] * behind(&means, mass);
+        let difference = (uphill - read) / (M * GRAVITY) - told;
+        let unread = unread_variance(&means, mass, rail);
+        let of = |sd: Real| sd * sd;
+        let force = of(FORCE_SD_RAD)
+            + of(FORCE_MOTION * a / GRAVITY)
+            + of(FORCE_MOTION * x[ANGLE] * x[MASS] / M);
+        let weight = unread / (unread + force);
+        self.correction += SHARE * (weight * difference - self.correction);
+    }
+
+    /// One step.
+    pub fn step(
+        &mut self,
+        attitude: &Attitude,
+        mount_sd_rad: Real,
+        mass: &SwingMass,
+        rail: &RailMemory,
+        dt: Real,
+    ) {
+        self.age_s += dt;
+        if self.looked && self.age_s < PERIOD_S - 1e-6 {
+            return;
+        }
+        (self.age_s, self.looked) = (0.0, true);
+        let means = mass.train().at(rail, rail.here());
+        let x = &mass.found().x;
+        let M = mass.mass_kg();
+        let behind = behind(&means, mass);
+        self.sine = (means.tare_kg + x[MASS] * means.load) / M - attitude.bias_mps2 / GRAVITY
+            + x[ETA] * behind
+            + self.correction;
+        let pitch = attitude.pitch_sd_rad;
+        let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
+        self.variance = pitch * pitch
+            + mount_sd_rad * mount_sd_rad
+            + unread_variance(&means, mass, rail)
+            + blind * blind;
+    }
+
+    /// The effective grade; `valid` is whether what it rests on is there.
+    pub fn value(&self, valid: bool) -> Value {
+        Value {
+            value: asin(self.sine).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
+            sd: sqrt(self.variance),
+            valid,
+        }
+    }
+}
+
+/// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
+fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
+    let load = mass.found().x[MASS];
+    (means.behind_tare_kgm + load * means.behind_load_m) / ETA_M / mass.mass_kg()
+}
+
+/// Variance of the mean grade from rail that was not read.
+fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> Real {
+    let ahead =
+        means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
+    ahead * ahead + behind_variance(means, mass)
+}
+
+/// Its part behind what was read.
+fn behind_variance(means: &TrainMeans, mass: &SwingMass) -> Real {
+    let behind = behind(means, mass);
+    behind * behind * mass.found().eta_variance
+}
+
+state!(EffectiveGrade { correction, age_s, sine, variance, looked, blind_m; });

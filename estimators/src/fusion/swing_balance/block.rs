@@ -1,0 +1,214 @@
+//! Blocks of the force balance: means over half a second, with the acceleration in five parts.
+//!
+//! The acceleration of a block is the difference of the filter's speeds at its ends over its length, whose noise is 1.6 mm/s²: small enough for
+//! a regressor (no errors-in-variables treatment). The accelerometer only shares it out within the block.
+
+use crate::Real;
+use crate::api::aid::{AidOutcome, Rejection};
+use crate::api::real::{floor, within};
+use crate::api::snapshot::{Blank, state};
+use crate::models::swing::SUBSTEPS;
+use crate::rail::rail_memory::{Place, RailMemory};
+
+/// Length of a part, s.
+const SUBSTEP_S: Real = 0.1;
+
+/// Noise of the acceleration of a block that the model's noise covers, m/s².
+const NOMINAL_MPS2: Real = 2.5e-3;
+
+/// Step of the accelerations kept, m/s²: an eighth of their noise.
+const ACCELERATION_STEP: Real = 2e-4;
+
+/// Step of the lengths kept, s.
+const LENGTH_STEP_S: Real = 2e-5;
+
+/// Share of the brake beyond which a block is of no use.
+const MAX_BRAKE: Real = 0.002;
+
+fn steps(value: Real, step: Real) -> i16 {
+    within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
+}
+
+/// Signals of one sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BlockInput {
+    /// Speed by the attitude filter, m/s.
+    pub speed_mps: Real,
+    /// Its standard deviation but for what is common to a block, m/s.
+    pub speed_noise_mps: Real,
+    /// Total mass by the last block, kg.
+    pub mass_kg: Real,
+    /// Acceleration by the accelerometer, m/s².
+    pub acceleration_mps2: Real,
+    /// Traction at the rims, N, and its variance; `None` if too few torques are known.
+    pub traction: Option<[Real; 2]>,
+    /// Horizontal curvature without its sign, 1/m.
+    pub bend_per_m: Real,
+    /// Brake applied, 0…1.
+    pub brake: Real,
+    /// Whether IMU and at least one wheel are in use.
+    pub sound: bool,
+    /// Whether a wheel slips.
+    pub slip: bool,
+    /// Whether the torques are doubted.
+    pub doubt: bool,
+}
+
+/// Means over a block. Single precision: what is kept of each is noise by the sixth digit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Block {
+    /// Middle of the way.
+    pub place: Place,
+    /// Traction, N.
+    pub traction_n: f32,
+    /// Its variance, N², with that of the inertia.
+    pub variance: f32,
+    /// Speed, m/s.
+    pub speed_mps: f32,
+    /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
+    acceleration: [i16; SUBSTEPS],
+    /// Length of a part, in steps of [`LENGTH_STEP_S`].
+    substep: i16,
+    /// Fused, or why it cannot be: braked, without an instrument, slip, torques in doubt.
+    pub outcome: AidOutcome,
+}
+
+impl Block {
+    /// Mean acceleration, m/s².
+    pub fn mean_acceleration(&self) -> Real {
+        self.accelerations().iter().sum::<Real>() / SUBSTEPS as Real
+    }
+
+    /// Acceleration in parts, m/s².
+    pub fn accelerations(&self) -> [Real; SUBSTEPS] {
+        self.acceleration
+            .map(|steps| Real::from(steps) * ACCELERATION_STEP)
+    }
+
+    /// Length of a part, s.
+    pub fn substep_s(&self) -> Real {
+        Real::from(self.substep) * LENGTH_STEP_S
+    }
+
+    /// Its length, s.
+    pub fn length_s(&self) -> Real {
+        self.substep_s() * SUBSTEPS as Real
+    }
+}
+
+/// Collects samples into blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BlockBuilder {
+    started: Option<(Place, Real)>,
+    last_mps: Real,
+    samples: u32,
+    with_traction: u32,
+    traction: Real,
+    variance: Real,
+    speed: Real,
+    noise: Real,
+    brake: Real,
+    unsound: bool,
+    slip: bool,
+    doubt: bool,
+    part: usize,
+    parts: [Real; SUBSTEPS],
+    part_s: Real,
+    part_way: Real,
+    length_s: Real,
+}
+
+impl BlockBuilder {
+    /// Takes a sample; returns a block when it is whole.
+    pub fn take(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
+        let last = if self.started.is_some() || self.samples > 0 {
+            self.last_mps
+        } else {
+            z.speed_mps
+        };
+        let (start, start_mps) = *self.started.get_or_insert((rail.here(), last));
+        self.last_mps = z.speed_mps;
+        self.samples += 1;
+        self.speed += z.speed_mps * dt;
+        self.noise = self.noise.max(z.speed_noise_mps);
+        if let Some([traction, variance]) = z.traction {
+            self.with_traction += 1;
+            self.traction += traction;
+            self.variance += variance;
+        }
+        self.brake = self.brake.max(z.brake);
+        self.unsound |= !z.sound || z.traction.is_none();
+        self.slip |= z.slip;
+        self.doubt |= z.doubt;
+        self.part_way += z.acceleration_mps2 * dt;
+        self.part_s += dt;
+        self.length_s += dt;
+        if self.part_s < SUBSTEP_S - 1e-6 {
+            return None;
+        }
+        if let Some(part) = self.parts.get_mut(self.part) {
+            *part = self.part_way / self.part_s;
+        }
+        self.part += 1;
+        (self.part_s, self.part_way) = (0.0, 0.0);
+        if self.part < SUBSTEPS {
+            return None;
+        }
+        let by_speed = (z.speed_mps - start_mps) / self.length_s;
+        let shift = by_speed - self.parts.iter().sum::<Real>() / SUBSTEPS as Real;
+        let count = self.with_traction.max(1) as Real;
+        let block = Block {
+            place: rail.between(start, rail.here()),
+            traction_n: stored(self.traction / count),
+            variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
+            speed_mps: stored(self.speed / self.length_s),
+            acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
+            substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
+            outcome: self.outcome(),
+        };
+        *self = Self {
+            started: Some((rail.here(), z.speed_mps)),
+            last_mps: z.speed_mps,
+            ..Self::default()
+        };
+        Some(block)
+    }
+}
+
+impl BlockBuilder {
+    fn outcome(&self) -> AidOutcome {
+        if self.brake > MAX_BRAKE {
+            AidOutcome::Rejected(Rejection::NotRunning)
+        } else if self.unsound {
+            AidOutcome::Stale
+        } else if self.slip {
+            AidOutcome::Rejected(Rejection::Slip)
+        } else if self.doubt {
+            AidOutcome::Rejected(Rejection::Gate)
+        } else {
+            AidOutcome::Fused
+        }
+    }
+
+    /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise covers, N².
+    fn inertia_variance(&self, mass_kg: Real) -> Real {
+        let noise = self.noise / self.length_s.max(SUBSTEP_S);
+        let beyond = (2.0 * noise * noise - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0);
+        mass_kg * mass_kg * beyond
+    }
+}
+
+impl Blank for Place {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Block { place, traction_n, variance, speed_mps, acceleration, substep, outcome; });
+state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+
+/// The figure as a block keeps it: single precision halves what a memory of blocks takes.
+#[allow(clippy::unnecessary_cast)] // not with double precision
+pub(super) fn stored(figure: Real) -> f32 {
+    figure as f32
+}

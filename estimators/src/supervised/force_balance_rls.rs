@@ -1,0 +1,341 @@
+//! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias left free.
+//!
+//! F − J v̇ = M (f + s μ₀ g c) + r s g c + q s g c |κ| + a,  s = sgn v, c = cos θ
+//!
+//! Parameters: M total mass; r what the running resistance differs from μ₀ M g c by, over g c; q the same per curvature κ of the rail
+//! (yaw rate over speed: guide rollers drag in curves); a = −M b, b the accelerometer's bias. In one driving direction only
+//! r s g + a is seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression
+//! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
+//! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
+//!
+//! A train is long: f and κ are means over where its masses rest ([`DistributedTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
+//! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
+//! known and goes to the left, so the balance stays linear in M.
+//!
+//! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
+//! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
+//! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
+//!
+//! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
+
+use nalgebra::{Matrix4, Vector4, vector};
+
+use crate::Real;
+use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::estimator::Internal;
+use crate::api::params::{choices, params};
+use crate::api::real::{GRAVITY, lag, sqrt, within};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::{Archive, State};
+use crate::detect::control;
+use crate::detect::excitation_gate::ExcitationGate;
+use crate::detect::load_change::LoadChangeDetector;
+use crate::filters::ewma_variance::EwmaVariance;
+use crate::filters::forgetting::Forgetting;
+use crate::filters::gaussian::Gaussian;
+use crate::filters::rls::{Outcome, Rls};
+use crate::models::force_balance::ForceBalance;
+use crate::preprocess::resampler::Resampler;
+use crate::rail::distributed_train::{AlignedSample, DistributedTrain};
+use crate::supervised::two_stage::{MassEstimator, SteadyTraction};
+
+choices! {
+    /// What stands for the acceleration beside the mass.
+    AccelSource {
+        /// The accelerometer, which reads v̇ + g sin θ.
+        SpecificForce = "specific_force",
+        /// The derivative of wheel speed, v̇.
+        Kinematic = "kinematic",
+    }
+}
+
+params! {
+    /// Parameters of the mass regression.
+    MassParams {
+        mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
+        curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
+        acceleration [choice AccelSource] = AccelSource::SpecificForce, "What the regression takes for acceleration: the specific force, or the derivative of wheel speed, which needs a constant slope.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
+        weigh_by_residuals [flag] = false, "Weigh samples by the size of the residuals found: what they cannot separate stays where the priors have it.";
+        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
+        excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
+        excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
+        unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
+        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
+        load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
+        load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
+        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
+    }
+}
+
+/// Share of their first variance that another load gives running resistance and bias term.
+const OTHER_LOAD: Real = 0.05;
+
+/// A swing of the load dies out in this time, s.
+const SWAY_MEMORY_S: Real = 3.0;
+
+/// Recursive least squares for the mass on the force balance, with its excitation gate and load-change detector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceBalanceRls {
+    params: MassParams,
+    /// Parameters divided by the first mass: [M, r, a, q]/M₀.
+    rls: Rls<4>,
+    /// Covariance, widened if the residuals are larger than expected or correlated.
+    covariance: Matrix4<Real>,
+    mass0_kg: Real,
+    mu0: Real,
+    range_kg: [Real; 2],
+    gate: ExcitationGate,
+    load: LoadChangeDetector,
+    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    before: Rls<4>,
+    saturated: bool,
+    outcome: Outcome,
+    /// Variance of the acceleration: what makes the load swing.
+    jolts: EwmaVariance,
+}
+
+impl ForceBalanceRls {
+    /// From the vehicle, the parameters and the way to forget.
+    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
+        let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
+        let mu0 = vehicle.running_resistance;
+        // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
+        let free_sd = match params.acceleration {
+            AccelSource::SpecificForce => vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
+            AccelSource::Kinematic => 0.1 * GRAVITY,
+        };
+        let sd = vector![
+            params.mass_sd,
+            params.mu_sd * mu0,
+            free_sd,
+            params.curve_sd_m
+        ];
+        let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
+        let rls = Rls::new(prior, policy)
+            .in_square_root_form(params.square_root)
+            .weighed_by_residuals(params.weigh_by_residuals);
+        Self {
+            params,
+            rls,
+            covariance: rls.widened(),
+            before: rls,
+            mass0_kg,
+            mu0,
+            range_kg: vehicle.mass_range_kg,
+            gate: ExcitationGate::new(
+                params.excitation_gate,
+                params.excitation_mps2,
+                params.excitation_memory_s,
+            ),
+            load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
+            saturated: false,
+            outcome: Outcome {
+                lambda: 1.0,
+                ..Outcome::default()
+            },
+            jolts: EwmaVariance::default(),
+        }
+    }
+
+    /// The resampler that its samples come from.
+    pub fn resampler(params: &MassParams) -> Resampler {
+        Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
+    }
+
+    /// M/M₀ within the range of the mass. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
+    fn found(&self) -> Real {
+        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
+        within(self.rls.belief.x.x, low, high)
+    }
+
+    /// Which acceleration stands beside the mass.
+    pub fn source(&self) -> AccelSource {
+        self.params.acceleration
+    }
+}
+
+impl MassEstimator for ForceBalanceRls {
+    const INTERNALS: &'static [Internal; 6] = &[
+        Internal::new("lambda", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("running_resistance", "-"),
+        Internal::new("accel_bias_mps2", "m/s²"),
+        Internal::new("load_changes", "-"),
+        Internal::new("windup_limit", "-"),
+    ];
+
+    fn sample(
+        &mut self,
+        &AlignedSample { sample: now, felt }: &AlignedSample,
+        balance: &ForceBalance,
+        train: &DistributedTrain,
+    ) -> AidStatus {
+        let acceleration = now.acceleration_mps2;
+        let tare = train.tare_kg() / self.mass0_kg;
+        // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
+        let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
+        let (f, known, cosine, doubt) = match (self.source(), felt) {
+            (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
+            (AccelSource::SpecificForce, Some(felt)) => {
+                let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+                let (u, doubt) = felt.whole(tare, self.found());
+                let f = acceleration + load_u;
+                let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+                (f, tare * (tare_u - load_u), cosine, doubt)
+            }
+            (AccelSource::SpecificForce, None) => {
+                self.gate.close();
+                return control::without(AidOutcome::Stale);
+            }
+        };
+        self.gate.observe(f, now.period_s);
+        let excited = self.gate.excited();
+
+        let against = if now.speed_mps < 0.0 {
+            -GRAVITY
+        } else {
+            GRAVITY
+        } * cosine;
+        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
+        let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
+        let weight = if excited {
+            1.0
+        } else {
+            self.params.unexcited_weight
+        };
+        if weight <= 0.0 {
+            return control::without(AidOutcome::Rejected(Rejection::NotExcited));
+        }
+        self.jolts
+            .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
+        let noise = self.params.residual_sd_mps2;
+        let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
+        let r = (noise * noise + doubt * doubt + sway) / weight;
+        let Some(outcome) = self.rls.update(y, &h, r, !excited) else {
+            return control::regressed(None, excited);
+        };
+        self.outcome = outcome;
+        self.rls.clamp_usable();
+        self.saturated = self.found() != self.rls.belief.x.x;
+        if excited
+            && self
+                .load
+                .changed(outcome.normalised / self.rls.spread().max(1.0))
+        {
+            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
+            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
+            // may be false, and on a steady grade nothing else determines the mass.
+            self.rls = self.before;
+            self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
+            self.rls
+                .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+        }
+        if self.load.at_rest() {
+            self.before = self.rls;
+        }
+        self.covariance = self.rls.widened();
+        control::regressed(Some(&outcome), excited)
+    }
+
+    fn needs_accelerometer(&self) -> bool {
+        self.source() == AccelSource::SpecificForce
+    }
+
+    fn pause(&mut self) {
+        self.gate.close();
+    }
+
+    fn mass_kg(&self) -> Value {
+        let value = self.found() * self.mass0_kg;
+        let sd = sqrt(self.covariance.m11) * self.mass0_kg;
+        Value {
+            value,
+            sd,
+            valid: !self.saturated,
+        }
+    }
+
+    /// As far as it is separated from the accelerometer's bias; with what the curve under the train adds.
+    fn running_resistance(&self, train: &DistributedTrain) -> Real {
+        let x = self.rls.belief.x;
+        (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
+    }
+
+    /// With μ = μ₀ + (r + q |κ|)/M.
+    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real {
+        let (x, m) = (self.rls.belief.x, self.found());
+        let [_, cosine] = steady.sin_cos;
+        let against = steady.direction * cosine;
+        let by_m = -steady.traction_n / (self.mass0_kg * GRAVITY * m * m)
+            + against * (x.y + x.w * train.curvature_per_m()) / (m * m);
+        let by_r = -against / m;
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
+        sqrt(gradient.dot(&(self.covariance * gradient))) / steady.by_theta()
+    }
+
+    fn excited(&self) -> bool {
+        self.gate.excited()
+    }
+
+    fn unmodelled_mps2(&self) -> Real {
+        let excess = self.rls.spread() * self.rls.spread() - 1.0;
+        self.params.residual_sd_mps2 * sqrt(excess)
+    }
+
+    fn saturated(&self) -> bool {
+        self.saturated
+    }
+
+    fn internals(&self, train: &DistributedTrain) -> [Real; 6] {
+        let bias = -self.rls.belief.x.z / self.found();
+        let limited = if self.outcome.limited { 1.0 } else { 0.0 };
+        let residual_n = self.outcome.residual * self.mass0_kg;
+        [
+            self.outcome.lambda,
+            residual_n,
+            self.running_resistance(train),
+            bias,
+            self.load.changes() as Real,
+            limited,
+        ]
+    }
+}
+
+impl State for ForceBalanceRls {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            rls,
+            gate,
+            load,
+            before,
+            saturated,
+            outcome,
+            jolts,
+            covariance: _,
+            params: _,
+            mass0_kg: _,
+            mu0: _,
+            range_kg: _,
+        } = self;
+        rls.visit(archive);
+        gate.visit(archive);
+        load.visit(archive);
+        before.visit(archive);
+        saturated.visit(archive);
+        outcome.visit(archive);
+        jolts.visit(archive);
+        self.covariance = self.rls.widened();
+    }
+}
+
+#[cfg(test)]
+#[path = "force_balance_rls_tests.rs"]
+mod tests;

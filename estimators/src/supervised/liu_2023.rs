@@ -1,0 +1,79 @@
+//! Robust forms of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification research",
+//! Coal Science and Technology 51(S1): mass by least squares ([`ForceBalanceRls`]), then slope by an extended Kalman filter with that mass
+//! ([`ForceBalanceEkf`]).
+//!
+//! | name | least squares | Kalman filter |
+//! |---|---|---|
+//! | `dffrls_aekf_robust` | forgets by the residual (eq. 19) | wheel-speed noise adapted (Sage & Husa) |
+//! | `rls_ekf_robust`, their baseline | never forgets | fixed noise |
+//!
+//! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope helps
+//! instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations; angles are not
+//! taken for small; Sage-Husa adapts R alone, in a form that stays positive.
+
+use crate::api::params::params;
+use crate::api::signals::Vehicle;
+use crate::detect::validity::Integrity;
+use crate::filters::forgetting::Forgetting;
+use crate::models::force_balance::ForceBalance;
+use crate::preprocess::conditioning::ConditioningParams;
+use crate::supervised::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
+use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
+use crate::supervised::supervision::{Supervisors, TwoStageSupervision};
+use crate::supervised::two_stage::TwoStage;
+
+params! {
+    /// How `dffrls_aekf_robust` forgets and adapts.
+    ForgettingParams {
+        lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
+        delta ["-"] = 0.999, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample: running resistance and bias, which it forgets with the mass, do not change within minutes; for another load there is the load-change detector.";
+        sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
+        kappa ["-"] = 0.98, 0.5 => 0.99999, "Fading factor κ of the adapted wheel-speed noise, per wheel-speed sample.";
+    }
+}
+
+variants! {
+    /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
+    dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
+        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| two_stage(
+            vehicle,
+            &p.mass,
+            Forgetting::Dynamic {
+                floor: p.forgetting.delta,
+                sharpness: p.forgetting.sigma,
+                first: p.forgetting.lambda0,
+            },
+            &p.slope,
+            Adaptation::sage_husa(p.forgetting.kappa),
+            &p.supervision.with(p.integrity, p.conditioning),
+        );
+    /// `rls_ekf_robust`: no forgetting, fixed noise. A comparison with `dffrls_aekf_robust` shows what forgetting and adaptation do, and
+    /// nothing else. With a load that never changes, no forgetting is the best forgetting.
+    rls_ekf_robust: RlsEkf = TwoStage<ForceBalanceRls>,
+        { mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None, &p.supervision.with(p.integrity, p.conditioning));
+}
+
+fn two_stage(
+    vehicle: &Vehicle,
+    mass: &MassParams,
+    forgetting: Forgetting<4>,
+    slope: &GradeParams,
+    adaptation: Adaptation,
+    supervision: &Supervisors,
+) -> TwoStage<ForceBalanceRls> {
+    TwoStage::new(
+        vehicle,
+        ForceBalanceRls::resampler(mass),
+        ForceBalanceRls::new(vehicle, *mass, forgetting),
+        ForceBalanceEkf::new(
+            ForceBalance::new(vehicle),
+            *slope,
+            adaptation,
+            &supervision.integrity,
+        ),
+        supervision,
+        mass.standstill_mps,
+    )
+}

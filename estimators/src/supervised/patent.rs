@@ -1,0 +1,50 @@
+//! Robust form of patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and road
+//! slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches between
+//! Sage-Husa and strong tracking ([`ForceBalanceEkf`]).
+//!
+//! The formulas are reconstructed: those of the published text are pictures, and the switching criterion is cut off; here strong tracking
+//! takes over while innovations are too large and keep to one side.
+
+use crate::api::params::params;
+use crate::detect::validity::Integrity;
+use crate::models::force_balance::ForceBalance;
+use crate::preprocess::conditioning::ConditioningParams;
+use crate::supervised::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
+use crate::supervised::multi_model_rls::{MultiModelMass, MultiModelParams};
+use crate::supervised::supervision::TwoStageSupervision;
+use crate::supervised::two_stage::TwoStage;
+
+params! {
+    /// How `mmrls_sh_stf_robust` adapts.
+    SwitchParams {
+        b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of Sage-Husa, per wheel-speed sample.";
+        memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";
+        weakening ["-"] = 1.5, 1.0 => 100.0, "Weakening factor β of strong tracking.";
+        alarm ["-"] = 2.0, 1.0 => 1e6, "Smoothed normalised innovation squared above which strong tracking takes over.";
+    }
+}
+
+variants! {
+    /// `mmrls_sh_stf_robust`: the method.
+    mmrls_sh_stf_robust: MmrlsShStf = TwoStage<MultiModelMass>,
+        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| TwoStage::new(
+            vehicle,
+            MultiModelMass::resampler(&p.mass),
+            MultiModelMass::new(vehicle, p.mass),
+            ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity),
+            &p.supervision.with(p.integrity, p.conditioning),
+            p.mass.standstill_mps,
+        );
+}
+
+impl SwitchParams {
+    fn adaptation(&self) -> Adaptation {
+        Adaptation::Switched {
+            fading: self.b,
+            memory: self.memory,
+            weakening: self.weakening,
+            alarm: self.alarm,
+        }
+    }
+}
