@@ -4,8 +4,8 @@
 
 use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements};
 use monorig_logs::drive::{Drive, Plan, Step};
-use monorig_logs::judge::EstimatesFile;
 use monorig_logs::map::Map;
+use monorig_logs::replay::EstimatesFile;
 use monorig_logs::replay::{ReplayOptions, simulation};
 use monorig_sim::{Registry, StepFrame};
 use std::path::PathBuf;

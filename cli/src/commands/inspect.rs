@@ -3,9 +3,9 @@
 use crate::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
-use monorig_logs::inspect::{Inspection, TableReport, inspect};
+use monorig_logs::check::{Inspection, TableReport, inspect};
 use monorig_logs::read::ReadOptions;
-use monorig_logs::time::TimeUnit;
+use monorig_logs::read::TimeUnit;
 use std::path::PathBuf;
 
 const INSPECT_EXAMPLES: &str = "\

@@ -5,8 +5,8 @@ use crate::ui::note::note;
 use monorig_lab::recordings::{allan, noise_fit};
 use monorig_logs::drive::{Plan, calibrate};
 use monorig_logs::identify::Parameter;
+use monorig_logs::identify::{Instrument, StandingAxis, standing};
 use monorig_logs::map::Map;
-use monorig_logs::standing::{Instrument, StandingAxis, standing};
 
 /// Random walk of the integral and bias instability of each axis (IEEE Std 952-1997, annex C, fitted to the overlapping Allan deviation). A
 /// log in which the vehicle does not stand is told so, and has none.

@@ -1,11 +1,11 @@
 //! Files that commands write beside their results: tables, logs, verdicts for CI servers, copies of inputs.
 
 use crate::files::results::broken;
+use monorig_logs::check::inspect;
 use monorig_logs::drive::vehicle_file::VehicleFile;
-use monorig_logs::inspect::inspect;
 use monorig_logs::read::ReadOptions;
+use monorig_logs::read::TimeUnit;
 use monorig_logs::read::dbc::Database;
-use monorig_logs::time::TimeUnit;
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;

@@ -5,10 +5,14 @@
 //! | `series` | the log in windows of a second |
 //! | `statistics` | regression and correlation |
 //! | `rules` | the checks |
+//! | `inspect` | what is in a log, and a map proposed for it |
 
+mod inspect;
 mod rules;
 mod series;
 mod statistics;
+
+pub use inspect::{Inspection, TableReport, inspect};
 
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;

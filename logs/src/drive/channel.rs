@@ -1,11 +1,11 @@
 //! A channel: columns of a file in, samples in SI units out.
 
 use super::faults::ChannelFaults;
-use crate::expression::Expression;
 use crate::map::Many;
-use crate::merge::MergedRow;
+use crate::notation::Expression;
+use crate::notation::Unit;
 use crate::read::full_name;
-use crate::units::Unit;
+use crate::read::merge::MergedRow;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 

@@ -1,9 +1,9 @@
 //! The channels of a map, and the vehicle as estimators are told it.
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
-use crate::expression::Expression;
 use crate::map::{Axis, CommandChannel, Formula, Map, Mount, Traction, VectorChannel};
-use crate::units::{Quantity, Unit, UnitName};
+use crate::notation::Expression;
+use crate::notation::{Quantity, Unit, UnitName};
 use monorig_estimators::api::signals::{Vehicle, VehicleData};
 use monorig_sim::closed_loop::recorded::nominal_vehicle;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};

@@ -3,7 +3,7 @@
 
 use super::reference_columns::Columns;
 use crate::map::{Altitude, Map, SlopeReference};
-use crate::units::Quantity;
+use crate::notation::Quantity;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::error::Error;
 use std::collections::BTreeSet;

@@ -1,9 +1,9 @@
 //! Columns of a reference, read as a whole.
 
 use crate::map::{Condition, Formula, Map};
-use crate::merge::{By, Merged, MergedRow};
+use crate::notation::Unit;
 use crate::read::full_name;
-use crate::units::Unit;
+use crate::read::merge::{By, Merged, MergedRow};
 use crate::wrong;
 use monorig_sim::error::Error;
 use std::collections::BTreeSet;

@@ -3,7 +3,7 @@
 use super::channel::{Binding, Channel, Target, Waiting};
 use super::plan::Plan;
 use crate::map::{Many, Map, Origin};
-use crate::merge::{Merged, MergedRow};
+use crate::read::merge::{Merged, MergedRow};
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
@@ -83,7 +83,7 @@ impl Drive {
             segment: 0,
             pieces: Vec::new(),
             begun: false,
-            by_arrival: map.by() == crate::merge::By::Arrival,
+            by_arrival: map.by() == crate::read::merge::By::Arrival,
             samples: 0,
         })
     }

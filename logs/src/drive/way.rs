@@ -2,7 +2,7 @@
 
 use super::reference_columns::Columns;
 use crate::map::{Map, WayReference};
-use crate::units::Quantity;
+use crate::notation::Quantity;
 use monorig_sim::error::Error;
 
 /// Over longer gaps a speed is not integrated, ns.

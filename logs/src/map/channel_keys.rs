@@ -1,7 +1,7 @@
 //! Keys of the map file under `channels`.
 
 use super::formula::{Condition, Formula};
-use crate::units::UnitName;
+use crate::notation::UnitName;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

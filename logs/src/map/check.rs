@@ -3,7 +3,7 @@
 use super::channel_keys::{Channels, Traction, VectorChannel};
 use super::file::MapFile;
 use super::reference_keys::{References, SlopeReference};
-use crate::units::{Quantity, UnitName};
+use crate::notation::{Quantity, UnitName};
 use monorig_estimators::api::signals::{MAX_AUXILIARY, MAX_DRIVES};
 
 pub(super) type Wrong = (String, String, String);

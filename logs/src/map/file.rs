@@ -2,7 +2,7 @@
 
 use super::channel_keys::Channels;
 use super::reference_keys::References;
-use crate::time::TimeUnit;
+use crate::notation::TimeUnit;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
 use monorig_sim::config::scenario::{
     Availability, Expectation, FaultKind, Integrity, KnownFailure, KnownFailureEntry, Record,

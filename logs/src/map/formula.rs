@@ -1,6 +1,6 @@
 //! A value in a map file: the name of a column, an expression of columns, or a constant.
 
-use crate::expression::Expression;
+use crate::notation::Expression;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

@@ -2,9 +2,9 @@
 
 use super::check;
 use super::file::{MapFile, Order};
-use crate::merge::{By, Source};
+use crate::notation::NS;
 use crate::read::ReadOptions;
-use crate::time::NS;
+use crate::read::merge::{By, Source};
 use crate::wrong;
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::config::file::{Document, Sets, exists, name_of};

@@ -2,7 +2,7 @@
 //! UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value. Lines that begin with `#` are comments.
 
 use super::{Column, Out, ReadOptions, Row};
-use crate::time::TimeUnit;
+use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use monorig_sim::error::{Error, InputError};
 use std::borrow::Cow;

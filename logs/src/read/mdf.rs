@@ -1,7 +1,7 @@
 //! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording plus the master channel.
 
 use super::{Column, Out, ReadOptions, Row};
-use crate::time::TimeUnit;
+use crate::notation::TimeUnit;
 use crate::wrong;
 use falcon_mdf::{Mf4File, OpenOptions};
 use monorig_sim::error::Error;

@@ -2,23 +2,19 @@
 //! than a chunk, and trusts no length that the file declares.
 
 mod can;
-#[cfg(feature = "blf")]
-mod can_vector;
-mod candump;
-mod cdr;
 mod csv;
-pub mod dbc;
 mod format;
-mod json;
 mod mcap;
 mod mdf;
+pub(crate) mod merge;
 mod parquet;
 mod rows;
 
+pub use crate::notation::TimeUnit;
+pub use can::dbc;
 pub use format::Format;
 pub use rows::{Chunk, Column, Out, Row, Table};
 
-use crate::time::TimeUnit;
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
 use monorig_sim::record::decoder::guarded;
@@ -82,12 +78,12 @@ pub fn scan_as(
         Format::Parquet => parquet::read(path, options, &mut out),
         Format::Mcap => mcap::read(path, options, &mut out),
         Format::Mdf => mdf::read(path, options, None, &mut out),
-        Format::Candump => can::read(path, options, candump::Frames::open(path)?, &mut out),
+        Format::Candump => can::read(path, options, can::candump::Frames::open(path)?, &mut out),
         #[cfg(feature = "blf")]
         Format::Asc | Format::Blf => can::read(
             path,
             options,
-            can_vector::Frames::open(path, format)?,
+            can::vector::Frames::open(path, format)?,
             &mut out,
         ),
         #[cfg(not(feature = "blf"))]

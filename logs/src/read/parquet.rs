@@ -111,7 +111,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Res
 }
 
 /// The stamps of a column of time, ns.
-fn stamps(column: &ArrayRef, unit: crate::time::TimeUnit) -> Result<Vec<Option<i64>>, String> {
+fn stamps(column: &ArrayRef, unit: crate::notation::TimeUnit) -> Result<Vec<Option<i64>>, String> {
     let per_unit = |u: &ArrowUnit| match u {
         ArrowUnit::Second => 1_000_000_000,
         ArrowUnit::Millisecond => 1_000_000,

@@ -1,8 +1,13 @@
 //! CAN: frames of any file made values by a database of messages; a table a message, a column a signal.
 
-use super::dbc::Database;
-use super::{Column, Out, ReadOptions, Row};
+pub(super) mod candump;
+pub mod dbc;
+#[cfg(feature = "blf")]
+pub(super) mod vector;
+
+use crate::read::{Column, Out, ReadOptions, Row};
 use crate::wrong;
+use dbc::Database;
 use monorig_sim::error::Error;
 use std::collections::HashMap;
 use std::path::Path;

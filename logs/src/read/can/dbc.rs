@@ -1,7 +1,7 @@
 //! DBC: messages and signals of a CAN bus, and how a signal is taken out of a frame: Intel and Motorola order, 11 and 29 bits, one level of
 //! multiplexing, floats.
 
-use super::csv::text;
+use crate::read::csv::text;
 use crate::wrong;
 use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType};
 use monorig_sim::config::file::read_bytes;

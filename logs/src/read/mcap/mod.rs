@@ -1,7 +1,10 @@
-//! MCAP: a table a topic; JSON, and CDR of the messages of ROS 2 that [`super::cdr`] knows. The stamp is that of the message's header, else the
+//! MCAP: a table a topic; JSON, and CDR of the messages of ROS 2 that `cdr` knows. The stamp is that of the message's header, else the
 //! time of publication; the arrival is the time of logging.
 
-use super::{Column, Out, ReadOptions, Row, cdr, json};
+mod cdr;
+mod json;
+
+use crate::read::{Column, Out, ReadOptions, Row};
 use crate::{io, wrong};
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};

@@ -1,7 +1,7 @@
 //! BLF and ASC of Vector, by `blf_asc`.
 
-use super::Format;
-use super::can::{Frame, Source};
+use super::{Frame, Source};
+use crate::read::Format;
 use crate::wrong;
 use blf_asc::{AscReader, BlfReader, Message};
 use monorig_sim::error::Error;
@@ -10,7 +10,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The frames of a file.
-pub(super) struct Frames {
+pub(in crate::read) struct Frames {
     path: PathBuf,
     reader: Reader,
     frame: u64,

@@ -1,7 +1,7 @@
 //! Rows of several files in the order of time: a thread reads each file, a heap chooses the earliest row.
 
-use crate::read::{self, Chunk, Format, Part, ReadOptions, Row, Table};
-use crate::time::{NS, TimeUnit};
+use super::{self as read, Chunk, Format, Part, ReadOptions, Row, Table};
+use crate::notation::{NS, TimeUnit};
 use crate::wrong;
 use monorig_sim::error::Error;
 use std::cmp::Reverse;

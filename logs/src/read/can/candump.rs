@@ -1,7 +1,7 @@
 //! candump: a frame a line, `(1700000000.000125) can0 100#B2FF`, `##` for CAN FD, with or without a direction at the end.
 
-use super::can::{Frame, Source};
-use crate::time::TimeUnit;
+use super::{Frame, Source};
+use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use monorig_sim::error::Error;
 use std::fs::File;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const MAX_LINE: u64 = 4096;
 
 /// The frames of a file.
-pub(super) struct Frames {
+pub(in crate::read) struct Frames {
     path: PathBuf,
     lines: BufReader<File>,
     line: u64,

@@ -1,15 +1,21 @@
 //! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance, lean and bias of the
 //! accelerometer, noise, and with a reference of the way the radius of the wheels. The force balance of Liu et al. (2023, §2.2) regressed over windows of a second.
 
+mod noise;
+mod standing;
+mod wheel_radius;
+
+pub(crate) use noise::Noise;
+pub use standing::{Instrument, StandingAxis, standing};
+
 use crate::drive::{Drive, Plan, Reference, Way, calibrate};
 use crate::map::Map;
-use crate::noise::Noise;
-use crate::wheel_radius::Rolled;
 use crate::wrong;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::error::Error;
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
+use wheel_radius::Rolled;
 
 /// Length of a window, s.
 const WINDOW_S: f64 = 1.0;

@@ -1,8 +1,8 @@
 //! What is in a log: tables, columns, units, rates, jitter, gaps, ranges; and a map proposed for it, by names and units of the columns.
 
+use crate::notation::NS;
+use crate::notation::UNITS;
 use crate::read::{Format, ReadOptions, full_name, scan_as};
-use crate::time::NS;
-use crate::units::UNITS;
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
 use std::path::Path;

@@ -1,0 +1,190 @@
+//! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play back.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `playback` | the steps that are played; plant and controller |
+//! | `instrument` | the samples of a step, and the channels that are recorded of them |
+//! | `segmented` | estimators that are reset where a segment begins |
+//! | `judge` | estimates made elsewhere, played back beside those in the loop |
+//! | `ghost` | the vehicle of the map on the drive of the log, beside it |
+
+mod ghost;
+mod instrument;
+mod judge;
+mod playback;
+mod segmented;
+
+pub use judge::EstimatesFile;
+
+use crate::drive::{Drive, Found, Plan, Reference, Step, calibrate};
+use crate::identify::Noise;
+use crate::map::Map;
+use crate::wrong;
+use ghost::Ghost;
+use instrument::RecordedInstrument;
+use monorig_estimators::api::signals::Command;
+use monorig_sim::Simulation;
+use monorig_sim::closed_loop::recorded::RecordedDrive;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::scenario::{LogScenario, Settings};
+use monorig_sim::error::Error;
+use monorig_sim::plant::Truth;
+use monorig_sim::record::manifest::sum;
+use playback::{Playback, RecordedCommand, RecordedPlant, Shared};
+use segmented::Segmented;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU32;
+use std::sync::{Arc, Mutex};
+
+/// What is asked for beside what the map says.
+#[derive(Clone, Debug, Default)]
+pub struct ReplayOptions {
+    /// Estimators by their names in the registry, instead of those of the map.
+    pub estimators: Vec<String>,
+    /// Estimates made elsewhere, by the name under which they are judged.
+    pub judged: Vec<(String, EstimatesFile)>,
+    /// Give estimators the noise of the log where the map does not set it: a parameter so given is among what was found.
+    pub noise_from_log: bool,
+    /// Record the vehicle of the map on the same drive beside the log: what it needs of traction with the speed that was measured on the
+    /// reference slope with the reference mass.
+    pub ghost: bool,
+    /// What was found of the log beforehand, to be kept in the results with what is found now.
+    pub found: Vec<Found>,
+}
+
+/// A simulation that plays the log of a map, and what was found by calibration.
+pub fn simulation(
+    map: &Map,
+    options: &ReplayOptions,
+    registry: &Registry,
+) -> Result<Simulation, Error> {
+    build(map, options, registry).map(|(simulation, _)| simulation)
+}
+
+/// The same, with what was found by calibration and of noise.
+pub fn build(
+    map: &Map,
+    options: &ReplayOptions,
+    registry: &Registry,
+) -> Result<(Simulation, Vec<Found>), Error> {
+    let mut plan = Plan::new(map)?;
+    let mut found = calibrate(map, &mut plan)?;
+    found.extend(options.found.iter().cloned());
+    let mut drive = Drive::open(map, &plan)?;
+    let reference = Reference::load(map, drive.origin_ns())?;
+    if options.ghost && reference.known() != (true, true) {
+        return Err(map.error(
+            "reference",
+            "a ghost drives over a slope with a mass, and one of the two is not known",
+            "`slope` and `mass` under `reference`",
+        ));
+    }
+    let Some(first) = drive.next(map)? else {
+        let path = map.files.values().next().cloned().unwrap_or_default();
+        return Err(wrong(
+            &path,
+            None,
+            "there is no row in this log",
+            "a log with rows, and columns that the map file names",
+        ));
+    };
+    let estimators = match options.estimators.is_empty() {
+        true => map.file.estimators.clone(),
+        false => options
+            .estimators
+            .iter()
+            .map(|name| (name.clone(), Settings::default()))
+            .collect(),
+    };
+    let (mut estimators, mut registry) = (estimators, registry.clone());
+    for (name, file) in &options.judged {
+        let added = file.add(&mut registry, name, drive.origin_ns());
+        added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
+        estimators.insert(name.clone(), Settings::default());
+    }
+    if options.noise_from_log || map.file.noise.is_some() {
+        found.extend(Noise::of_log(map, &plan)?.give(&mut estimators, &registry));
+    }
+    if estimators.is_empty() {
+        return Err(map.error(
+            "estimators",
+            "there is no estimator to be run",
+            "`estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
+        ));
+    }
+    let mut digests = BTreeMap::new();
+    let judged = options.judged.iter().map(|(_, file)| &file.path);
+    for path in map.files.values().chain(&map.dbc).chain(judged) {
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        digests.insert(name, sum(path)?);
+    }
+    let (slope_sd, mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
+    let vehicle = plan.vehicle;
+    let point = vehicle.tare_span_m == [0.0; 2]
+        && vehicle.load_span_m == [0.0; 2]
+        && vehicle.imu_arm_m == 0.0;
+    let step_s = map.step_ns() as f64 * 1e-9;
+    let targets = plan.targets().collect();
+    // the loop begins a step before the first one
+    let mut truth = Truth::unknown((first.t_ns - map.step_ns()) as f64 * 1e-9);
+    truth.sd.total_mass_kg = mass_sd;
+    truth.sd.grade_rad = slope_sd;
+    let shared: Shared = Arc::new(Mutex::new(Playback {
+        drive,
+        map: map.clone(),
+        reference,
+        steps: [first, Step::default()],
+        now: 1,
+        more: true,
+        ghost: options.ghost.then(|| Ghost::new(vehicle)),
+        command: Command::default(),
+    }));
+    let segment = Arc::new(AtomicU32::new(0));
+    let of_segment = segment.clone();
+    let recorded = RecordedDrive {
+        scenario: LogScenario {
+            name: map.name.clone(),
+            why: map.file.why.clone(),
+            estimators,
+            expect: map.file.expect.clone(),
+            availability: map.file.availability,
+            integrity: map.file.integrity.clone(),
+            known_failures: map.file.known_failures.clone(),
+            record: map.file.record,
+            log: json!({ "map": map.file, "calibrated": found }),
+            digests,
+        },
+        document: map.document.clone(),
+        inputs: map.inputs.clone(),
+        vehicle,
+        plant: Box::new(RecordedPlant {
+            shared: shared.clone(),
+            segment: segment.clone(),
+            truth,
+            over: false,
+            point,
+        }),
+        instrument: Box::new(RecordedInstrument {
+            shared: shared.clone(),
+            targets,
+            drives: vehicle.drives,
+            ghost: options.ghost,
+        }),
+        controller: Box::new(RecordedCommand(shared)),
+        around: Box::new(move |inner| {
+            Box::new(Segmented {
+                inner,
+                segment: of_segment.clone(),
+                known: None,
+                step_s,
+            })
+        }),
+        dt_s: step_s,
+    };
+    Ok((Simulation::recorded(recorded, &registry)?, found))
+}
