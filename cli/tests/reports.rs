@@ -5,7 +5,7 @@
 mod common;
 
 use common::Simulation;
-use monorig_lab::html::number;
+use monorig_lab::text::number;
 
 /// A quick scenario whose words need escaping; one expectation holds, one does not.
 const QUICK: &str = "\

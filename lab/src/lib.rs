@@ -1,34 +1,37 @@
-//! monorig-lab: what is done with runs.
+//! monorig-lab: the work on finished runs.
 //!
-//! | room | what is in it |
+//! The core measures and judges. Each room uses only rooms above it.
+//!
+//! | room | contents |
 //! |---|---|
+//! | [`text`] | numbers and names as people read them |
+//! | [`bound`] | the error that no estimator can fall below |
 //! | [`metrics`] | errors of every estimator, sample by sample, and the numbers that sum them up |
-//! | [`verdicts`] | a run in numbers, whether it does what it is expected to, estimators side by side |
-//! | [`hidden`] | characters that a terminal or a reader must not be given as they are |
-//! | [`made_from`] | what results were made from and by |
+//! | [`verdicts`] | a run in numbers, its expectations, estimators side by side |
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
-//! | [`bound`] | what no estimator can be better than |
-//! | [`explain`] | how much of the errors each source of error makes |
+//!
+//! The extras stand on the core.
+//!
+//! | room | contents |
+//! |---|---|
 //! | [`draw`] | courses drawn at random, as scenario files |
+//! | [`mapping`] | the profile of a rail from the estimates of several passages |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
-//! | [`tuning`] | parameters found by search |
+//! | [`explain`] | the share of each source of error in the errors of the estimators |
+//! | [`reports`] | pages of figures and tables |
 //! | [`recordings`] | noise, bias and vibration of recorded instruments |
-//! | [`plot`] | figures, a file for each kind |
-//! | [`report`] | pages of figures and tables |
+//! | [`tuning`] | parameters found by search |
 
 pub mod batch;
 pub mod bound;
 pub mod draw;
 pub mod explain;
-pub mod hidden;
-pub mod html;
-pub mod made_from;
 pub mod mapping;
 pub mod metrics;
-pub mod plot;
 pub mod recordings;
 pub mod replay;
-pub mod report;
+pub mod reports;
+pub mod text;
 pub mod tuning;
 pub mod verdicts;
 

@@ -6,7 +6,7 @@
 
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample};
-use monorig_lab::made_from::MadeFrom;
+use monorig_lab::batch::made_from::MadeFrom;
 use monorig_lab::metrics::series::Target;
 use monorig_lab::replay::{ReplayData, cache};
 use monorig_lab::tuning::trial_store::{Trial, TrialStore, TrialsHeader};

@@ -1,22 +1,22 @@
 //! Every kind of plot on one page. `MONORIG_GALLERY=FILE` also writes it, to be looked at.
 #![allow(clippy::unwrap_used)]
 
-use monorig_lab::plot::axis::Axis;
-use monorig_lab::plot::bars::Histogram;
-use monorig_lab::plot::boxes::Boxes;
-use monorig_lab::plot::cdf::Cdf;
-use monorig_lab::plot::consistency::Consistency;
-use monorig_lab::plot::heat::HeatMap;
-use monorig_lab::plot::history::History;
-use monorig_lab::plot::line::{Band, Line, LineChart};
-use monorig_lab::plot::parallel::Parallel;
-use monorig_lab::plot::pareto::Pareto;
-use monorig_lab::plot::scatter::Scatter;
-use monorig_lab::plot::sensitivity::SensitivityChart;
-use monorig_lab::plot::theme::Ink;
-use monorig_lab::plot::{Figure, ValueGroup};
-use monorig_lab::report::page::{Page, Section};
-use monorig_lab::report::table::{Cell, Table};
+use monorig_lab::reports::page::{Page, Section};
+use monorig_lab::reports::plot::axis::Axis;
+use monorig_lab::reports::plot::bars::Histogram;
+use monorig_lab::reports::plot::boxes::Boxes;
+use monorig_lab::reports::plot::cdf::Cdf;
+use monorig_lab::reports::plot::consistency::Consistency;
+use monorig_lab::reports::plot::heat::HeatMap;
+use monorig_lab::reports::plot::history::History;
+use monorig_lab::reports::plot::line::{Band, Line, LineChart};
+use monorig_lab::reports::plot::parallel::Parallel;
+use monorig_lab::reports::plot::pareto::Pareto;
+use monorig_lab::reports::plot::scatter::Scatter;
+use monorig_lab::reports::plot::sensitivity::SensitivityChart;
+use monorig_lab::reports::plot::theme::Ink;
+use monorig_lab::reports::plot::{Figure, ValueGroup};
+use monorig_lab::reports::table::{Cell, Table};
 
 /// Numbers that look like chance, −1 … 1.
 fn noise(i: usize) -> f64 {

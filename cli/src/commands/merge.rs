@@ -2,10 +2,14 @@
 
 use crate::CommandOutcome;
 use crate::commands::study::print_results;
-use crate::commands::test::shards;
+use crate::commands::test::lines;
+use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
-use monorig_lab::batch;
+use crate::ui::output;
+use crate::ui::prose::counted;
+use monorig_lab::batch::{self, test_shards};
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use std::path::PathBuf;
 
 /// `monorig merge`
@@ -31,9 +35,33 @@ pub fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
             .is_some_and(|e| e.eq_ignore_ascii_case("json"))
     };
     if task.parts.first().is_some_and(of_test) {
-        return shards::merge(&task.parts, &task.into);
+        return merge_tests(task);
     }
     let runs = batch::merge(&task.parts, &task.into)?;
     note(&format!("{runs} runs in {}", task.into.display()));
     print_results(&task.into)
+}
+
+/// Judge the shards of a test together, and write what `monorig test --json` would have written for the whole.
+fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
+    let verdicts = test_shards::merge_tests(&task.parts, &task.into)?;
+    let all: Vec<&ScenarioVerdict> = verdicts.iter().collect();
+    let text = test_shards::json(&all, &identity(), None).map_err(CliError::Json)?;
+    output::write(&task.into, &text)?;
+    let width = all.iter().map(|v| v.scenario.chars().count()).max();
+    for verdict in &verdicts {
+        output::verdicts(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
+    }
+    let failed = verdicts.iter().filter(|v| !v.held).count();
+    let runs: usize = verdicts.iter().map(|v| v.runs.len()).sum();
+    output::print(&format!(
+        "{}, {}: {} held, {failed} failed\n",
+        counted(verdicts.len(), "scenario"),
+        counted(runs, "run"),
+        verdicts.len() - failed
+    ))?;
+    Ok(match failed {
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
+    })
 }

@@ -5,12 +5,12 @@ mod figures;
 mod files;
 pub mod junit;
 mod keep;
-mod lines;
-pub mod shards;
+pub mod lines;
 
 use crate::CommandOutcome;
 use crate::commands::run::prepare_out;
 use crate::commands::shared::{Expect, Jobs, assignment, seeds, shard};
+use crate::identity::identity;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
@@ -18,13 +18,14 @@ use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::{counted, paragraph};
 use baseline::Baseline;
-use monorig_lab::batch::{RunResult, RunSpec, Shard, in_order, run_one};
+use monorig_lab::batch::test_shards::{self, ShardHeader, ShardScenario};
+use monorig_lab::batch::{RunSpec, Shard, in_order, run_one};
+use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
-use shards::{ShardHeader, ShardScenario};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -171,8 +172,12 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     if let Some(path) = &task.json {
         let verdicts: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
-        let header = task.shard.map(|shard| ShardHeader::new(shard, &cases));
-        output::write(path, &shards::json(&verdicts, header.as_ref())?)?;
+        let scenarios = || cases.iter().map(|c| c.of_shard.clone()).collect();
+        let header = task
+            .shard
+            .map(|shard| ShardHeader::new(shard, identity(), scenarios()));
+        let text = test_shards::json(&verdicts, &identity(), header.as_ref());
+        output::write(path, &text.map_err(CliError::Json)?)?;
     }
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
@@ -242,7 +247,7 @@ fn case(path: &Path, changes: &Sets, registry: &Registry) -> Result<Case, Error>
         path: path.into(),
         name: scenario.name.clone(),
         runs: (0..).zip(scenario.seeds().iter().copied()).collect(),
-        of_shard: ShardScenario::new(scenario, registry),
+        of_shard: ShardScenario::new(scenario, registry, &identity()),
         inputs: scenario.inputs().clone(),
     })
 }

@@ -3,7 +3,7 @@
 use crate::files::written;
 use crate::viewer;
 use monorig_lab::explain::Budget;
-use monorig_lab::report::study;
+use monorig_lab::reports::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
 use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::config::file::{read_result, regular};

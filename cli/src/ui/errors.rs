@@ -4,7 +4,7 @@
 
 use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
-use monorig_lab::hidden::{marked, spelled_out};
+use monorig_lab::text::{marked, spelled_out};
 use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
 use std::process::ExitCode;

@@ -1,7 +1,7 @@
 //! Lines on standard error.
 
 use crate::ui::terminal;
-use monorig_lab::hidden::spelled_out;
+use monorig_lab::text::spelled_out;
 use std::io::Write;
 
 /// Write a line to standard error, unless the user wants none: a failure to write is ignored. Names in it may come from files, so

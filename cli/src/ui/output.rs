@@ -2,7 +2,7 @@
 
 use crate::ui::errors::CliError;
 use crate::ui::{colour, terminal};
-use monorig_lab::hidden::spelled_out;
+use monorig_lab::text::spelled_out;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::io::{ErrorKind, Write};

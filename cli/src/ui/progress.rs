@@ -3,7 +3,7 @@
 use crate::ui::note::note;
 use crate::ui::terminal;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use monorig_lab::hidden::spelled_out;
+use monorig_lab::text::spelled_out;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 

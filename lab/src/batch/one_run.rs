@@ -2,6 +2,7 @@
 
 use crate::verdicts::expected;
 use crate::verdicts::measure::SummaryObserver;
+use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::Summary;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
@@ -10,7 +11,6 @@ use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -33,39 +33,6 @@ pub struct RunSpec {
     pub draws: BTreeMap<String, serde_json::Value>,
     /// Estimator whose valid samples the others' are held against, in a comparison.
     pub reference: Option<String>,
-}
-
-/// What came of a run: one line of JSON in a study's results.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct RunResult {
-    /// Place in the study, from 0.
-    pub index: u64,
-    /// Scenario name.
-    pub scenario: String,
-    /// Seed.
-    pub seed: u64,
-    /// What was drawn for this run, by name.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub draws: BTreeMap<String, serde_json::Value>,
-    /// Metrics and verdicts; none if the run broke down.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub summary: Option<Summary>,
-    /// Why the run broke down, if it did.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
-}
-
-impl RunResult {
-    /// As a line of JSON, without the line's end.
-    pub fn to_line(&self) -> String {
-        // Strings and finite numbers: nothing in here can fail to serialise.
-        serde_json::to_string(self).unwrap_or_default()
-    }
-
-    /// Whether the run came to its end.
-    pub fn finished(&self) -> bool {
-        self.summary.as_ref().is_some_and(|s| s.finished)
-    }
 }
 
 /// The run was stopped from outside: it has no result.

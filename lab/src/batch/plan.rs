@@ -1,7 +1,7 @@
 //! From a study file to its runs.
 
+use crate::batch::made_from::MadeFrom;
 use crate::batch::{RunSpec, Shard, StudyFile};
-use crate::made_from::MadeFrom;
 use crate::verdicts::expected;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, SimulationBuilder, resolved};

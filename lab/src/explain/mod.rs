@@ -9,8 +9,8 @@ mod sources;
 
 pub use sources::{Source, sources};
 
-use crate::batch::RunResult;
 use crate::metrics::find;
+use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 
 /// Name of the file in the folder of a run.
@@ -73,7 +73,7 @@ impl ErrorOf {
     /// The metric with its unit.
     pub fn title(&self) -> String {
         let unit = find(&self.metric).map_or("1", |m| m.unit);
-        crate::html::with_unit(&self.metric, unit)
+        crate::text::with_unit(&self.metric, unit)
     }
 }
 

@@ -1,11 +1,11 @@
 //! The report of a recording: a table of all columns, the Allan deviation of each, keys for a sensor sheet.
 
 use super::{ColumnFit, short};
-use crate::plot::axis::Axis;
-use crate::plot::line::{Line, LineChart};
-use crate::plot::theme::Ink;
-use crate::report::page::{Block, Page, Section};
-use crate::report::table::{Cell, Table};
+use crate::reports::page::{Block, Page, Section};
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::theme::Ink;
+use crate::reports::table::{Cell, Table};
 
 /// Titles of the figures of a column, after its name; units are those of the column.
 pub const FIGURES: [&str; 11] = [

@@ -1,18 +1,18 @@
 //! A study as one HTML page.
 
-use crate::html::number;
 use crate::metrics::series::ErrorSample;
-use crate::plot::Figure;
-use crate::plot::axis::Axis;
-use crate::plot::heat::HeatMap;
-use crate::plot::history::History;
-use crate::plot::line::{Line, LineChart};
-use crate::plot::parallel::Parallel;
-use crate::plot::pareto::Pareto;
-use crate::plot::sensitivity::SensitivityChart;
-use crate::plot::theme::Ink;
-use crate::report::page::{Page, Section};
-use crate::report::table::{Cell, Table};
+use crate::reports::page::{Page, Section};
+use crate::reports::plot::Figure;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::heat::HeatMap;
+use crate::reports::plot::history::History;
+use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::parallel::Parallel;
+use crate::reports::plot::pareto::Pareto;
+use crate::reports::plot::sensitivity::SensitivityChart;
+use crate::reports::plot::theme::Ink;
+use crate::reports::table::{Cell, Table};
+use crate::text::number;
 use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::sensitivity::{Curve, Map};
 use crate::tuning::space::as_number;

@@ -1,6 +1,6 @@
 //! The study file, and the study read from it.
 
-use crate::made_from::MadeFrom;
+use crate::batch::made_from::MadeFrom;
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;

@@ -1,7 +1,7 @@
 //! `trials.jsonl`: a line that says what study this is, then a line for each trial, in order, written as they come. A line torn
 //! by a kill is cut off, and the search goes on behind it.
 
-use crate::made_from::MadeFrom;
+use crate::batch::made_from::MadeFrom;
 use crate::tuning::study::Values;
 use monorig_sim::config::file::read_result;
 use monorig_sim::error::{Error, InputError};

@@ -1,8 +1,8 @@
 //! Estimators against each other on the same runs: means with confidence intervals, paired differences, published figures.
 
-use crate::batch::RunResult;
 use crate::metrics::{Quantity, VALID, availability, find};
 use crate::verdicts::interval::Interval;
+use crate::verdicts::run_result::RunResult;
 use monorig_sim::config::scenario::{Published, Settings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! Findings: what a user must know before he trusts an estimate, worst first.
 
-use crate::batch::RunResult;
 use crate::verdicts::integrity::Integrity;
+use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::Summary;
 
 /// A misleading estimate: the worst sample of one estimator and quantity over all runs.

@@ -11,5 +11,6 @@ pub mod findings;
 pub mod integrity;
 pub mod interval;
 pub mod measure;
+pub mod run_result;
 pub mod summary;
 pub mod verdict;

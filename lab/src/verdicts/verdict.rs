@@ -1,9 +1,9 @@
 //! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was expected hold?
 
-use crate::batch::RunResult;
 use crate::metrics::misleading_share;
 use crate::verdicts::findings::{self, Finding, percent};
 use crate::verdicts::integrity::Integrity;
+use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

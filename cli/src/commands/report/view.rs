@@ -9,7 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use monorig_lab::html::escape;
+use monorig_lab::reports::html::escape;
 use std::io::Write;
 
 /// The page, with places for what goes into it.

@@ -2,8 +2,8 @@
 
 use super::TestedScenario;
 use crate::ui::errors::CliError;
-use monorig_lab::batch::RunResult;
 use monorig_lab::metrics;
+use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::config::file::{input_error, read_result};
 use serde::Deserialize;

@@ -1,0 +1,87 @@
+//! Findings and integrity, for pages of any kind.
+
+use crate::metrics::Quantity;
+use crate::reports::page::Section;
+use crate::reports::table::{Cell, Table};
+use crate::text::number;
+use crate::verdicts::findings::Finding;
+use crate::verdicts::integrity::Integrity;
+use crate::verdicts::summary::Summary;
+
+/// What misleads, worst first; none if nothing does. Each may begin with a name, such as that of its scenario.
+pub fn section(all: &[(String, Finding)]) -> Option<Section> {
+    if all.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(&["", "finding"], &["error over alert limit"]);
+    for (of, finding) in all {
+        let mark = Cell::from(if finding.fails { "MISLEADING" } else { "noted" });
+        let text = match of.as_str() {
+            "" => finding.text.clone(),
+            of => format!("{of}: {}", finding.text),
+        };
+        table.row([
+            if finding.fails {
+                mark.judged(false)
+            } else {
+                mark
+            },
+            text.into(),
+            Cell::number(finding.severity),
+        ]);
+    }
+    Some(Section::new("Findings").table(table))
+}
+
+/// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an estimator.
+pub fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
+    let mut sums: Vec<Integrity> = Vec::new();
+    for new in runs.into_iter().flat_map(|s| &s.integrity) {
+        let same = |i: &&mut Integrity| i.estimator == new.estimator && i.quantity == new.quantity;
+        match sums.iter_mut().find(same) {
+            Some(sum) => sum.add(new),
+            None => sums.push(new.clone()),
+        }
+    }
+    let mut table = Table::new(
+        &["estimator", "quantity", "judged"],
+        &[
+            "valid, % of all",
+            "misleading, % of valid",
+            "alert limit",
+            "worst error",
+            "its NEES",
+        ],
+    );
+    table.caption = "Availability and integrity, from the start of every run".into();
+    for i in &sums {
+        let unit = match i.quantity {
+            Quantity::Mass => (100.0, "%"),
+            _ => (1.0, "°"),
+        };
+        let with_unit = |x: f64| format!("{} {}", number(x * unit.0), unit.1);
+        let share = Cell::number(100.0 * i.share());
+        let share = match i.at_most {
+            Some(most) if i.valid > 0 => share.judged(i.share() <= most),
+            _ => share,
+        };
+        let judged = match (i.at_most, &i.known_failure) {
+            (None, _) => "for reference only",
+            (_, Some(_)) => "known failure",
+            _ => "yes",
+        };
+        table.row([
+            i.estimator.clone().into(),
+            i.quantity.words().into(),
+            judged.into(),
+            Cell::number(100.0 * i.valid as f64 / i.samples as f64),
+            share,
+            with_unit(i.alert).into(),
+            i.worst
+                .map_or("–".to_owned(), |w| with_unit(w.error.abs()))
+                .into(),
+            Cell::number(i.worst.and_then(|w| w.nees).unwrap_or(f64::NAN)),
+        ]);
+    }
+    (!sums.is_empty()).then_some(table)
+}

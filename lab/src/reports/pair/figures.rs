@@ -1,0 +1,100 @@
+//! Metrics of two runs beside each other.
+
+use super::Pair;
+use crate::metrics::{Metric, estimator_metrics, find, run_metrics};
+use crate::reports::page::Section;
+use crate::reports::table::{Cell, Table};
+use crate::text::with_unit;
+use crate::verdicts::summary::MAIN;
+use std::collections::BTreeMap;
+
+type Values = BTreeMap<String, Option<f64>>;
+
+/// The metrics that say most, of the estimators of both runs.
+pub fn section(pair: &Pair) -> Section {
+    let mut table = Table::new(&["estimator", "metric"], &["A", "B", "B minus A"]);
+    table.caption = format!(
+        "From {} s on; a difference is coloured by whether B is better or worse",
+        pair.a.summary.after_s
+    );
+    for name in pair.estimators() {
+        for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
+            let row = row(metric, of(pair, name));
+            table.row(std::iter::once(name.into()).chain(row));
+        }
+    }
+    let section = Section::new("Key figures").table(table);
+    let only = |of: &BTreeMap<String, Values>, other: &BTreeMap<String, Values>| {
+        let names = of.keys().filter(|n| !other.contains_key(*n));
+        names.cloned().collect::<Vec<_>>().join(", ")
+    };
+    let (a, b) = (&pair.a.summary.estimators, &pair.b.summary.estimators);
+    let sides = [("A", only(a, b)), ("B", only(b, a))].into_iter();
+    sides
+        .filter(|(_, names)| !names.is_empty())
+        .fold(section, |section, (letter, names)| {
+            section.text(format!("Only in {letter}: {names}."))
+        })
+}
+
+/// All metrics, folded.
+pub fn all(pair: &Pair) -> Section {
+    let mut section = Section::new("All metrics");
+    for name in pair.estimators() {
+        let table = every(estimator_metrics(), of(pair, name));
+        section = section.folded(format!("Every metric of {name}"), table);
+    }
+    let runs = [&pair.a.summary.run, &pair.b.summary.run];
+    section.folded(
+        "Every metric of vehicle and controller",
+        every(run_metrics(), runs.map(Some)),
+    )
+}
+
+fn every<'a>(metrics: impl Iterator<Item = &'a Metric>, of: [Option<&Values>; 2]) -> Table {
+    let mut table = Table::new(&["metric"], &["A", "B", "B minus A"]);
+    metrics.for_each(|metric| table.row(row(metric, of)));
+    table
+}
+
+fn of<'a>(pair: &'a Pair, estimator: &str) -> [Option<&'a Values>; 2] {
+    [&pair.a, &pair.b].map(|run| run.summary.estimators.get(estimator))
+}
+
+/// Metric, its values, and their difference.
+fn row(metric: &Metric, of: [Option<&Values>; 2]) -> [Cell; 4] {
+    let value = |values: Option<&Values>| {
+        let value = values.and_then(|v| v.get(metric.name).copied().flatten());
+        value.unwrap_or(f64::NAN)
+    };
+    let [a, b] = of.map(value);
+    [
+        with_unit(metric.name, metric.unit).into(),
+        Cell::number(a),
+        Cell::number(b),
+        difference(metric.name, b - a),
+    ]
+}
+
+/// A difference, judged where one side of zero is the better one.
+fn difference(metric: &str, x: f64) -> Cell {
+    let better = find(metric).and_then(|m| m.best.less_is_better());
+    match better.filter(|_| x != 0.0 && x.is_finite()) {
+        Some(less) => Cell::number(x).judged((x < 0.0) == less),
+        None => Cell::number(x),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_judged_by_what_is_better() {
+        assert_eq!(difference("slope_rmse_deg", -0.1).good, Some(true));
+        assert_eq!(difference("slope_rmse_deg", 0.1).good, Some(false));
+        assert_eq!(difference("slope_availability", 0.1).good, Some(true));
+        assert_eq!(difference("slope_rmse_deg", 0.0).good, None);
+        assert_eq!(difference("slope_rmse_deg", f64::NAN).good, None);
+    }
+}

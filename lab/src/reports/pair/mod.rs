@@ -1,0 +1,76 @@
+//! Two runs compared: what they were made from, their figures, and their errors over time in common plots.
+
+mod changes;
+mod curves;
+mod figures;
+
+use crate::reports::page::{Block, Page, Section};
+use crate::reports::run::recorded::Recorded;
+use crate::reports::run::verdicts;
+use crate::reports::table::{Cell, Table};
+use monorig_sim::error::Error;
+use std::path::Path;
+
+/// Two runs; A is the one that B is held against.
+pub struct Pair {
+    a: Recorded,
+    b: Recorded,
+}
+
+impl Pair {
+    /// Read the folders of both.
+    pub fn read(a: &Path, b: &Path) -> Result<Self, Error> {
+        Ok(Self {
+            a: Recorded::read(a)?,
+            b: Recorded::read(b)?,
+        })
+    }
+
+    /// Estimators of both runs.
+    fn estimators(&self) -> impl Iterator<Item = &str> {
+        let names = self.a.summary.estimators.keys();
+        let common = names.filter(|n| self.b.summary.estimators.contains_key(*n));
+        common.map(String::as_str)
+    }
+
+    /// Lay out the report. `links` lead from its folder to those of A and B, each empty or with a slash at its end.
+    pub fn page(&self, links: [&str; 2]) -> Result<Page, Error> {
+        let [a, b] = [&self.a, &self.b].map(name);
+        let mut page = Page::new(format!("{b} against {a}"));
+        page.subtitle = format!("A: {a}. B: {b}. Differences are B minus A.");
+        let changes = changes::of(self);
+        page.banner = Some((changes::sentence(&changes), true));
+        page.sections.push(changes::section(&changes));
+        page.sections.push(self.verdicts(links));
+        page.sections.push(figures::section(self));
+        page.sections.extend(curves::sections(self)?);
+        page.sections.push(figures::all(self));
+        Ok(page)
+    }
+
+    fn verdicts(&self, links: [&str; 2]) -> Section {
+        let mut table = Table::new(&["", "run", "outcome"], &[]);
+        let mut section = Section::new("Outcome");
+        for (letter, run) in [("A", &self.a), ("B", &self.b)] {
+            let (text, good) = verdicts::banner(&run.summary);
+            let outcome = Cell::from(text).judged(good);
+            table.row([letter.into(), name(run).into(), outcome]);
+        }
+        section = section.table(table);
+        for (letter, run, link) in [("A", &self.a, links[0]), ("B", &self.b, links[1])] {
+            for file in ["report.html", "run.rrd", "channels.parquet"] {
+                if run.folder.join(file).is_file() {
+                    let text = format!("{letter}: {file}");
+                    let to = format!("{link}{file}");
+                    section.blocks.push(Block::Link(text, to));
+                }
+            }
+        }
+        section
+    }
+}
+
+/// What a run is called: scenario with variant, and seed.
+fn name(run: &Recorded) -> String {
+    format!("{}, seed {}", run.summary.scenario, run.summary.seed)
+}

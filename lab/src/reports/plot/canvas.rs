@@ -1,0 +1,285 @@
+//! What a plot is drawn on: two axes with a grid, and a few things to put on them. Coordinates are the data's.
+
+use crate::reports::plot::axis::FixedAxis;
+use crate::reports::plot::theme::{Ink, themed};
+use crate::reports::plot::thin;
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Size of a drawing in its own units; two of them are a pixel where two figures stand side by side.
+const SIZE: (u32, u32) = (1160, 640);
+/// Room for the labels of the axes, of the largest text the style sheet uses.
+const LEFT: u32 = 165;
+const BOTTOM: u32 = 98;
+const TOP: u32 = 22;
+const RIGHT: u32 = 34;
+/// Long lines are thinned to as many columns.
+const COLUMNS: usize = 480;
+/// Size plotters needs to place text; the style sheet sets what is seen.
+const TEXT: f64 = 25.0 * 1.24;
+
+type Coord = Cartesian2d<AxisSpan, AxisSpan>;
+type Failure = DrawingAreaErrorKind<std::io::Error>;
+
+/// An axis as plotters wants it: linear, with our ticks.
+#[derive(Clone)]
+struct AxisSpan {
+    low: f64,
+    high: f64,
+    ticks: Vec<f64>,
+}
+
+impl Ranged for AxisSpan {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, x: &f64, pixels: (i32, i32)) -> i32 {
+        let share = ((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
+        (f64::from(pixels.0) + share * f64::from(pixels.1 - pixels.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl From<AxisSpan> for std::ops::Range<f64> {
+    fn from(span: AxisSpan) -> Self {
+        span.range()
+    }
+}
+
+impl From<&FixedAxis> for AxisSpan {
+    fn from(axis: &FixedAxis) -> Self {
+        Self {
+            low: axis.low,
+            high: axis.high,
+            ticks: axis.ticks.clone(),
+        }
+    }
+}
+
+/// Axes to draw on.
+pub(super) struct Canvas<'a> {
+    area: DrawingArea<SVGBackend<'a>, Coord>,
+    x: FixedAxis,
+    y: FixedAxis,
+    failed: bool,
+}
+
+/// Draw on axes; none if there is nothing to draw on (an axis without data).
+pub(super) fn draw(
+    x: Option<FixedAxis>,
+    y: Option<FixedAxis>,
+    paint: impl FnOnce(&mut Canvas<'_>),
+) -> Option<String> {
+    let (x, y) = (x?, y?);
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let area = axes(&root, &x, &y).ok()?;
+        let mut canvas = Canvas {
+            area,
+            x,
+            y,
+            failed: false,
+        };
+        paint(&mut canvas);
+        if canvas.failed {
+            return None;
+        }
+        root.present().ok()?;
+    }
+    Some(themed(&svg))
+}
+
+fn axes<'a>(
+    root: &DrawingArea<SVGBackend<'a>, Shift>,
+    x: &FixedAxis,
+    y: &FixedAxis,
+) -> Result<DrawingArea<SVGBackend<'a>, Coord>, Failure> {
+    let mut chart: ChartContext<'_, _, Coord> = ChartBuilder::on(root)
+        .margin_top(TOP)
+        .margin_right(RIGHT)
+        .x_label_area_size(BOTTOM)
+        .y_label_area_size(LEFT)
+        .build_cartesian_2d(AxisSpan::from(x), AxisSpan::from(y))?;
+    let text = ("sans-serif", TEXT).into_font();
+    chart
+        .configure_mesh()
+        .bold_line_style(Ink::Grid.rgb())
+        .light_line_style(TRANSPARENT)
+        .axis_style(Ink::Muted.rgb())
+        .label_style(text.color(&Ink::Text.rgb()))
+        .axis_desc_style(("sans-serif", TEXT).into_font().color(&Ink::Text.rgb()))
+        .x_labels(x.ticks.len().max(1))
+        .y_labels(y.ticks.len().max(1))
+        .x_label_formatter(&|v| x.label(*v))
+        .y_label_formatter(&|v| y.label(*v))
+        .x_desc(x.title.as_str())
+        .y_desc(y.title.as_str())
+        .draw()?;
+    Ok(chart.plotting_area().clone())
+}
+
+impl Canvas<'_> {
+    fn done(&mut self, result: Result<(), Failure>) {
+        self.failed |= result.is_err();
+    }
+
+    /// What the axes show, on their scales.
+    pub fn bounds(&self) -> [f64; 4] {
+        [self.x.low, self.x.high, self.y.low, self.y.high]
+    }
+
+    fn scaled(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        (self.x.at(x), self.y.at(y))
+    }
+
+    /// A line through points, however many; cut where it leaves the axes, broken where it is not finite.
+    pub fn line(&mut self, points: &[(f64, f64)], ink: Ink, width: u32, opacity: f64) {
+        let points: Vec<_> = points.iter().map(|p| self.scaled(*p)).collect();
+        let [x_low, x_high, low, high] = self.bounds();
+        let short = thin::line(&points, (x_low, x_high), COLUMNS);
+        let style = ink.rgb().mix(opacity).stroke_width(width);
+        for piece in thin::inside(&short, low, high) {
+            let result = match piece.as_slice() {
+                // a lone sample between gaps is a dot, not nothing
+                [one] => self.area.draw(&Circle::new(*one, width, style.filled())),
+                _ => self.area.draw(&PathElement::new(piece, style)),
+            };
+            self.done(result);
+        }
+    }
+
+    /// The area between two lines: rows of x, low, high.
+    pub fn band(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let rows: Vec<_> = rows
+            .iter()
+            .map(|r| {
+                let y = |y: f64| {
+                    if y.is_finite() {
+                        self.y.at(y).clamp(low, high)
+                    } else {
+                        y
+                    }
+                };
+                (self.x.at(r.0), y(r.1), y(r.2))
+            })
+            .collect();
+        for part in thin::band(&rows, (x_low, x_high), COLUMNS) {
+            let above = part.iter().map(|r| (r.0, r.2));
+            let below = part.iter().rev().map(|r| (r.0, r.1));
+            let outline: Vec<_> = above.chain(below).collect();
+            let result = self
+                .area
+                .draw(&Polygon::new(outline, ink.rgb().mix(opacity).filled()));
+            self.done(result);
+        }
+    }
+
+    /// The area under steps, column by column: rows of x, low, high, two a step. It is not thinned.
+    pub fn steps(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
+        let above = rows.iter().map(|r| (r.0, r.2));
+        let below = rows.iter().rev().map(|r| (r.0, r.1));
+        let outline: Vec<_> = above.chain(below).map(|p| self.scaled(p)).collect();
+        let style = ink.rgb().mix(opacity).filled();
+        let result = self.area.draw(&Polygon::new(outline, style));
+        self.done(result);
+    }
+
+    /// Dots; those outside of the axes are left out.
+    pub fn dots(&mut self, points: &[(f64, f64)], ink: Ink, radius: u32, opacity: f64) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let style = ink.rgb().mix(opacity).filled();
+        for p in points {
+            let (x, y) = self.scaled(*p);
+            if (x_low..=x_high).contains(&x) && (low..=high).contains(&y) {
+                let result = self.area.draw(&Circle::new((x, y), radius, style));
+                self.done(result);
+            }
+        }
+    }
+
+    /// A filled rectangle, cut at the axes.
+    pub fn rectangle(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink, opacity: f64) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let cut = |(x, y): (f64, f64)| (x.clamp(x_low, x_high), y.clamp(low, high));
+        let corners = [cut(self.scaled(a)), cut(self.scaled(b))];
+        if corners.iter().all(|(x, y)| x.is_finite() && y.is_finite()) {
+            let style = ink.rgb().mix(opacity).filled();
+            let result = self.area.draw(&Rectangle::new(corners, style));
+            self.done(result);
+        }
+    }
+
+    /// A rectangle over the whole height.
+    pub fn upright(&mut self, from: f64, to: f64, ink: Ink, opacity: f64) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let (from, to) = (self.x.at(from).max(x_low), self.x.at(to).min(x_high));
+        if from < to {
+            let style = ink.rgb().mix(opacity).filled();
+            let result = self
+                .area
+                .draw(&Rectangle::new([(from, low), (to, high)], style));
+            self.done(result);
+        }
+    }
+
+    /// A line over the whole height at `x`.
+    pub fn vertical(&mut self, x: f64, ink: Ink, width: u32) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let x = self.x.at(x);
+        if (x_low..=x_high).contains(&x) {
+            let style = ink.rgb().stroke_width(width);
+            let result = self
+                .area
+                .draw(&PathElement::new(vec![(x, low), (x, high)], style));
+            self.done(result);
+        }
+    }
+
+    /// A line over the whole width at `y`.
+    pub fn level(&mut self, y: f64, ink: Ink, width: u32) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let y = self.y.at(y);
+        if (low..=high).contains(&y) {
+            let style = ink.rgb().stroke_width(width);
+            let result = self
+                .area
+                .draw(&PathElement::new(vec![(x_low, y), (x_high, y)], style));
+            self.done(result);
+        }
+    }
+
+    /// A cross.
+    pub fn cross(&mut self, at: (f64, f64), ink: Ink) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let (x, y) = self.scaled(at);
+        if (x_low..=x_high).contains(&x) && (low..=high).contains(&y) {
+            let style = ink.rgb().stroke_width(5);
+            let result = self.area.draw(&Cross::new((x, y), 13, style));
+            self.done(result);
+        }
+    }
+
+    /// Text, its middle at a point.
+    pub fn text(&mut self, at: (f64, f64), text: &str, ink: Ink) {
+        let style = ("sans-serif", TEXT)
+            .into_font()
+            .color(&ink.rgb())
+            .pos(Pos::new(HPos::Center, VPos::Center));
+        let result = self
+            .area
+            .draw(&Text::new(text.to_owned(), self.scaled(at), style));
+        self.done(result);
+    }
+}

@@ -1,0 +1,99 @@
+//! Is the uncertainty that a filter states the one it has? Normalised squares over time with their χ² band.
+
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::{Figure, ValueGroup};
+
+/// Normalised squared errors or innovations, one degree of freedom each.
+#[derive(Clone, Debug)]
+pub struct Consistency {
+    /// Title.
+    pub title: String,
+    /// Title of the vertical axis, such as `NEES of the slope`.
+    pub y: String,
+    /// (time, value) of each filter.
+    pub groups: Vec<ValueGroup<(f64, f64)>>,
+    /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time, as the
+    /// innovations of a consistent filter are and its errors are not: else the band is too narrow.
+    pub mean_of: usize,
+}
+
+/// Values below are drawn at the lower end of the axis.
+const LOWEST: f64 = 1e-3;
+
+impl Consistency {
+    /// Draw them: 95 % of the values of a consistent filter lie in the band.
+    pub fn figure(self) -> Figure {
+        let n = self.mean_of.max(1);
+        let (low, high) = mean_square_band(n);
+        let mut chart = LineChart::new(self.title, Axis::linear("time, s"), Axis::log(self.y));
+        chart.levels = vec![
+            ("95 % of a consistent filter".into(), low),
+            (String::new(), high),
+        ];
+        let mut shares = Vec::new();
+        let mut top = high;
+        for ValueGroup { name, ink, values } in self.groups {
+            let finite: Vec<_> = values.into_iter().filter(|v| v.1.is_finite()).collect();
+            let means: Vec<(f64, f64)> = finite
+                .chunks_exact(n)
+                .map(|c| {
+                    (
+                        c[c.len() / 2].0,
+                        c.iter().map(|v| v.1).sum::<f64>() / n as f64,
+                    )
+                })
+                .collect();
+            if means.is_empty() {
+                continue;
+            }
+            let inside = means.iter().filter(|m| (low..=high).contains(&m.1)).count();
+            let share = 100.0 * inside as f64 / means.len() as f64;
+            shares.push(format!("{name}: {share:.0} %"));
+            top = means.iter().fold(top, |a, m| a.max(m.1));
+            let shown = means.iter().map(|m| (m.0, m.1.max(LOWEST))).collect();
+            chart.lines.push(Line::new(name, ink, shown));
+        }
+        let bottom = if n == 1 { LOWEST } else { low / 3.0 };
+        chart.y = chart.y.between(bottom, (2.0 * top).min(1e4));
+        if !shares.is_empty() {
+            let what = if n == 1 {
+                "samples".into()
+            } else {
+                format!("means of {n} samples")
+            };
+            chart.note = format!("Share of {what} in the band: {}.", shares.join(", "));
+        }
+        chart.figure()
+    }
+}
+
+/// The middle 95 % of the mean of `n` independent squares of standard normal values: χ²ₙ quantiles over n. For one value exact
+/// to the digits given, else by Wilson and Hilferty (1931), whose error is below 1 % from n = 10 on.
+pub fn mean_square_band(n: usize) -> (f64, f64) {
+    if n <= 1 {
+        return (9.8207e-4, 5.0239);
+    }
+    let share = 2.0 / (9.0 * n as f64);
+    let at = |z: f64| (1.0 - share + z * share.sqrt()).max(0.0).powi(3);
+    (at(-1.959_964), at(1.959_964))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of the χ² distribution: 2.5 % and 97.5 % for 10, 50 and 100 degrees of freedom.
+    #[test]
+    fn bands_are_those_of_the_tables() {
+        for (n, low, high) in [
+            (10, 3.247, 20.483),
+            (50, 32.357, 71.420),
+            (100, 74.222, 129.561),
+        ] {
+            let (a, b) = mean_square_band(n);
+            let near = |x: f64, table: f64| (x * n as f64 / table - 1.0).abs() < 0.01;
+            assert!(near(a, low) && near(b, high), "{n}: {a} {b}");
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Lines over a common axis, with bands of uncertainty and shaded stretches: estimates, errors, sensors, control.
+
+use crate::reports::plot::axis::{Axis, without_outliers};
+use crate::reports::plot::canvas;
+use crate::reports::plot::theme::{Ink, SERIES};
+use crate::reports::plot::{Figure, LegendEntry, Look};
+
+/// A line chart.
+#[derive(Clone, Debug)]
+pub struct LineChart {
+    /// Title.
+    pub title: String,
+    /// How to read it.
+    pub note: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis. Its range, unless set, follows the lines; bands and outliers may leave it.
+    pub y: Axis,
+    /// Areas, drawn first.
+    pub bands: Vec<Band>,
+    /// Stretches of x that are shaded, and what that means.
+    pub shades: Option<(String, Vec<(f64, f64)>)>,
+    /// Lines.
+    pub lines: Vec<Line>,
+    /// Straight lines across the drawing at a value of y: name, value.
+    pub levels: Vec<(String, f64)>,
+    /// Straight lines from bottom to top at a value of x: name, value, colour.
+    pub marks: Vec<(String, f64, Ink)>,
+}
+
+/// A line.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Name; without one it is not in the legend.
+    pub name: String,
+    /// Colour.
+    pub ink: Ink,
+    /// Points; one that is not finite is a gap.
+    pub points: Vec<(f64, f64)>,
+    /// Drawn as dots instead.
+    pub dots: bool,
+    /// Drawn faintly.
+    pub faint: bool,
+}
+
+/// An area between two lines.
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// Name.
+    pub name: String,
+    /// Colour.
+    pub ink: Ink,
+    /// x, low, high.
+    pub rows: Vec<(f64, f64, f64)>,
+}
+
+impl Line {
+    /// A line.
+    pub fn new(name: impl Into<String>, ink: Ink, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            name: name.into(),
+            ink,
+            points,
+            dots: false,
+            faint: false,
+        }
+    }
+
+    /// The same as dots.
+    pub fn as_dots(self) -> Self {
+        Self { dots: true, ..self }
+    }
+
+    /// The same, faint.
+    pub fn as_faint(self) -> Self {
+        Self {
+            faint: true,
+            ..self
+        }
+    }
+}
+
+/// One value in so many may lie outside the vertical axis at each end.
+const OUTLIERS: f64 = 0.005;
+
+impl LineChart {
+    /// An empty chart.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self {
+            title: title.into(),
+            note: String::new(),
+            x,
+            y,
+            bands: Vec::new(),
+            shades: None,
+            lines: Vec::new(),
+            levels: Vec::new(),
+            marks: Vec::new(),
+        }
+    }
+
+    /// The first name of a level is grey, further ones are dashed in colours of their own.
+    fn level_ink(&self, name: &str) -> Ink {
+        let mut names: Vec<&str> = Vec::new();
+        for (level, _) in self.levels.iter().filter(|l| !l.0.is_empty()) {
+            if !names.contains(&level.as_str()) {
+                names.push(level);
+            }
+        }
+        match names.iter().position(|n| *n == name) {
+            Some(place) if place > 0 => Ink::Series(SERIES + (place - 1) as u8 % SERIES),
+            _ => Ink::Muted,
+        }
+    }
+
+    /// Draw it.
+    pub fn figure(self) -> Figure {
+        let points = || self.lines.iter().flat_map(|l| &l.points);
+        let seen = || points().filter(|p| p.0.is_finite() && p.1.is_finite());
+        let x = self.x.fix(seen().map(|p| p.0), 0.0);
+        let mut y = self.y.clone();
+        if y.range.is_none() && self.lines.iter().all(|l| l.points.len() > 50) {
+            // each line by itself: a short one must not count as an outlier of a long one
+            let ranges = self
+                .lines
+                .iter()
+                .filter_map(|l| without_outliers(l.points.iter().map(|p| p.1), OUTLIERS, 0.25));
+            y.range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        }
+        let levels = self.levels.iter().map(|l| l.1);
+        let y = y.fix(seen().map(|p| p.1).chain(levels), 0.06);
+        let svg = canvas::draw(x, y, |c| {
+            for (from, to) in self.shades.iter().flat_map(|s| &s.1) {
+                c.upright(*from, *to, Ink::Muted, 0.14);
+            }
+            for band in &self.bands {
+                c.band(&band.rows, band.ink, 0.25);
+            }
+            for (name, level) in &self.levels {
+                c.level(*level, self.level_ink(name), 3);
+            }
+            for (_, at, ink) in &self.marks {
+                c.vertical(*at, *ink, 3);
+            }
+            for line in &self.lines {
+                let opacity = match (line.faint, self.lines.len()) {
+                    (true, _) => 0.4,
+                    // where many lines lie over each other, all of them are seen
+                    (false, n) if n > 3 && line.ink != Ink::Text => 0.8,
+                    _ => 1.0,
+                };
+                if line.dots {
+                    let radius = if line.points.len() > 100 { 4 } else { 7 };
+                    c.dots(&line.points, line.ink, radius, 0.6 * opacity);
+                } else {
+                    c.line(&line.points, line.ink, 3, opacity);
+                }
+            }
+        });
+        Figure {
+            svg,
+            legend: self.legend(),
+            title: self.title,
+            note: self.note,
+        }
+    }
+
+    fn legend(&self) -> Vec<LegendEntry> {
+        let lines = self.lines.iter().map(|l| {
+            let look = if l.dots {
+                Look::Dot(l.ink)
+            } else {
+                Look::Line(l.ink)
+            };
+            LegendEntry::new(&l.name, look)
+        });
+        let bands = self
+            .bands
+            .iter()
+            .map(|b| LegendEntry::new(&b.name, Look::Area(b.ink)));
+        let levels = self
+            .levels
+            .iter()
+            .map(|l| LegendEntry::new(&l.0, Look::Line(self.level_ink(&l.0))));
+        let marks = self
+            .marks
+            .iter()
+            .map(|m| LegendEntry::new(&m.0, Look::Line(m.2)));
+        let shades = self.shades.iter().filter(|s| !s.1.is_empty());
+        let shades = shades.map(|s| LegendEntry::new(&s.0, Look::Area(Ink::Muted)));
+        let mut keys: Vec<LegendEntry> = Vec::new();
+        for key in lines.chain(bands).chain(levels).chain(marks).chain(shades) {
+            if !key.name.is_empty() && keys.iter().all(|k| k.name != key.name) {
+                keys.push(key);
+            }
+        }
+        keys
+    }
+}
+
+/// Stretches of time in which `is` is false, from rows in order of time.
+pub fn stretches_without(rows: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, f64)> {
+    let mut out: Vec<(f64, f64)> = Vec::new();
+    let mut open: Option<f64> = None;
+    let mut last = f64::NAN;
+    for (t, is) in rows {
+        match (is, open) {
+            (false, None) => open = Some(t),
+            (true, Some(from)) => {
+                out.push((from, t));
+                open = None;
+            }
+            _ => {}
+        }
+        last = t;
+    }
+    if let Some(from) = open {
+        out.push((from, last));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches() {
+        let rows = [true, false, false, true, false].iter().enumerate();
+        let rows = rows.map(|(i, &is)| (i as f64, is));
+        assert_eq!(stretches_without(rows), [(1.0, 3.0), (4.0, 4.0)]);
+    }
+
+    #[test]
+    fn no_numbers_no_drawing() {
+        let mut chart = LineChart::new("t", Axis::linear("x"), Axis::linear("y"));
+        assert!(chart.clone().figure().svg.is_none());
+        chart
+            .lines
+            .push(Line::new("a", Ink::Text, vec![(0.0, f64::NAN)]));
+        let html = chart.clone().figure().to_html();
+        assert!(html.contains("no data") && !html.contains("<svg"), "{html}");
+        chart
+            .lines
+            .push(Line::new("b", Ink::Text, vec![(0.0, 1.0), (1.0, 2.0)]));
+        assert!(chart.figure().svg.unwrap().contains("polyline"));
+    }
+
+    #[test]
+    fn a_long_noisy_line_stays_small() {
+        let noise = |i: u64| (i.wrapping_mul(2654435761) % 1000) as f64;
+        let points = (0..300_000).map(|i| (i as f64, noise(i))).collect();
+        let mut chart = LineChart::new("t", Axis::linear("x"), Axis::linear("y"));
+        chart.lines.push(Line::new("a", Ink::Text, points));
+        let size = chart.figure().svg.unwrap().len();
+        assert!(size < 40_000, "{size} bytes");
+    }
+}

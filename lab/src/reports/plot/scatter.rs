@@ -1,0 +1,77 @@
+//! Points in a plane: one quantity against another.
+
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::canvas;
+use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
+
+/// A scatter plot.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// Title.
+    pub title: String,
+    /// How to read it.
+    pub note: String,
+    /// Axes.
+    pub x: Axis,
+    /// See above.
+    pub y: Axis,
+    /// Points.
+    pub groups: Vec<ValueGroup<(f64, f64)>>,
+    /// Lines over them.
+    pub lines: Vec<ValueGroup<(f64, f64)>>,
+}
+
+impl Scatter {
+    /// An empty plot.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self {
+            title: title.into(),
+            note: String::new(),
+            x,
+            y,
+            groups: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    /// Draw it.
+    pub fn figure(self) -> Figure {
+        let all = || {
+            self.groups
+                .iter()
+                .chain(&self.lines)
+                .flat_map(|g| &g.values)
+        };
+        let seen = || all().filter(|p| p.0.is_finite() && p.1.is_finite());
+        let x = self.x.fix(seen().map(|p| p.0), 0.05);
+        let y = self.y.fix(seen().map(|p| p.1), 0.06);
+        let dots = seen().count();
+        let (radius, opacity) = match dots {
+            n if n > 2000 => (4, 0.35),
+            n if n > 200 => (5, 0.55),
+            _ => (8, 0.75),
+        };
+        let svg = canvas::draw(x, y, |c| {
+            for ValueGroup { ink, values, .. } in &self.groups {
+                c.dots(values, *ink, radius, opacity);
+            }
+            for ValueGroup { ink, values, .. } in &self.lines {
+                c.line(values, *ink, 4, 1.0);
+            }
+        });
+        let groups = self
+            .groups
+            .iter()
+            .map(|g| LegendEntry::new(&g.name, Look::Dot(g.ink)));
+        let lines = self
+            .lines
+            .iter()
+            .map(|l| LegendEntry::new(&l.name, Look::Line(l.ink)));
+        Figure {
+            svg,
+            legend: groups.chain(lines).filter(|k| !k.name.is_empty()).collect(),
+            title: self.title,
+            note: self.note,
+        }
+    }
+}

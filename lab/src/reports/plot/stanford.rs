@@ -1,0 +1,152 @@
+//! Stanford diagram: error against protection level, with the alert limit (Tossaint et al. 2007).
+
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::canvas;
+use crate::reports::plot::theme::Ink;
+use crate::reports::plot::{Figure, LegendEntry, Look};
+use std::collections::BTreeSet;
+
+/// Valid samples of one quantity of one estimator.
+#[derive(Clone, Debug)]
+pub struct Stanford {
+    /// Title.
+    pub title: String,
+    /// Unit of errors, such as `°`.
+    pub unit: String,
+    /// Protection level over reported standard deviation.
+    pub k: f64,
+    /// Alert limit.
+    pub alert: f64,
+    /// Colour of the points.
+    pub ink: Ink,
+    /// Absolute error and protection level of every valid sample.
+    pub samples: Vec<(f64, f64)>,
+}
+
+/// Shares of the valid samples by region.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Regions {
+    /// |error| ≤ protection level ≤ alert limit: as it should be.
+    pub nominal: f64,
+    /// |error| ≤ protection level, which is beyond the alert limit: too uncertain to use, and the estimator says so.
+    pub uncertain: f64,
+    /// Protection level < |error| ≤ alert limit: more sure than right, and harmless.
+    pub overconfident: f64,
+    /// |error| beyond both: misleading.
+    pub misleading: f64,
+}
+
+impl Regions {
+    /// Of samples (|error|, protection level); all not a number if there is none.
+    pub fn of(samples: &[(f64, f64)], alert: f64) -> Self {
+        let n = samples.len() as f64;
+        let share = |holds: &dyn Fn(f64, f64) -> bool| {
+            samples.iter().filter(|(e, p)| holds(*e, *p)).count() as f64 / n
+        };
+        Self {
+            nominal: share(&|e, p| e <= p && p <= alert),
+            uncertain: share(&|e, p| e <= p && p > alert),
+            overconfident: share(&|e, p| e > p && e <= alert),
+            misleading: share(&|e, p| e > p && e > alert),
+        }
+    }
+}
+
+/// Both axes reach over so many alert limits at least, and at most.
+const REACH: (f64, f64) = (1.5, 20.0);
+
+impl Stanford {
+    /// Draw it.
+    pub fn figure(self) -> Figure {
+        let finite: Vec<(f64, f64)> = self
+            .samples
+            .iter()
+            .copied()
+            .filter(|(e, p)| e.is_finite() && p.is_finite())
+            .collect();
+        if finite.is_empty() {
+            return Figure {
+                title: self.title,
+                ..Figure::default()
+            };
+        }
+        let largest = finite.iter().fold(0.0, |m: f64, (e, p)| m.max(*e).max(*p));
+        let end = (1.05 * largest).clamp(REACH.0 * self.alert, REACH.1 * self.alert);
+        let axis = |title: String| Axis::linear(title).between(0.0, end);
+        let x = axis(format!("|error|, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
+        let y = axis(format!("protection level {} σ, {}", self.k, self.unit))
+            .fix([0.0, end].into_iter(), 0.0);
+        let a = self.alert;
+        let inside = finite.iter().map(|(e, p)| (e.min(end), p.min(end)));
+        let inside = one_a_cell(inside, end);
+        let radius = if inside.len() > 200 { 4 } else { 7 };
+        let svg = canvas::draw(x, y, |c| {
+            // below the diagonal and beyond the alert limit
+            c.band(&[(a, 0.0, a), (end, 0.0, end)], Ink::Bad, 0.14);
+            c.dots(&inside, self.ink, radius, 0.6);
+            c.line(&[(0.0, 0.0), (end, end)], Ink::Text, 3, 0.8);
+            c.line(&[(a, 0.0), (a, a)], Ink::Bad, 4, 1.0);
+            c.line(&[(0.0, a), (a, a)], Ink::Muted, 3, 1.0);
+            c.line(&[(a, a), (a, end)], Ink::Muted, 3, 0.4);
+        });
+        let r = Regions::of(&finite, a);
+        let percent = |x: f64| match 100.0 * x {
+            p if p > 0.0 && p < 0.1 => "< 0.1 %".to_owned(),
+            p => format!("{p:.1} %"),
+        };
+        Figure {
+            svg,
+            legend: vec![
+                LegendEntry::new("valid samples", Look::Dot(self.ink)),
+                LegendEntry::new("|error| = protection level", Look::Line(Ink::Text)),
+                LegendEntry::new(
+                    format!("alert limit {a:.3} {}", self.unit),
+                    Look::Line(Ink::Bad),
+                ),
+                LegendEntry::new("misleading", Look::Area(Ink::Bad)),
+            ],
+            title: self.title,
+            note: format!(
+                "Of the valid samples: {} nominal, {} too uncertain (protection level beyond the alert limit), {} more sure than right, {} \
+                 misleading.",
+                percent(r.nominal),
+                percent(r.uncertain),
+                percent(r.overconfident),
+                percent(r.misleading)
+            ),
+        }
+    }
+}
+
+/// Cells along each axis of which one sample is drawn: a dot is as large.
+const CELLS: f64 = 200.0;
+
+/// The first sample of every cell: many samples are close to each other.
+fn one_a_cell(samples: impl Iterator<Item = (f64, f64)>, end: f64) -> Vec<(f64, f64)> {
+    let mut taken = BTreeSet::new();
+    let cell = |x: f64| (CELLS * x / end) as u32;
+    let mut kept: Vec<(f64, f64)> = samples.collect();
+    kept.retain(|(e, p)| taken.insert((cell(*e), cell(*p))));
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_is_in_one_region() {
+        let samples = [(0.5, 0.8), (0.5, 2.0), (0.9, 0.1), (2.0, 1.5), (2.0, 0.1)];
+        let r = Regions::of(&samples, 1.0);
+        assert_eq!(
+            r,
+            Regions {
+                nominal: 0.2,
+                uncertain: 0.2,
+                overconfident: 0.2,
+                misleading: 0.4,
+            }
+        );
+        assert!(Regions::of(&[], 1.0).nominal.is_nan());
+    }
+}

@@ -1,0 +1,212 @@
+//! Colours. A drawing names them by role; the page's style sheet says what they are in light, dark and print.
+//!
+//! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is finished the
+//! numbers are replaced by the role's name in the style sheet.
+
+use crate::text::marked;
+use plotters::style::RGBColor;
+
+/// Colours for series; after as many, the next ones are dashed.
+pub const SERIES: u8 = 6;
+
+/// What a colour is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ink {
+    /// Text, axes, the truth.
+    Text,
+    /// What is there but not looked at first.
+    Muted,
+    /// Grid lines.
+    Grid,
+    /// Held.
+    Good,
+    /// Failed.
+    Bad,
+    /// One of several things of a kind: 0, 1, 2 …
+    Series(u8),
+    /// A share 0 … 255 of the colour scale for values.
+    Value(u8),
+}
+
+/// Numbers of roles begin with these; series are counted from `FIRST_SERIES`.
+const MARK: (u8, u8) = (1, 2);
+const ROLES: [(Ink, &str); 5] = [
+    (Ink::Text, "text"),
+    (Ink::Muted, "muted"),
+    (Ink::Grid, "grid"),
+    (Ink::Good, "good"),
+    (Ink::Bad, "bad"),
+];
+const FIRST_SERIES: u8 = 16;
+
+/// Every fifth of the cividis colour map (Nuñez, Anderton and Renslow 2018): even steps for every eye.
+const CIVIDIS: [[u8; 3]; 6] = [
+    [0, 34, 78],
+    [57, 72, 107],
+    [107, 109, 115],
+    [149, 143, 120],
+    [200, 182, 101],
+    [254, 232, 56],
+];
+
+impl Ink {
+    /// The series' colour for number `i`, however many there are.
+    pub fn series(i: usize) -> Self {
+        Self::Series((i % (u8::MAX - FIRST_SERIES) as usize) as u8)
+    }
+
+    /// The colour of `x` on the scale from `from` to `to`.
+    pub fn value(x: f64, from: f64, to: f64) -> Self {
+        let share = if to > from {
+            (x - from) / (to - from)
+        } else {
+            0.5
+        };
+        Self::Value((share.clamp(0.0, 1.0) * 255.0) as u8)
+    }
+
+    pub(super) fn rgb(self) -> RGBColor {
+        match self {
+            Self::Series(i) => RGBColor(MARK.0, MARK.1, FIRST_SERIES.saturating_add(i)),
+            Self::Value(v) => {
+                let [r, g, b] = cividis(v);
+                RGBColor(r, g, b)
+            }
+            role => {
+                let i = ROLES.iter().position(|r| r.0 == role).unwrap_or(0);
+                RGBColor(MARK.0, MARK.1, i as u8)
+            }
+        }
+    }
+
+    /// The colour in CSS.
+    pub(super) fn css(self) -> String {
+        match self {
+            Self::Series(i) => format!("var(--s{})", i % SERIES),
+            Self::Value(v) => {
+                let [r, g, b] = cividis(v);
+                format!("rgb({r},{g},{b})")
+            }
+            role => ROLES
+                .iter()
+                .find(|r| r.0 == role)
+                .map_or(String::new(), |r| format!("var(--{})", r.1)),
+        }
+    }
+
+    /// Attributes of a line in this colour.
+    pub(super) fn stroke(self) -> String {
+        let dashes = match self {
+            Self::Series(i) => match i / SERIES {
+                0 => "",
+                1 => " stroke-dasharray=\"14 7\"",
+                2 => " stroke-dasharray=\"3 7\"",
+                _ => " stroke-dasharray=\"14 6 3 6\"",
+            },
+            _ => "",
+        };
+        format!("stroke=\"{}\"{dashes}", self.css())
+    }
+}
+
+fn cividis(v: u8) -> [u8; 3] {
+    let at = f64::from(v) / 255.0 * (CIVIDIS.len() - 1) as f64;
+    let i = (at as usize).min(CIVIDIS.len() - 2);
+    let share = at - i as f64;
+    std::array::from_fn(|k| {
+        let (a, b) = (f64::from(CIVIDIS[i][k]), f64::from(CIVIDIS[i + 1][k]));
+        (a + share * (b - a)).round() as u8
+    })
+}
+
+/// The colour scale as a CSS background.
+pub(super) fn gradient() -> String {
+    let stops: Vec<String> = CIVIDIS
+        .iter()
+        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
+        .collect();
+    format!("linear-gradient(90deg,{})", stops.join(","))
+}
+
+/// A finished drawing with the style sheet's colours; it takes the width it is given.
+pub(super) fn themed(svg: &str) -> String {
+    let mark = format!("#{:02X}{:02X}", MARK.0, MARK.1);
+    let mut out = String::with_capacity(svg.len());
+    let mut rest = match svg.find("viewBox") {
+        Some(at) => {
+            out.push_str("<svg ");
+            &svg[at..]
+        }
+        None => svg,
+    };
+    while let Some(at) = rest.find(&mark) {
+        let (before, after) = rest.split_at(at);
+        let number = after
+            .get(5..7)
+            .and_then(|n| u8::from_str_radix(n, 16).ok())
+            .unwrap_or(0);
+        let ink = match number {
+            n if n >= FIRST_SERIES => Ink::Series(n - FIRST_SERIES),
+            n => ROLES.get(n as usize).map_or(Ink::Text, |r| r.0),
+        };
+        match before.strip_suffix("stroke=\"") {
+            // the closing quote belongs to `stroke()`
+            Some(before) => {
+                out.push_str(before);
+                out.push_str(&ink.stroke());
+                rest = after.get(8..).unwrap_or("");
+            }
+            None => {
+                out.push_str(before);
+                out.push_str(&ink.css());
+                rest = after.get(7..).unwrap_or("");
+            }
+        }
+    }
+    out.push_str(rest);
+    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest count
+    let out = out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+    fill_opacity(&marked(
+        &out.replace(" stroke=\"none\" stroke-width=\"1\"", ""),
+    ))
+}
+
+/// Opacity of fills as such: opacity of whole elements makes a printed page a hundred times as large.
+fn fill_opacity(svg: &str) -> String {
+    const WHOLE: &str = " opacity=\"";
+    let mut parts = svg.split(WHOLE);
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let next = part.split_once('"').map_or("", |p| p.1);
+        let filled = next.starts_with(" fill=\"") && !next.starts_with(" fill=\"none");
+        out.push_str(if filled { " fill-opacity=\"" } else { WHOLE });
+        out.push_str(part);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_become_names_and_late_series_are_dashed() {
+        let RGBColor(r, g, b) = Ink::Series(7).rgb();
+        let svg = format!(
+            "<svg width=\"9\" height=\"9\" viewBox=\"0 0 9 9\" xmlns=\"http://www.w3.org/2000/svg\">\
+             <line stroke=\"#{r:02X}{g:02X}{b:02X}\" x1=\"0\"/><rect fill=\"#{r:02X}{g:02X}{b:02X}\"/></svg>"
+        );
+        assert_eq!(
+            themed(&svg),
+            "<svg viewBox=\"0 0 9 9\"><line stroke=\"var(--s1)\" stroke-dasharray=\"14 7\" x1=\"0\"/>\
+             <rect fill=\"var(--s1)\"/></svg>"
+        );
+    }
+
+    #[test]
+    fn the_scale_runs_from_dark_to_bright() {
+        let light = |v: u8| cividis(v).iter().map(|&c| u32::from(c)).sum::<u32>();
+        assert!((0..255).all(|v| light(v) <= light(v + 1) + 3));
+        assert_eq!((cividis(0), cividis(255)), (CIVIDIS[0], CIVIDIS[5]));
+    }
+}

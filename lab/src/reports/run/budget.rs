@@ -1,0 +1,108 @@
+//! The error budget of a run, if `monorig explain` has made one.
+
+use crate::explain::{Budget, METRICS, NAME};
+use crate::metrics::find;
+use crate::reports::page::Section;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::grouped::GroupedBars;
+use crate::reports::plot::{Figure, ValueGroup};
+use crate::reports::run::recorded::Recorded;
+use crate::reports::table::{Cell, Table};
+use monorig_sim::config::file::{input_error, read_result};
+use monorig_sim::error::Error;
+
+/// Shares are drawn from here to 1: one that gets much worse does not flatten the others.
+const LEAST: f64 = -1.0;
+
+/// Table and plots; none without a budget. One of another run is an error.
+pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
+    let path = run.folder.join(NAME);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let wrong =
+        |message: String| input_error(&path, "", message, "make it again with `monorig explain`");
+    let budget: Budget = serde_json::from_str(&read_result(&path)?)
+        .map_err(|e| wrong(format!("this is not an error budget: {e}")))?;
+    if (budget.kind.as_str(), budget.version) != ("explain", 1) {
+        return Err(wrong(format!(
+            "this is version {} of `{}`",
+            budget.version, budget.kind
+        )));
+    }
+    if budget.scenario != run.summary.scenario {
+        return Err(wrong(format!(
+            "this is the error budget of {}",
+            budget.scenario
+        )));
+    }
+    let mut section = Section::new("Error budget").text(format!(
+        "Root mean square errors of all samples over {} seeds, as they are and without one source of error at a time. Of sources that \
+         do not act on each other the mean squares add up; a negative share means that the error is larger without the source.",
+        budget.seeds.len()
+    ));
+    section = section.table(legend(&budget));
+    for metric in METRICS {
+        if budget.of(metric).next().is_some() {
+            section = section.table(table(&budget, metric));
+        }
+    }
+    let figures = METRICS.iter().map(|metric| figure(run, &budget, metric));
+    Ok(Some(section.figures(figures.filter(|f| f.svg.is_some()))))
+}
+
+fn legend(budget: &Budget) -> Table {
+    let mut table = Table::new(&["without", "which is"], &[]);
+    for source in &budget.sources {
+        let what = match &source.failed {
+            Some(why) => format!("{}; could not be run: {why}", source.what),
+            None => source.what.clone(),
+        };
+        table.row([source.name.clone().into(), what.into()]);
+    }
+    table
+}
+
+fn table(budget: &Budget, metric: &str) -> Table {
+    let mut table = Table::new(&["estimator"], &["as it is"]);
+    table.caption = budget
+        .of(metric)
+        .next()
+        .map_or(String::new(), |e| e.title());
+    for source in &budget.sources {
+        let title = match source.name.as_str() {
+            "excitation" => "with more excitation".to_owned(),
+            name => format!("without {name}"),
+        };
+        table.columns.push((title, true));
+    }
+    for error in budget.of(metric) {
+        let values = std::iter::once(error.with_all).chain(error.without.iter().copied());
+        let values = values.map(|x| Cell::number(x.unwrap_or(f64::NAN)));
+        table.row(std::iter::once(error.estimator.clone().into()).chain(values));
+    }
+    table
+}
+
+fn figure(run: &Recorded, budget: &Budget, metric: &str) -> Figure {
+    let series = run.estimators().filter_map(|(name, ink)| {
+        let error = budget.of(metric).find(|e| e.estimator == name)?;
+        let shares = (0..budget.sources.len()).map(|i| 100.0 * error.share(i).unwrap_or(f64::NAN));
+        Some(ValueGroup::new(name, ink, shares.collect()))
+    });
+    let series: Vec<ValueGroup<f64>> = series.collect();
+    let values = series.iter().flat_map(|s| &s.values).copied();
+    let least = values.filter(|x| x.is_finite()).fold(0.0, f64::min);
+    let axis = Axis::linear("share of mean square error that is gone, %");
+    GroupedBars {
+        title: find(metric).map_or(metric.to_owned(), |m| m.doc.to_owned()),
+        note: match least < 100.0 * LEAST {
+            true => "Bars below −100 % are cut.".into(),
+            false => String::new(),
+        },
+        names: budget.sources.iter().map(|s| s.name.clone()).collect(),
+        y: axis.between(least.max(100.0 * LEAST) - 3.0, 105.0),
+        series,
+    }
+    .figure()
+}

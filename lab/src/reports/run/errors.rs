@@ -1,0 +1,244 @@
+//! Errors over time and their distributions; whether the stated uncertainty fits them.
+
+use crate::metrics::Quantity;
+use crate::metrics::VALID;
+use crate::reports::page::Section;
+use crate::reports::plot::axis::{Axis, common_range, without_outliers};
+use crate::reports::plot::bars::Histogram;
+use crate::reports::plot::boxes::Boxes;
+use crate::reports::plot::cdf::Cdf;
+use crate::reports::plot::consistency::Consistency;
+use crate::reports::plot::line::{Band, Line, LineChart};
+use crate::reports::plot::theme::Ink;
+use crate::reports::plot::{Figure, ValueGroup};
+use crate::reports::run::recorded::{DEGREES, Recorded};
+use crate::verdicts::summary::ExpectationVerdict;
+use monorig_sim::error::Error;
+
+/// Errors of one quantity of all estimators that have valid samples of it, each with its times.
+pub type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
+
+/// Plots of the errors.
+pub fn section(run: &Recorded) -> Result<Section, Error> {
+    let slope = slope(run)?;
+    let mass = mass(run)?;
+    let after_s = run.summary.after_s;
+    Ok(Section::new("Errors")
+        .text(format!(
+            "Estimate minus truth where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
+             truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
+        ))
+        .figure(over_time(run, Quantity::Slope, &slope)?)
+        .figure(over_time(run, Quantity::Mass, &mass)?)
+        .figures(distributions("slope error, °", &slope, after_s))
+        .figures(distributions("mass error, %", &mass, after_s)))
+}
+
+/// Errors of the slope, °.
+pub fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
+    let truth = run.column("truth/grade_at_imu")?;
+    errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
+}
+
+/// Errors of the mass, %.
+pub fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
+    let truth = run.column("truth/total_mass")?;
+    let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
+    errors(run, "total_mass", error, truth.len())
+}
+
+/// `error` of each row, counted from 0, of which there are `rows`; not a number where the sample is not valid.
+fn errors(
+    run: &Recorded,
+    what: &str,
+    error: impl Fn(usize, f64) -> f64,
+    rows: usize,
+) -> Result<ErrorGroups, Error> {
+    let mut groups = Vec::new();
+    for (name, ink) in run.estimators() {
+        let channel = format!("estimates/{name}/{what}");
+        let estimate = run.column(&channel)?;
+        let valid = run.column(&format!("{channel}_valid"))?;
+        let times = run.times()?.iter().take(rows);
+        let values = times.zip(estimate).zip(valid).enumerate();
+        let values = values.map(|(i, ((t, x), v))| match v {
+            1.0 => (*t, error(i, *x)),
+            _ => (*t, f64::NAN),
+        });
+        groups.push(ValueGroup::new(name, ink, values.collect()));
+    }
+    groups.retain(|g: &ValueGroup<(f64, f64)>| g.values.iter().any(|v| v.1.is_finite()));
+    Ok(groups)
+}
+
+/// Lines across a plot of errors: the alert limit, and the largest errors that the scenario allows.
+fn bounds(run: &Recorded, quantity: Quantity) -> Vec<(String, f64)> {
+    let (metric, factor) = match quantity {
+        Quantity::Mass => ("mass_error_rel_max", 100.0),
+        Quantity::Slope => ("slope_error_max_deg", 1.0),
+        Quantity::EffectiveSlope => ("effective_slope_error_max_deg", 1.0),
+    };
+    let alert = factor * quantity.alert(&run.summary.limits);
+    let both = |name: String, x: f64| [(name.clone(), x), (name, -x)];
+    let mut all = both("alert limit".into(), alert).to_vec();
+    let of = |v: &&ExpectationVerdict| v.metric.strip_suffix(VALID).unwrap_or(&v.metric) == metric;
+    for expected in run.summary.expectations.iter().filter(of) {
+        if let Some(most) = expected.at_most {
+            all.extend(both(format!("bound of {}", expected.what()), factor * most));
+        }
+    }
+    all
+}
+
+fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result<Figure, Error> {
+    let (title, axis) = match quantity {
+        Quantity::Mass => ("Mass error", "mass error, %"),
+        Quantity::Slope => ("Slope error", "slope error, °"),
+        Quantity::EffectiveSlope => ("Effective slope error", "effective slope error, °"),
+    };
+    let bounds = bounds(run, quantity);
+    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    chart.bands.extend(cramer_rao(run, quantity)?);
+    let lines = errors.iter().cloned();
+    chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
+    let each = errors
+        .iter()
+        .filter_map(|g| without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25));
+    if let Some(((low, high), cut)) = common_range(&each.collect::<Vec<_>>()) {
+        // bounds are drawn where they do not flatten the errors themselves
+        let reach = 3.0 * low.abs().max(high.abs());
+        let near: Vec<_> = bounds.into_iter().filter(|b| b.1.abs() <= reach).collect();
+        let ends = near
+            .iter()
+            .fold((low, high), |(a, b), x| (a.min(x.1), b.max(x.1)));
+        chart.y = chart.y.between(ends.0.min(0.0), ends.1.max(0.0) + 1e-9);
+        if cut {
+            chart.note = "Lines are cut where the axis ends.".into();
+        }
+        chart.levels = near;
+    }
+    chart.levels.push((String::new(), 0.0));
+    Ok(chart.figure())
+}
+
+/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such channel.
+fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
+    let channel = match quantity {
+        Quantity::Mass => "bound/total_mass",
+        Quantity::Slope => "bound/grade",
+        Quantity::EffectiveSlope => "bound/effective_grade",
+    };
+    let Some(sd) = run.find(channel) else {
+        return Ok(None);
+    };
+    let mass = run.column("truth/total_mass")?;
+    let rows = run.times()?.iter().zip(sd).zip(mass);
+    let rows = rows.map(|((t, sd), mass)| {
+        let half = match quantity {
+            Quantity::Mass => 2.0 * 100.0 * sd / mass,
+            _ => 2.0 * sd * DEGREES,
+        };
+        (*t, -half, half)
+    });
+    Ok(Some(Band {
+        name: "Cramér-Rao bound, ± 2 σ".into(),
+        ink: Ink::Muted,
+        rows: rows.collect(),
+    }))
+}
+
+/// One value in so many may lie outside the axis at each end.
+const FAR: f64 = 0.005;
+
+fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> {
+    let from = |g: &ValueGroup<(f64, f64)>| {
+        let later = g.values.iter().filter(|v| v.0 >= after_s);
+        let values = later.map(|v| v.1).filter(|x| x.is_finite());
+        ValueGroup::new(&g.name, g.ink, values.collect::<Vec<f64>>())
+    };
+    let groups: Vec<ValueGroup<f64>> = errors.iter().map(from).collect();
+    let mut absolute = groups.clone();
+    for group in &mut absolute {
+        group.values.iter_mut().for_each(|x| *x = x.abs());
+    }
+    let title = |kind: &str| {
+        let mut name = what.split(',').next().unwrap_or(what).to_owned();
+        name[..1].make_ascii_uppercase();
+        format!("{name}: {kind}")
+    };
+    let mut figures = vec![
+        Histogram {
+            title: title("distribution"),
+            x: what.into(),
+            groups: groups.clone(),
+        }
+        .figure(),
+        Cdf {
+            title: title("share of time within a bound"),
+            x: Axis::linear(format!("|{}", what.replacen(',', "|,", 1))),
+            groups: absolute,
+        }
+        .figure(),
+    ];
+    if groups.len() > 1 {
+        figures.push(
+            Boxes {
+                title: title("side by side"),
+                y: Axis::linear(what),
+                groups,
+                references: vec![],
+                bounds: vec![],
+            }
+            .figure(),
+        );
+    }
+    figures
+}
+
+/// Means of the NIS are taken over as many rows: a second, as a rule.
+const MEAN_OF: usize = 50;
+
+/// Plots of the consistency.
+pub fn consistency(run: &Recorded) -> Result<Section, Error> {
+    let nees = |title: &str, what: &str, truth: &str| -> Result<Figure, Error> {
+        let truth = run.column(truth)?;
+        let mut groups = Vec::new();
+        for (name, _) in run.estimators() {
+            let sd = run.column(&format!("estimates/{name}/{what}_sd"))?;
+            let square = |i: usize, x: f64| {
+                ((x - truth[i]) / sd.get(i).copied().unwrap_or(f64::NAN)).powi(2)
+            };
+            let of = errors(run, what, square, truth.len())?;
+            groups.extend(of.into_iter().filter(|g| g.name == name));
+        }
+        let chart = Consistency {
+            title: title.into(),
+            y: "(error / σ)²".into(),
+            groups,
+            mean_of: 1,
+        };
+        Ok(chart.figure())
+    };
+    let mut nis = Vec::new();
+    for (name, ink) in run.estimators() {
+        let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0)?;
+        let valid = run.column(&format!("estimates/{name}/grade_valid"))?;
+        let rows = rows.into_iter().zip(valid).filter(|(_, v)| **v == 1.0);
+        let values = rows.map(|(r, _)| r).collect();
+        nis.push(ValueGroup::new(name, ink, values));
+    }
+    let nis = Consistency {
+        title: "Innovations (NIS)".into(),
+        y: format!("NIS, mean of {MEAN_OF} rows"),
+        groups: nis,
+        mean_of: MEAN_OF,
+    };
+    Ok(Section::new("Consistency")
+        .text(
+            "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
+             filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
+        )
+        .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu")?)
+        .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass")?)
+        .figure(nis.figure()))
+}

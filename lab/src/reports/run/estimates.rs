@@ -1,0 +1,127 @@
+//! Estimate against truth, one plot for each estimator and quantity.
+
+use crate::reports::page::Section;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::line::{Band, Line, LineChart, stretches_without};
+use crate::reports::plot::theme::Ink;
+use crate::reports::run::recorded::{DEGREES, Recorded};
+use monorig_sim::error::Error;
+
+/// A quantity that estimators estimate.
+struct Quantity {
+    title: &'static str,
+    axis: &'static str,
+    estimate: &'static str,
+    truth: &'static str,
+    factor: f64,
+}
+
+const QUANTITIES: [Quantity; 2] = [
+    Quantity {
+        title: "Total mass",
+        axis: "total mass, t",
+        estimate: "total_mass",
+        truth: "truth/total_mass",
+        factor: 1e-3,
+    },
+    Quantity {
+        title: "Slope",
+        axis: "slope, °",
+        estimate: "grade",
+        truth: "truth/grade_at_imu",
+        factor: DEGREES,
+    },
+];
+/// The effective slope is drawn too where it differs from that at the IMU by more, rad.
+const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
+
+/// Plots of the estimates.
+pub fn section(run: &Recorded) -> Result<Section, Error> {
+    let mut section = Section::new("Estimates against the truth");
+    for quantity in &QUANTITIES {
+        let (mut figures, mut never_valid) = (Vec::new(), Vec::new());
+        for (name, ink) in run.estimators() {
+            let valid = format!("estimates/{name}/{}_valid", quantity.estimate);
+            if run.column(&valid)?.contains(&1.0) {
+                figures.push(chart(run, quantity, name, ink)?.figure());
+            } else {
+                never_valid.push(name);
+            }
+        }
+        section = section.figures(figures);
+        if !never_valid.is_empty() {
+            let what = quantity.title.to_lowercase();
+            section = section.text(format!(
+                "Never marked a {what} valid: {}.",
+                never_valid.join(", ")
+            ));
+        }
+    }
+    Ok(section)
+}
+
+fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> Result<LineChart, Error> {
+    let channel = format!("estimates/{name}/{}", quantity.estimate);
+    let values = run.over_time(&channel, quantity.factor)?;
+    let sd = run.column(&format!("{channel}_sd"))?;
+    let valid = run.column(&format!("{channel}_valid"))?;
+    let band = values.iter().zip(sd).map(|((t, x), sd)| {
+        let half = 2.0 * sd * quantity.factor;
+        (*t, x - half, x + half)
+    });
+    let band = band.collect();
+    let flags = values.iter().zip(valid).map(|((t, _), v)| (*t, *v == 1.0));
+    let shades = stretches_without(flags);
+    let valid_values = values.iter().zip(valid).map(|((t, x), v)| match v {
+        1.0 => (*t, *x),
+        _ => (*t, f64::NAN),
+    });
+    let valid_values: Vec<_> = valid_values.collect();
+
+    let title = format!("{}: {name}", quantity.title);
+    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(quantity.axis));
+    chart.bands.push(Band {
+        name: "± 2 σ".into(),
+        ink,
+        rows: band,
+    });
+    chart.shades = Some(("not valid".into(), shades));
+    let truth = run.over_time(quantity.truth, quantity.factor)?;
+    chart.y.range = range(&valid_values, &truth);
+    chart.lines.push(Line::new("", ink, values).as_faint());
+    chart.lines.push(Line::new("estimate", ink, valid_values));
+    if quantity.estimate == "grade" && effective_differs(run)? {
+        let effective = run.over_time("truth/grade_effective", quantity.factor)?;
+        chart
+            .lines
+            .push(Line::new("truth, whole vehicle", Ink::Muted, effective));
+    }
+    chart.lines.push(Line::new("truth", Ink::Text, truth));
+    Ok(chart)
+}
+
+fn effective_differs(run: &Recorded) -> Result<bool, Error> {
+    let pairs = run
+        .column("truth/grade_at_imu")?
+        .iter()
+        .zip(run.column("truth/grade_effective")?);
+    Ok(pairs
+        .into_iter()
+        .any(|(a, b)| (a - b).abs() > MIN_DIFFERENCE_RAD))
+}
+
+/// Range of the valid values and the truth, with room around: values that are not valid may be far off.
+fn range(valid: &[(f64, f64)], truth: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let all = valid.iter().chain(truth).map(|p| p.1);
+    let ends = all
+        .filter(|x| x.is_finite())
+        .fold(None, |ends, x| match ends {
+            None => Some((x, x)),
+            Some((low, high)) => Some((x.min(low), x.max(high))),
+        });
+    let (low, high): (f64, f64) = ends?;
+    let room = (0.3 * (high - low))
+        .max(0.03 * high.abs().max(low.abs()))
+        .max(1e-6);
+    Some((low - room, high + room))
+}

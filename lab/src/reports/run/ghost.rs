@@ -1,0 +1,49 @@
+//! A log beside its ghost: the vehicle that estimators are told of on the same drive.
+
+use crate::reports::page::Section;
+use crate::reports::plot::Figure;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::theme::Ink;
+use crate::reports::run::recorded::Recorded;
+use monorig_sim::error::Error;
+
+/// What was measured and what the ghost has; none of a run without one.
+pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
+    if run.find("ghost/traction").is_none() {
+        return Ok(None);
+    }
+    let section = Section::new("Beside the ghost")
+        .figure(chart(
+            run,
+            "Traction",
+            "force at the rims, N",
+            "ghost/traction",
+        )?)
+        .figure(chart(
+            run,
+            "Motor torque, mean of the motors",
+            "torque, N·m",
+            "ghost/motor_torque",
+        )?)
+        .figure(chart(
+            run,
+            "Specific force forward",
+            "specific force, m/s²",
+            "ghost/specific_force_x",
+        )?);
+    Ok(Some(section))
+}
+
+fn chart(run: &Recorded, title: &str, axis: &str, path: &str) -> Result<Figure, Error> {
+    let ghost = run.over_time(path, 1.0)?;
+    let off = run.over_time(&format!("{path}_difference"), 1.0)?;
+    let measured = ghost.iter().zip(&off).map(|(g, d)| (g.0, g.1 + d.1));
+    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    chart.lines = vec![
+        Line::new("measured, mean of a second", Ink::Text, measured.collect()),
+        Line::new("ghost", Ink::Series(0), ghost),
+        Line::new("measured minus ghost", Ink::Series(1), off),
+    ];
+    Ok(chart.figure())
+}

@@ -1,0 +1,143 @@
+//! What a run has left in its folder, read back.
+
+use crate::reports::plot::theme::Ink;
+use crate::verdicts::summary::Summary;
+use monorig_sim::config::file::{input_error, read_result};
+use monorig_sim::config::scenario::Settings;
+use monorig_sim::error::Error;
+use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::readback;
+use monorig_sim::record::readback::Columns;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A run.
+pub struct Recorded {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// What it was made from.
+    pub manifest: Manifest,
+    /// How good it was.
+    pub summary: Summary,
+    /// What happened: time in s and text.
+    pub events: Vec<(f64, String)>,
+    columns: Columns,
+}
+
+/// Radians as degrees.
+pub const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+impl Recorded {
+    /// Read it. A folder without one of its files, or with one that breaks off or is of another run, is an error.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let path = |name: &str| -> Result<PathBuf, Error> {
+            let path = folder.join(name);
+            match path.is_file() {
+                true => Ok(path),
+                false => Err(input_error(
+                    folder,
+                    "",
+                    format!("this is not the folder of a run: there is no {name} in it"),
+                    crate::reports::TAKES,
+                )),
+            }
+        };
+        let manifest = Manifest::read(&path("manifest.json")?)?;
+        // a recording that was removed to save room is no damage to a report
+        let there = manifest.outputs.keys();
+        for name in there.filter(|name| folder.join(name).is_file()) {
+            manifest.verify(folder, name)?;
+        }
+        let summary = summary(&path("metrics.json")?)?;
+        let channels = path("channels.parquet")?;
+        let (contents, columns) = readback::columns(&channels, is_shown)?;
+        let seed = manifest.seed.to_string();
+        if (contents.scenario.as_str(), contents.seed.as_str()) != (&manifest.scenario, &seed)
+            || (&summary.scenario, summary.seed) != (&manifest.scenario, manifest.seed)
+        {
+            return Err(input_error(
+                folder,
+                "",
+                format!(
+                    "the files in this folder are of different runs: manifest.json of {} seed {seed}, channels.parquet of {} \
+                     seed {}, metrics.json of {} seed {}",
+                    manifest.scenario,
+                    contents.scenario,
+                    contents.seed,
+                    summary.scenario,
+                    summary.seed
+                ),
+                "make the run again with `monorig run`",
+            ));
+        }
+        let events = contents.events.into_iter();
+        Ok(Self {
+            folder: folder.into(),
+            manifest,
+            summary,
+            events: events.map(|(ns, text)| (ns as f64 * 1e-9, text)).collect(),
+            columns,
+        })
+    }
+
+    /// Why the scenario exists.
+    pub fn why(&self) -> &str {
+        self.manifest.resolved["why"].as_str().unwrap_or_default()
+    }
+
+    /// Types and parameters of the estimators; empty if the manifest has none that can be read.
+    pub fn estimator_settings(&self) -> BTreeMap<String, Settings> {
+        let estimators = self.manifest.resolved["estimators"].clone();
+        serde_json::from_value(estimators).unwrap_or_default()
+    }
+
+    /// Estimators in the order of their colours.
+    pub fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
+        let names = self.summary.estimators.keys().enumerate();
+        names.map(|(i, name)| (name.as_str(), Ink::series(i)))
+    }
+
+    /// A column; one that is not there is an error.
+    pub fn column(&self, name: &str) -> Result<&[f64], Error> {
+        self.columns.get(name)
+    }
+
+    /// A column that only some runs have.
+    pub fn find(&self, name: &str) -> Option<&[f64]> {
+        self.columns.find(name)
+    }
+
+    /// Times of the rows, s.
+    pub fn times(&self) -> Result<&[f64], Error> {
+        self.column("time")
+    }
+
+    /// A column over time, times a factor.
+    pub fn over_time(&self, name: &str, factor: f64) -> Result<Vec<(f64, f64)>, Error> {
+        let rows = self.times()?.iter().zip(self.column(name)?);
+        Ok(rows.map(|(t, x)| (*t, x * factor)).collect())
+    }
+
+    /// Whether a column has a value beyond ± `limit`.
+    pub fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
+        Ok(self.column(name)?.iter().any(|x| x.abs() > limit))
+    }
+}
+
+/// Whether a column is drawn: those of a long run are many megabytes each.
+fn is_shown(name: &str) -> bool {
+    let hidden = ["internals/", "sensors/", "aid/", "truth/balance/"];
+    let of_drive = name.starts_with("truth/drive_") && !name.ends_with("/motor_torque");
+    !of_drive && !hidden.iter().any(|start| name.starts_with(start))
+}
+
+fn summary(path: &Path) -> Result<Summary, Error> {
+    serde_json::from_str(&read_result(path)?).map_err(|e| {
+        input_error(
+            path,
+            "",
+            format!("these are not the metrics of a run: {e}"),
+            "make them again with `monorig run`",
+        )
+    })
+}

@@ -1,0 +1,139 @@
+//! What was expected, whether it held, and the figures that say most.
+
+use crate::metrics::{estimator_metrics, run_metrics};
+use crate::reports::findings;
+use crate::reports::page::Section;
+use crate::reports::table::{Cell, Table};
+use crate::text::number;
+use crate::verdicts::findings::of_summaries;
+use crate::verdicts::summary::{MAIN, Summary};
+
+/// The outcome in a sentence.
+pub fn banner(summary: &Summary) -> (String, bool) {
+    let all = summary.expectations.len();
+    let failed = summary.expectations.iter().filter(|v| !v.good()).count();
+    let known = summary
+        .expectations
+        .iter()
+        .filter(|v| v.good() && !v.held)
+        .count();
+    let t = summary.simulated_s;
+    if !summary.finished {
+        return (
+            format!("NOT finished: the run was stopped after {t:.1} s"),
+            false,
+        );
+    }
+    let mut text = match (all, failed) {
+        (0, _) => format!("Finished after {t:.1} s; nothing was expected of this run"),
+        (1, 0) if known == 0 => "The one expectation held".into(),
+        (_, 0) if known == 0 => format!("All {all} expectations held"),
+        (_, 0) => format!(
+            "{} of {all} expectations held, {known} fail as known",
+            all - known
+        ),
+        _ => format!("{failed} of {all} expectations FAILED"),
+    };
+    let misleading = of_summaries([summary]).iter().filter(|f| f.fails).count();
+    match misleading {
+        0 => {}
+        1 => text += "; one estimate is MISLEADING",
+        n => text += &format!("; {n} estimates are MISLEADING"),
+    }
+    (text, summary.good())
+}
+
+/// What misleads, worst first; none if nothing does.
+pub fn findings(summary: &Summary) -> Option<Section> {
+    let all = of_summaries([summary]).into_iter();
+    findings::section(&all.map(|f| (String::new(), f)).collect::<Vec<_>>())
+}
+
+/// Verdicts and key figures.
+pub fn section(summary: &Summary) -> Section {
+    let mut section = Section::new("Verdicts and key figures");
+    if !summary.expectations.is_empty() {
+        section = section.table(verdicts(summary));
+    }
+    for (name, times, reason) in &summary.refusals {
+        section = section.text(format!(
+            "{name} refused {times} steps, the first because {reason}."
+        ));
+    }
+    for name in &summary.never_valid {
+        section = section.text(format!("{name} had no valid estimate in the whole run."));
+    }
+    if !summary.estimators.is_empty() {
+        section = section.table(key_figures(summary));
+    }
+    section.table(of_the_run(summary))
+}
+
+fn verdicts(summary: &Summary) -> Table {
+    let mut table = Table::new(&["", "expected"], &["bound", "measured"]);
+    for v in &summary.expectations {
+        let value = v.value.map_or("not measured".to_owned(), number);
+        let verdict = match (v.held, &v.known_failure) {
+            (true, _) => Cell::from("held").judged(true),
+            (false, Some(_)) => Cell::from("known failure"),
+            (false, None) => Cell::from("FAILED").judged(false),
+        };
+        let what = match &v.known_failure {
+            Some(why) => format!("{} ({why})", v.what()),
+            None => v.what(),
+        };
+        table.row([verdict, what.into(), v.bound().into(), value.into()]);
+    }
+    table
+}
+
+fn key_figures(summary: &Summary) -> Table {
+    let mut table = Table::new(&["estimator"], &[]);
+    table.caption = format!(
+        "Estimators, from {} s on: errors of all samples, `…_valid` of those marked valid",
+        summary.after_s
+    );
+    let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
+    for metric in shown.clone() {
+        table.columns.push((metric.name.to_owned(), true));
+    }
+    for (name, values) in &summary.estimators {
+        let numbers = shown.clone().map(|m| {
+            let value = values.get(m.name).copied().flatten();
+            Cell::number(value.unwrap_or(f64::NAN))
+        });
+        table.row(std::iter::once(name.clone().into()).chain(numbers));
+    }
+    table
+}
+
+fn of_the_run(summary: &Summary) -> Table {
+    let mut table = Table::new(&["vehicle and controller", ""], &["value"]);
+    for metric in run_metrics() {
+        let value = summary.run.get(metric.name).copied().flatten();
+        table.row([
+            metric.name.into(),
+            metric.doc.into(),
+            Cell::number(value.unwrap_or(f64::NAN)),
+        ]);
+    }
+    table
+}
+
+/// Every metric of every estimator.
+pub fn all_metrics(summary: &Summary) -> Table {
+    let mut table = Table::new(&["metric"], &[]);
+    table.caption = "All metrics of the estimators".into();
+    for name in summary.estimators.keys() {
+        table.columns.push((name.clone(), true));
+    }
+    for metric in estimator_metrics() {
+        let values = summary.estimators.values().map(|values| {
+            let value = values.get(metric.name).copied().flatten();
+            Cell::number(value.unwrap_or(f64::NAN))
+        });
+        let name = metric.name.into();
+        table.row(std::iter::once(name).chain(values));
+    }
+    table
+}

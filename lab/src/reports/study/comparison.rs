@@ -1,0 +1,277 @@
+//! The report of a comparison: estimators on the same runs, beside each other and beside what was published.
+
+use crate::metrics;
+use crate::reports::findings as report_findings;
+use crate::reports::page::{Page, Section};
+use crate::reports::parameters;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::boxes::Boxes;
+use crate::reports::plot::theme::Ink;
+use crate::reports::plot::{Figure, ValueGroup};
+use crate::reports::study::paired::difference;
+use crate::reports::study::runs;
+use crate::reports::table::{Cell, Table};
+use crate::text::{number, with_unit};
+use crate::verdicts::compare::{
+    ComparedMetric, Comparison, OnSamples, differences as run_by_run, values,
+};
+use crate::verdicts::findings;
+use crate::verdicts::interval::{Interval, effect_size};
+use std::collections::BTreeSet;
+
+/// Lay it out.
+pub fn page(all: &Comparison) -> Page {
+    let (runs, estimators) = (all.runs.len(), names(all, |c| &c.estimator));
+    let mut page = Page::new(format!("Comparison on {}", all.scenario));
+    page.subtitle = format!(
+        "{} estimators on the same {runs} runs, one for each seed; differences are to {}; monorig {}",
+        estimators.len(),
+        all.reference,
+        all.monorig
+    );
+    let finished = all.runs.iter().filter(|r| r.finished()).count();
+    page.banner = Some(match runs - finished {
+        0 => (format!("All {runs} runs came to their end"), true),
+        n => (
+            format!("{n} of {runs} runs did not come to their end and are left out"),
+            false,
+        ),
+    });
+    let findings = findings::of_runs(&all.runs).into_iter();
+    let findings: Vec<_> = findings.map(|f| (String::new(), f)).collect();
+    page.sections.extend(report_findings::section(&findings));
+    page.sections.push(overview(all));
+    for metric in names(all, |c| &c.metric) {
+        page.sections.push(section(all, metric));
+    }
+    if finished < runs {
+        page.sections.push(left_out(all));
+    }
+    let section = Section::new("All metrics").text(
+        "Of all estimators that ran, also of those not compared. Intervals here are after Student.",
+    );
+    page.sections.push(runs::numbers(section, &all.runs));
+    page
+}
+
+/// Names in the order of the table, each once.
+fn names<'a>(all: &'a Comparison, of: impl Fn(&'a ComparedMetric) -> &'a String) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in all.table.iter().map(of) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+fn unit(metric: &str) -> &'static str {
+    metrics::unit(metric).unwrap_or("1")
+}
+
+/// Means in one table, each with the published figure beside it.
+fn overview(all: &Comparison) -> Section {
+    let published = |metric: &str| {
+        let of_metric = all.table.iter().filter(|c| c.metric == metric);
+        of_metric.into_iter().any(|c| c.published.is_some())
+    };
+    let is_error = |metric: &str| {
+        all.table
+            .iter()
+            .any(|c| c.metric == metric && c.valid.is_some())
+    };
+    let mut table = Table::new(&["estimator"], &[]);
+    table.caption =
+        "Means over the runs, all samples; beside an error the share that is valid".into();
+    let shown = names(all, |c| &c.metric);
+    for metric in &shown {
+        table.columns.push((with_unit(metric, unit(metric)), true));
+        if is_error(metric) {
+            table.columns.push(("valid".into(), true));
+        }
+        if published(metric) {
+            table.columns.push(("published".into(), true));
+        }
+    }
+    for estimator in names(all, |c| &c.estimator) {
+        let mut row = vec![Cell::from(estimator)];
+        for metric in &shown {
+            let mut of_both = all.table.iter();
+            let figures = of_both.find(|c| c.estimator == estimator && c.metric == *metric);
+            let mean = figures.and_then(|c| c.mean);
+            row.push(Cell::number(mean.map_or(f64::NAN, |i| i.mean)));
+            if is_error(metric) {
+                row.push(on_samples(figures.and_then(|c| c.valid.as_ref()))[1].clone());
+            }
+            if published(metric) {
+                row.push(figures.map_or(Cell::number(f64::NAN), theirs));
+            }
+        }
+        table.row(row);
+    }
+    let sources: BTreeSet<&str> = all
+        .table
+        .iter()
+        .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
+        .collect();
+    let mut section = Section::new("Overview").table(table);
+    if let Some(table) = parameters::table(&all.estimators) {
+        section = section.table(table);
+    }
+    let section = section.text(
+        "Errors of all samples from 5 s on, and below each metric by itself: of all samples, of those that the estimator marks valid, and \
+         of those that it and the reference both mark valid, with their shares of all. Intervals are of the mean, by the percentile \
+         bootstrap over the runs. A difference is taken run by run, that of an error on common samples only, and coloured where zero is \
+         not in its interval.",
+    );
+    if sources.is_empty() {
+        return section.text("Nothing was published for these estimators on this scenario.");
+    }
+    let sources: Vec<&str> = sources.into_iter().collect();
+    section.text(format!("Published: {}.", sources.join("; ")))
+}
+
+fn theirs(c: &ComparedMetric) -> Cell {
+    let value = c.published.as_ref().map(|p| p.value.get());
+    Cell::number(value.unwrap_or(f64::NAN))
+}
+
+/// One metric: table, distribution over the runs, differences run by run.
+fn section(all: &Comparison, metric: &str) -> Section {
+    let rows = || all.table.iter().filter(move |c| c.metric == metric);
+    let published = rows().any(|c| c.published.is_some());
+    let against = format!("minus {}", all.reference);
+    let error = rows().any(|c| c.valid.is_some());
+    let mut numbers = vec!["mean", "95 % interval", "median"];
+    if error {
+        numbers[0] = "all samples";
+        numbers.extend(["own valid", "of all", "common valid", "of all"]);
+    }
+    if published {
+        numbers.insert(0, "published");
+    }
+    numbers.extend([against.as_str(), "95 % interval", "effect size", "measured"]);
+    let mut table = Table::new(&["estimator"], &numbers);
+    for c in rows() {
+        let mut row = vec![Cell::from(c.estimator.as_str())];
+        if published {
+            row.push(theirs(c));
+        }
+        let [mean, range] = words(c.mean);
+        row.extend([mean, range, Cell::number(c.median.unwrap_or(f64::NAN))]);
+        if error {
+            row.extend(on_samples(c.valid.as_ref()));
+            row.extend(on_samples(c.common.as_ref()));
+        }
+        row.extend([
+            c.difference.map_or(Cell::number(f64::NAN), |i| {
+                difference(metric, i.mean, i.low, i.high)
+            }),
+            words(c.difference)[1].clone(),
+            Cell::number(effect(all, &c.estimator, metric)),
+            format!("{} of {}", c.measured, c.runs).into(),
+        ]);
+        table.row(row);
+    }
+    let doc = metrics::find(metric);
+    Section::new(with_unit(metric, unit(metric)))
+        .text(doc.map_or(String::new(), |m| format!("{}.", capital(m.doc))))
+        .table(table)
+        .figure(distribution(all, metric))
+        .figure(differences(all, metric))
+}
+
+/// Mean and share of the samples.
+fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
+    let share = of.and_then(|o| o.share);
+    let [mean, _] = words(of.and_then(|o| o.mean));
+    [
+        mean,
+        share.map_or(Cell::number(f64::NAN), |s| {
+            format!("{:.1} %", 100.0 * s).into()
+        }),
+    ]
+}
+
+/// Effect size of the differences to the reference; not a number where there is none.
+fn effect(all: &Comparison, estimator: &str, metric: &str) -> f64 {
+    let differences = run_by_run(&all.runs, estimator, metric, &all.reference);
+    let both: Vec<f64> = differences.into_iter().flatten().collect();
+    match estimator == all.reference {
+        true => f64::NAN,
+        false => effect_size(&both).unwrap_or(f64::NAN),
+    }
+}
+
+fn words(interval: Option<Interval>) -> [Cell; 2] {
+    match interval {
+        Some(i) => [
+            Cell::number(i.mean),
+            format!("{} … {}", number(i.low), number(i.high)).into(),
+        ],
+        None => [Cell::number(f64::NAN), Cell::number(f64::NAN)],
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// An estimator has the same colour in every figure of the page.
+fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
+    let names = names(all, |c| &c.estimator).into_iter().enumerate();
+    names.map(|(i, name)| (name, Ink::series(i)))
+}
+
+fn distribution(all: &Comparison, metric: &str) -> Figure {
+    let groups: Vec<ValueGroup<f64>> = inks(all)
+        .map(|(name, ink)| {
+            let values = values(&all.runs, name, metric);
+            ValueGroup::new(name, ink, values.into_iter().flatten().collect())
+        })
+        .filter(|g| !g.values.is_empty())
+        .collect();
+    let place = |c: &ComparedMetric| {
+        let group = groups.iter().position(|g| g.name == c.estimator)?;
+        let value = c.published.as_ref()?.value.get();
+        Some(("published".to_owned(), group, value))
+    };
+    let of_metric = all.table.iter().filter(|c| c.metric == metric);
+    Boxes {
+        title: "Over the runs".into(),
+        y: Axis::linear(with_unit(metric, unit(metric))),
+        references: of_metric.filter_map(place).collect(),
+        bounds: Vec::new(),
+        groups,
+    }
+    .figure()
+}
+
+fn differences(all: &Comparison, metric: &str) -> Figure {
+    let others = inks(all).filter(|(name, _)| *name != all.reference);
+    let groups = others.map(|(name, ink)| {
+        let both = run_by_run(&all.runs, name, metric, &all.reference);
+        ValueGroup::new(name, ink, both.into_iter().flatten().collect())
+    });
+    Boxes {
+        title: format!("Run by run, minus {}", all.reference),
+        y: Axis::linear(with_unit("difference", unit(metric))),
+        groups: groups.filter(|g| !g.values.is_empty()).collect(),
+        references: Vec::new(),
+        bounds: Vec::new(),
+    }
+    .figure()
+}
+
+/// Why runs are not in any figure.
+fn left_out(all: &Comparison) -> Section {
+    let mut table = Table::new(&["seed", "why"], &[]);
+    for run in all.runs.iter().filter(|r| !r.finished()) {
+        let why = run.error.as_deref();
+        let why = why.unwrap_or("it did not come to its end");
+        table.row([run.seed.to_string().into(), why.into()]);
+    }
+    Section::new("Left out").table(table)
+}

@@ -1,0 +1,130 @@
+//! A scenario over many runs: checks, metrics, distributions.
+
+use crate::metrics::{estimator_metrics, run_metrics};
+use crate::reports::findings;
+use crate::reports::page::Section;
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::boxes::Boxes;
+use crate::reports::plot::theme::Ink;
+use crate::reports::plot::{Figure, ValueGroup};
+use crate::reports::study::values::{MetricValues, estimators};
+use crate::reports::study::{expected, paired};
+use crate::reports::table::{Cell, Table};
+use crate::text::with_unit;
+use crate::verdicts::run_result::RunResult;
+use crate::verdicts::summary::MAIN;
+use crate::verdicts::verdict::Check;
+
+/// What was asked of the runs; of several the values, too.
+pub fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section {
+    let section = section.table(checks(all));
+    match runs.len() {
+        0 | 1 => section,
+        _ => section.figures(expected::figures(runs)),
+    }
+}
+
+/// Availability and integrity of the estimators over the runs.
+pub fn integrity(section: Section, runs: &[RunResult]) -> Section {
+    match findings::integrity(runs.iter().filter_map(|r| r.summary.as_ref())) {
+        Some(table) => section.table(table),
+        None => section,
+    }
+}
+
+/// Metrics over the runs: distributions, differences, and all numbers.
+pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
+    if runs.len() < 2 {
+        return numbers(section, runs);
+    }
+    let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
+    let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
+    let section = match paired::differences(runs) {
+        Some(table) => section.table(table),
+        None => section,
+    };
+    numbers(section, runs)
+}
+
+fn checks(checks: &[Check]) -> Table {
+    let mut table = Table::new(&["", "check", "bound", "worst run"], &["runs that hold"]);
+    for check in checks {
+        let all = check.holding + check.failing.len();
+        let verdict = match (check.held, check.fails_as_known()) {
+            (_, true) => Cell::from("known failure"),
+            (held, _) => Cell::from(if held { "held" } else { "FAILED" }).judged(held),
+        };
+        let worst = match &check.known_failure {
+            Some(_) if !check.held => check.reason(),
+            Some(why) => format!("{} ({why})", check.worst.clone().unwrap_or_default()),
+            None => check.worst.clone().unwrap_or_default(),
+        };
+        table.row([
+            verdict,
+            check.what.clone().into(),
+            check.bound.clone().into(),
+            worst.into(),
+            format!("{} of {all}", check.holding).into(),
+        ]);
+    }
+    table
+}
+
+fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
+    let groups = estimators(runs).into_iter().enumerate();
+    let groups = groups.map(|(i, name)| {
+        let values = MetricValues::of(runs, Some(&name), metric).measured;
+        ValueGroup::new(name, Ink::series(i), values)
+    });
+    Boxes {
+        title: metric.to_owned(),
+        y: Axis::linear(with_unit(metric, unit)),
+        groups: groups.filter(|g| !g.values.is_empty()).collect(),
+        references: Vec::new(),
+        bounds: Vec::new(),
+    }
+    .figure()
+}
+
+/// Every metric of every estimator and of the run over the seeds, a table each.
+pub fn numbers(mut section: Section, runs: &[RunResult]) -> Section {
+    for name in estimators(runs) {
+        let metrics = estimator_metrics().map(|m| (m.name, m.unit));
+        let table = over_runs(runs, Some(&name), metrics);
+        section = section.folded(format!("Every metric of {name}"), table);
+    }
+    let metrics = run_metrics().map(|m| (m.name, m.unit));
+    section.folded(
+        "Every metric of vehicle and controller",
+        over_runs(runs, None, metrics),
+    )
+}
+
+fn over_runs<'a>(
+    runs: &[RunResult],
+    estimator: Option<&str>,
+    metrics: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Table {
+    let titles = [
+        "mean",
+        "95 % interval of the mean",
+        "median",
+        "least",
+        "greatest",
+        "measured",
+    ];
+    let mut table = Table::new(&["metric"], &titles);
+    for (metric, unit) in metrics {
+        let values = MetricValues::of(runs, estimator, metric);
+        table.row([
+            with_unit(metric, unit).into(),
+            Cell::number(values.mean()),
+            values.interval_text().into(),
+            Cell::number(values.quantile(0.5)),
+            Cell::number(values.quantile(0.0)),
+            Cell::number(values.quantile(1.0)),
+            format!("{} of {}", values.measured.len(), values.runs).into(),
+        ]);
+    }
+    table
+}

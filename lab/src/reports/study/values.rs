@@ -1,0 +1,72 @@
+//! A metric over runs, and what can be said of it.
+
+use crate::reports::plot::boxes::quantile;
+use crate::text::number;
+use crate::verdicts::interval::Interval;
+use crate::verdicts::run_result::RunResult;
+use std::collections::BTreeSet;
+
+/// A metric over runs, in ascending order.
+pub struct MetricValues {
+    /// Runs there are.
+    pub runs: usize,
+    /// Values of those runs in which it could be measured.
+    pub measured: Vec<f64>,
+}
+
+impl MetricValues {
+    /// A metric of an estimator, or of the run.
+    pub fn of(runs: &[RunResult], estimator: Option<&str>, metric: &str) -> Self {
+        let values = runs.iter().filter_map(|run| value(run, estimator, metric));
+        Self::new(runs.len(), values.collect())
+    }
+
+    /// Values in any order, of so many runs.
+    pub fn new(runs: usize, mut measured: Vec<f64>) -> Self {
+        measured.sort_unstable_by(f64::total_cmp);
+        Self { runs, measured }
+    }
+
+    /// Mean; not a number without values.
+    pub fn mean(&self) -> f64 {
+        self.measured.iter().sum::<f64>() / self.measured.len() as f64
+    }
+
+    /// Quantile.
+    pub fn quantile(&self, p: f64) -> f64 {
+        quantile(&self.measured, p)
+    }
+
+    /// 95 % confidence interval of the mean by Student's t; infinite for a single value.
+    pub fn interval(&self) -> (f64, f64) {
+        let i = Interval::student(&self.measured);
+        (i.low, i.high)
+    }
+
+    /// The same in words.
+    pub fn interval_text(&self) -> String {
+        let (low, high) = self.interval();
+        match low.is_finite() {
+            true => format!("{} … {}", number(low), number(high)),
+            false => number(f64::NAN),
+        }
+    }
+}
+
+/// A metric of an estimator, or of the run, in one run; none if it could not be measured.
+pub fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f64> {
+    let summary = run.summary.as_ref()?;
+    let all = match estimator {
+        Some(name) => summary.estimators.get(name)?,
+        None => &summary.run,
+    };
+    let value = all.get(metric).copied().flatten();
+    value.filter(|x| x.is_finite())
+}
+
+/// Estimators of these runs.
+pub fn estimators(runs: &[RunResult]) -> Vec<String> {
+    let names = runs.iter().filter_map(|r| r.summary.as_ref());
+    let names: BTreeSet<&String> = names.flat_map(|s| s.estimators.keys()).collect();
+    names.into_iter().cloned().collect()
+}

@@ -1,0 +1,38 @@
+//! The result of one run, as a line of JSON.
+
+use crate::verdicts::summary::Summary;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Result of one run: one line of JSON in the results of a study.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunResult {
+    /// Place in the study, from 0.
+    pub index: u64,
+    /// Scenario name.
+    pub scenario: String,
+    /// Seed.
+    pub seed: u64,
+    /// What was drawn for this run, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub draws: BTreeMap<String, serde_json::Value>,
+    /// Metrics and verdicts; none if the run broke down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub summary: Option<Summary>,
+    /// Why the run broke down, if it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+impl RunResult {
+    /// As a line of JSON, without the line's end.
+    pub fn to_line(&self) -> String {
+        // Strings and finite numbers: nothing in here can fail to serialise.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Whether the run came to its end.
+    pub fn finished(&self) -> bool {
+        self.summary.as_ref().is_some_and(|s| s.finished)
+    }
+}
