@@ -199,7 +199,7 @@ fn what_cannot_be_an_instance_is_refused() {
                 "compare",
                 "quick.yaml",
                 "--estimators",
-                "tuned=joint_ekf_robust",
+                "tuned=mmrls_sh_stf_robust",
             ],
             "`tuned` is dffrls_aekf_robust in this scenario",
         ),

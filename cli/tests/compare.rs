@@ -20,7 +20,7 @@ sensors: sensors.yaml
 estimators: {dffrls_aukf_robust: {}}
 in_loop: dffrls_aukf_robust
 published:
-  - {source: 'Somebody 2024, table 9', estimator: dffrls_ukf_robust, metric: slope_mae_deg, value: 12.375}
+  - {source: 'Somebody 2024, table 9', estimator: imm_stf_robust, metric: slope_mae_deg, value: 12.375}
 ";
 
 fn rig() -> Simulation {
@@ -50,7 +50,7 @@ fn the_table_says_what_the_runs_say() {
     let rig = rig();
     let files = ["--json", "both.json", "--csv", "both.csv"];
     let both = [
-        &["--estimators", "dffrls_aukf_robust,dffrls_ukf_robust"][..],
+        &["--estimators", "dffrls_aukf_robust,imm_stf_robust"][..],
         &files,
     ]
     .concat();
@@ -76,23 +76,23 @@ fn the_table_says_what_the_runs_say() {
     let row = &json["table"][1];
     assert_eq!(
         (&row["estimator"], &row["metric"]),
-        (&"dffrls_ukf_robust".into(), &"slope_mae_deg".into())
+        (&"imm_stf_robust".into(), &"slope_mae_deg".into())
     );
     let close = |told: &Value, expected: f64| {
         let told = told["mean"].as_f64().unwrap();
         assert!((told - expected).abs() < 1e-12, "{told} {expected}");
     };
-    close(&row["mean"], mean(&|r| value(r, "dffrls_ukf_robust")));
+    close(&row["mean"], mean(&|r| value(r, "imm_stf_robust")));
     close(
         &row["difference"],
         mean(&|r| {
-            let common = &r["summary"]["common"]["dffrls_ukf_robust"]["errors"]["slope_mae_deg"];
+            let common = &r["summary"]["common"]["imm_stf_robust"]["errors"]["slope_mae_deg"];
             common[0].as_f64().unwrap() - common[1].as_f64().unwrap()
         }),
     );
     close(
         &row["valid"]["mean"],
-        mean(&|r| valid(r, "dffrls_ukf_robust")),
+        mean(&|r| valid(r, "imm_stf_robust")),
     );
     for (samples, share) in [("valid", "of all"), ("common", "common valid")] {
         assert!(
@@ -187,11 +187,11 @@ fn what_is_not_there_is_named() {
     let rig = rig();
     for (more, says) in [
         (
-            ["--estimators", "dffrls_aukf_robust,jiont_ekf_robust"],
-            "did you mean `joint_ekf_robust`",
+            ["--estimators", "dffrls_aukf_robust,immstf_robust"],
+            "did you mean `imm_stf_robust`",
         ),
         (
-            ["--reference", "joint_ekf_robust"],
+            ["--reference", "mmrls_sh_stf_robust"],
             "--reference with one of: dffrls_aukf_robust",
         ),
         (

@@ -33,25 +33,15 @@ use crate::methods::{complementary_filter, ekf_v_theta_biases};
 use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::runner::Runner;
 #[cfg(feature = "guo2024")]
-use crate::supervised::guo_2024::{
-    dynamic_stf_robust, imm_ekf_fixed_robust, imm_ekf_robust, imm_stf_fixed_robust,
-    imm_stf_no_lateral_robust, imm_stf_robust, kinematic_stf_robust,
-};
+use crate::supervised::guo_2024::imm_stf_robust;
 #[cfg(feature = "huainan")]
-use crate::supervised::huainan::{
-    dffrls_aekf_inclination_robust, dffrls_aukf_robust, dffrls_ukf_robust, ffrls_aukf_robust,
-    rls_mff_aukf_robust,
-};
+use crate::supervised::huainan::dffrls_aukf_robust;
 #[cfg(feature = "liu2023")]
-use crate::supervised::liu_2023::{dffrls_aekf_robust, rls_ekf_robust};
+use crate::supervised::liu_2023::dffrls_aekf_robust;
 #[cfg(feature = "patent")]
 use crate::supervised::patent::mmrls_sh_stf_robust;
-#[cfg(feature = "bench")]
-use crate::supervised::regression;
 #[cfg(feature = "resistance")]
 use crate::supervised::resistance as resistance_robust;
-#[cfg(feature = "liu2023")]
-use crate::supervised::{ffrls as ffrls_robust, joint_ekf as joint_ekf_robust};
 use crate::{Error, Real};
 
 /// What a named estimator claims to be.
@@ -199,36 +189,10 @@ registry! {{
     "resistance_dffrls" in "resistance" as Published => resistance_dffrls::ResistancePublished,
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf_robust" in "liu2023" as Supervised => dffrls_aekf_robust::DffrlsAekf,
-    /// Baseline of Liu et al. 2023: plain least squares, then an extended Kalman filter.
-    "rls_ekf_robust" in "liu2023" as Supervised => rls_ekf_robust::RlsEkf,
-    /// Baseline of Liu et al. 2023: one regression with constant forgetting for both.
-    "ffrls_robust" in "liu2023" as Supervised => ffrls_robust::Ffrls,
-    /// Baseline of Liu et al. 2023: one extended Kalman filter for both.
-    "joint_ekf_robust" in "liu2023" as Supervised => joint_ekf_robust::JointEkf,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
     "dffrls_aukf_robust" in "huainan" as Supervised => dffrls_aukf_robust::DffrlsAukf,
-    /// The same with fixed noise.
-    "dffrls_ukf_robust" in "huainan" as Supervised => dffrls_ukf_robust::DffrlsUkf,
-    /// The adaptive one with an extended filter.
-    "dffrls_aekf_inclination_robust" in "huainan" as Supervised => dffrls_aekf_inclination_robust::DffrlsAekfInclination,
-    /// The adaptive one with constant forgetting.
-    "ffrls_aukf_robust" in "huainan" as Supervised => ffrls_aukf_robust::FfrlsAukf,
-    /// The adaptive one with multiple forgetting.
-    "rls_mff_aukf_robust" in "huainan" as Supervised => rls_mff_aukf_robust::RlsMffAukf,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf_robust" in "guo2024" as Supervised => imm_stf_robust::ImmStf,
-    /// The same with fixed transitions between the models.
-    "imm_stf_fixed_robust" in "guo2024" as Supervised => imm_stf_fixed_robust::ImmStfFixed,
-    /// The same without correction for bends.
-    "imm_stf_no_lateral_robust" in "guo2024" as Supervised => imm_stf_no_lateral_robust::ImmStfNoLateral,
-    /// The same with plain Kalman filters.
-    "imm_ekf_robust" in "guo2024" as Supervised => imm_ekf_robust::ImmEkf,
-    /// Plain Kalman filters, fixed transitions.
-    "imm_ekf_fixed_robust" in "guo2024" as Supervised => imm_ekf_fixed_robust::ImmEkfFixed,
-    /// The kinematic model of `imm_stf_robust` alone.
-    "kinematic_stf_robust" in "guo2024" as Supervised => kinematic_stf_robust::KinematicStf,
-    /// The dynamic model of `imm_stf_robust` alone.
-    "dynamic_stf_robust" in "guo2024" as Supervised => dynamic_stf_robust::DynamicStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
@@ -241,8 +205,6 @@ registry! {{
     "ekf_v_theta_biases" in "baseline" as Supervised => ekf_v_theta_biases::EkfVThetaBiases,
     /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no mass.
     "complementary_filter" in "baseline" as Supervised => complementary_filter::ComplementaryFilter,
-    /// A regression and a way to forget by choice, then an extended Kalman filter: what can know what.
-    "regression_bench" in "bench" as Supervised => regression::Regression,
 } as printed: {
     /// Liu et al. 2023 as printed.
     "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,

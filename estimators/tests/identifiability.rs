@@ -5,48 +5,47 @@
 mod common;
 
 use common::{
-    Random, vehicle,
-    world::{DT, G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
+    regression::{
+        Regression, Row,
+        Row::{Coupled, Differenced, FreeResistance, KnownResistance, Straight},
+    },
+    vehicle,
+    world::{G, MASS_KG, MU, World, hills, level, ramp, start, steady, steep, steps, world},
 };
-use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
-use monorig_estimators::api::params::{Kind, Setting};
-use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
-use monorig_estimators::registry::AnyEstimator;
+use monorig_estimators::api::signals::Estimate;
 use monorig_estimators::{Real, registry};
 
 const SEEDS: u64 = 8;
 
-/// The regressions by their id.
-const R_A: (&str, Setting) = ("regressor", Setting::Choice("coupled"));
-const R_C: (&str, Setting) = ("regressor", Setting::Choice("differenced"));
-const R_D: (&str, Setting) = ("regressor", Setting::Choice("straight"));
-const R_G: (&str, Setting) = ("regressor", Setting::Choice("known_resistance"));
-const R_H: (&str, Setting) = ("regressor", Setting::Choice("free_resistance"));
-const WHEELS: (&str, Setting) = ("acceleration", Setting::Choice("kinematic"));
-const LIGHT: (&str, Setting) = ("mass0_kg", Setting::Number(12_000.0));
+const LIGHT_KG: Real = 12_000.0;
 
-fn regression(settings: &[(&'static str, Setting<'static>)]) -> AnyEstimator {
-    let settings = settings.iter().copied();
-    registry::build("regression_bench", &vehicle(2), settings).unwrap()
+/// A regression on the specific force, from a mass that is a fifth too light.
+fn felt(row: Row) -> Regression {
+    Regression::new(row, false, LIGHT_KG)
+}
+
+/// The same on the acceleration of the wheels.
+fn on_wheels(row: Row) -> Regression {
+    Regression::new(row, true, LIGHT_KG)
 }
 
 /// M̂/M − 1 at the end.
-fn mass_error(world: &World, settings: &[(&'static str, Setting<'static>)]) -> Real {
-    let rows = world.run(&mut regression(settings));
+fn mass_error(world: &World, mut estimator: impl Estimator) -> Real {
+    let rows = world.run(&mut estimator);
     rows.last().unwrap().0.total_mass_kg.value / MASS_KG - 1.0
 }
 
 /// The same, root mean square over seeds.
-fn mass_rms(world: World, settings: &[(&'static str, Setting<'static>)]) -> Real {
-    let square = |seed| mass_error(&World { seed, ..world }, settings).powi(2);
+fn mass_rms(world: World, estimator: impl Fn() -> Regression) -> Real {
+    let square = |seed| mass_error(&World { seed, ..world }, estimator()).powi(2);
     let rms = ((1..=SEEDS).map(square).sum::<Real>() / SEEDS as Real).sqrt();
-    println!("{settings:?}: {:.2} %", 100.0 * rms);
+    println!("{:.2} %", 100.0 * rms);
     rms
 }
 
 /// Mean and root mean square of the grade error from 5 s on, deg.
-fn grade_errors(world: &World, estimator: &mut AnyEstimator) -> (Real, Real) {
+fn grade_errors(world: &World, estimator: &mut impl Estimator) -> (Real, Real) {
     let rows = world.run(estimator);
     let late = &rows[500..];
     let error = |(e, theta): &(Estimate, Real)| (e.grade_rad.value - theta).to_degrees();
@@ -62,13 +61,13 @@ fn constant_speed_on_the_level_does_not_tell_the_mass() {
     for bias_mps2 in [-0.03, 0.0, 0.05] {
         let biased = World { bias_mps2, ..world };
         let law = MU * G / (MU * G + bias_mps2) - 1.0;
-        let error = mass_error(&biased, &[R_G]);
+        let error = mass_error(&biased, Regression::new(KnownResistance, false, 16_000.0));
         println!("R-G, bias {bias_mps2}: {error:.4}, by the law {law:.4}");
         assert!((error - law).abs() < 0.02, "{error} {law}");
     }
     let (free, coupled) = (
-        mass_rms(world, &[R_H, LIGHT]),
-        mass_rms(world, &[R_A, WHEELS, LIGHT]),
+        mass_rms(world, || felt(FreeResistance)),
+        mass_rms(world, || on_wheels(Coupled)),
     );
     assert!(free > 0.1 && coupled > 0.1, "{free} {coupled}");
     let rows = world.run(&mut registry::build("dffrls_aekf_robust", &vehicle(2), []).unwrap());
@@ -82,9 +81,15 @@ fn constant_speed_on_the_level_does_not_tell_the_mass() {
 #[test]
 fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
     for speed in [start, steps] {
-        for settings in [&[R_A, WHEELS, LIGHT][..], &[R_G, LIGHT], &[R_H, LIGHT]] {
-            let error = mass_rms(world(level, speed), settings);
-            assert!(error < 0.08, "{settings:?}: {error}");
+        for (row, wheels) in [
+            (Coupled, true),
+            (KnownResistance, false),
+            (FreeResistance, false),
+        ] {
+            let error = mass_rms(world(level, speed), || {
+                Regression::new(row, wheels, LIGHT_KG)
+            });
+            assert!(error < 0.08, "{row:?}: {error}");
         }
     }
 }
@@ -95,17 +100,17 @@ fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
 fn a_change_of_slope_at_constant_speed_is_the_best_for_one_and_the_worst_for_the_other() {
     let world = world(ramp, steady);
     let (known, free) = (
-        mass_rms(world, &[R_G, LIGHT]),
-        mass_rms(world, &[R_H, LIGHT]),
+        mass_rms(world, || felt(KnownResistance)),
+        mass_rms(world, || felt(FreeResistance)),
     );
     assert!(known < 0.02 && free < 0.02, "{known} {free}");
-    let mut coupled = regression(&[R_A, WHEELS, LIGHT]);
+    let mut coupled = on_wheels(Coupled);
     let (last, _) = *world.run(&mut coupled).last().unwrap();
     let most = vehicle(2).mass_range_kg[1];
     assert!(last.total_mass_kg.value > 0.999 * most, "{last:?}");
     // The same regression, fed what an accelerometer reads, is as good as the others.
-    let felt = mass_rms(world, &[R_A, LIGHT]);
-    assert!(felt < 0.02, "{felt}");
+    let by_force = mass_rms(world, || felt(Coupled));
+    assert!(by_force < 0.02, "{by_force}");
 }
 
 /// I5. A slope that stays is one number again, but a large one: μ and b count for less.
@@ -114,14 +119,14 @@ fn a_steady_slope_tells_the_mass_only_where_the_resistance_is_known() {
     let world = world(steep, steady);
     for bias_mps2 in [-0.03, 0.05] {
         let biased = World { bias_mps2, ..world };
-        let felt = G * (steep(0.0).sin() + MU * steep(0.0).cos());
-        let law = felt / (felt + bias_mps2) - 1.0;
-        let error = mass_error(&biased, &[R_G]);
+        let level_force = G * (steep(0.0).sin() + MU * steep(0.0).cos());
+        let law = level_force / (level_force + bias_mps2) - 1.0;
+        let error = mass_error(&biased, Regression::new(KnownResistance, false, 16_000.0));
         assert!((error - law).abs() < 0.01, "{error} {law}");
     }
     let (known, free) = (
-        mass_rms(world, &[R_G, LIGHT]),
-        mass_rms(world, &[R_H, LIGHT]),
+        mass_rms(world, || felt(KnownResistance)),
+        mass_rms(world, || felt(FreeResistance)),
     );
     assert!(known < 0.01 && free > 5.0 * known, "{known} {free}");
 }
@@ -134,22 +139,17 @@ fn a_torque_gain_is_a_mass_gain() {
         torque_gain: 1.0 + e,
         ..right
     };
-    for settings in [
-        &[R_A, LIGHT][..],
-        &[R_D, LIGHT],
-        &[R_G, LIGHT],
-        &[R_H, LIGHT],
-    ] {
-        let gain = (1.0 + mass_error(&wrong, settings)) / (1.0 + mass_error(&right, settings));
+    for row in [Coupled, Straight, KnownResistance, FreeResistance] {
+        let gain = (1.0 + mass_error(&wrong, felt(row))) / (1.0 + mass_error(&right, felt(row)));
         // J v̇ and the prior have no part in the gain.
-        assert!((gain - 1.0 - e).abs() < 0.1 * e, "{settings:?}: {gain}");
+        assert!((gain - 1.0 - e).abs() < 0.1 * e, "{row:?}: {gain}");
     }
     let inertial = |world: &World| {
-        let mut estimator = registry::build("dffrls_ukf_robust", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_aukf_robust", &vehicle(2), []).unwrap();
         grade_errors(world, &mut estimator)
     };
     assert_eq!(inertial(&right), inertial(&wrong));
-    let dynamic = |world: &World| grade_errors(world, &mut regression(&[R_G, LIGHT])).1;
+    let dynamic = |world: &World| grade_errors(world, &mut felt(KnownResistance)).1;
     let (right, wrong) = (dynamic(&right), dynamic(&wrong));
     assert!((right - wrong).abs() < 0.02, "{right}° {wrong}°");
 }
@@ -166,14 +166,14 @@ fn what_is_left_free_does_not_matter_and_what_is_taken_for_known_does() {
         bias_mps2: 0.049,
         ..right
     };
-    let free = mass_error(&right, &[R_H, LIGHT]);
-    let known = mass_rms(right, &[R_G, LIGHT]);
+    let free = mass_error(&right, felt(FreeResistance));
+    let known = mass_rms(right, || felt(KnownResistance));
     for (name, wrong) in [("mu", more), ("bias", biased)] {
-        let moved = mass_error(&wrong, &[R_H, LIGHT]) - free;
+        let moved = mass_error(&wrong, felt(FreeResistance)) - free;
         assert!(moved.abs() < 0.003, "{name}: {moved}");
-        let paid = mass_rms(wrong, &[R_G, LIGHT]);
+        let paid = mass_rms(wrong, || felt(KnownResistance));
         assert!(paid > 2.0 * known, "{name}: {known} {paid}");
-        let slope = |world: &World| grade_errors(world, &mut regression(&[R_G, LIGHT])).0.abs();
+        let slope = |world: &World| grade_errors(world, &mut felt(KnownResistance)).0.abs();
         let (before, after) = (slope(&right), slope(&wrong));
         assert!(after > before + 0.05, "{name}: {before}° {after}°");
     }
@@ -183,10 +183,10 @@ fn what_is_left_free_does_not_matter_and_what_is_taken_for_known_does() {
 #[test]
 fn a_first_mass_far_off_is_forgotten() {
     let world = world(hills, steps);
-    for regressor in [R_A, R_D, R_G, R_H] {
-        let from = |kg: Real| mass_error(&world, &[regressor, ("mass0_kg", kg.into())]);
+    for row in [Coupled, Straight, KnownResistance, FreeResistance] {
+        let from = |kg: Real| mass_error(&world, Regression::new(row, false, kg));
         let (low, right) = (from(0.4 * MASS_KG), from(MASS_KG));
-        assert!((low - right).abs() < 0.01, "{regressor:?}: {low} {right}");
+        assert!((low - right).abs() < 0.01, "{row:?}: {low} {right}");
     }
 }
 
@@ -200,11 +200,10 @@ fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
             mu,
             ..world(hills, speed)
         };
-        let mut estimator = regression(&[R_H, LIGHT]);
+        let mut estimator = felt(FreeResistance);
         world.run(&mut estimator);
-        let mut internals = [0.0; 6];
-        estimator.internal_values(&mut internals);
-        internals[4] / internals[2]
+        let [mass, free] = estimator.found();
+        free / mass
     };
     let (forward, back) = (free_term(steps), free_term(|t| -steps(t)));
     let cosine = 0.9975; // mean over the hills
@@ -225,7 +224,7 @@ fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
             seconds,
             ..world(hills, steps)
         };
-        let mut estimator = registry::build("dffrls_ukf_robust", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_aukf_robust", &vehicle(2), []).unwrap();
         let offset = grade_errors(&world, &mut estimator).0;
         let law = (bias_mps2 / G).to_degrees();
         assert!(
@@ -241,11 +240,12 @@ fn a_joint_filter_on_wheel_speed_alone_is_poor() {
     let world = world(ramp, steady);
     let mut square = 0.0;
     for seed in 1..=SEEDS {
-        let mut joint = registry::build("joint_ekf_robust", &vehicle(2), [LIGHT]).unwrap();
+        let mut joint =
+            registry::build("joint_ekf", &vehicle(2), [("mass0_kg", LIGHT_KG.into())]).unwrap();
         let (last, _) = *World { seed, ..world }.run(&mut joint).last().unwrap();
         square += (last.total_mass_kg.value / MASS_KG - 1.0).powi(2) / SEEDS as Real;
     }
-    let (joint, free) = (square.sqrt(), mass_rms(world, &[R_H, LIGHT]));
+    let (joint, free) = (square.sqrt(), mass_rms(world, || felt(FreeResistance)));
     println!("joint {joint:.3}, R-H {free:.4}");
     assert!(joint > 0.1 && joint > 5.0 * free, "{joint} {free}");
 }
@@ -255,13 +255,10 @@ fn a_joint_filter_on_wheel_speed_alone_is_poor() {
 #[test]
 fn mass_and_slope_from_one_force_balance_chase_each_other() {
     let world = world(ramp, steady);
-    let ends = |source: (&'static str, Setting<'static>)| {
-        [10_000.0, 22_000.0].map(|kg| mass_error(&world, &[R_D, source, ("mass0_kg", kg.into())]))
+    let ends = |wheels| {
+        [10_000.0, 22_000.0].map(|kg| mass_error(&world, Regression::new(Straight, wheels, kg)))
     };
-    let ([low, high], [felt_low, felt_high]) = (
-        ends(WHEELS),
-        ends(("acceleration", Setting::Choice("specific_force"))),
-    );
+    let ([low, high], [felt_low, felt_high]) = (ends(true), ends(false));
     println!(
         "by its own slope {low:.3} {high:.3}, by the accelerometer {felt_low:.4} {felt_high:.4}"
     );
@@ -275,72 +272,17 @@ fn mass_and_slope_from_one_force_balance_chase_each_other() {
 /// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the accelerometer is asked.
 #[test]
 fn differences_need_a_slope_that_stays_or_an_accelerometer() {
-    let differenced = |world: World, source| {
-        mass_rms(world, &[R_C, source, LIGHT, ("regression_hz", 2.0.into())])
-    };
-    let (wheels, felt) = (WHEELS, ("acceleration", Setting::Choice("specific_force")));
+    let differenced =
+        |world: World, wheels| mass_rms(world, || Regression::new(Differenced, wheels, LIGHT_KG));
     let jerky = world(level, steps);
     let unlike = World {
         mu: 1.5 * MU,
         bias_mps2: 0.05,
         ..jerky
     };
-    let (right, wrong) = (differenced(jerky, wheels), differenced(unlike, wheels));
+    let (right, wrong) = (differenced(jerky, true), differenced(unlike, true));
     assert!(right < 0.1 && wrong < 0.1, "{right} {wrong}");
     let hilly = world(hills, steady);
-    let (wheels, felt) = (differenced(hilly, wheels), differenced(hilly, felt));
+    let (wheels, felt) = (differenced(hilly, true), differenced(hilly, false));
     assert!(felt < 0.1 && wheels > 3.0 * felt, "{wheels} {felt}");
-}
-
-/// Every choice of regression, forgetting and acceleration bears nonsense: finite, within the mass range, variances not negative.
-#[test]
-fn every_choice_bears_nonsense() {
-    let [low, high] = vehicle(2).mass_range_kg;
-    let words = |name: &str| match registry::keys("regression_bench")
-        .unwrap()
-        .find(|k| k.name == name)
-        .unwrap()
-        .kind
-    {
-        Kind::Choice { choices, .. } => choices.iter().map(|&word| Setting::Choice(word)),
-        _ => panic!("{name} is a choice"),
-    };
-    for regressor in words("regressor") {
-        for policy in words("policy") {
-            for acceleration in words("acceleration") {
-                let choice = [
-                    ("regressor", regressor),
-                    ("policy", policy),
-                    ("acceleration", acceleration),
-                ];
-                let mut estimator = regression(&choice);
-                let mut random = Random::new(5);
-                for k in 1..=4000 {
-                    let t_s = Real::from(k) * DT;
-                    let mut any = |size: Real| Sample {
-                        t: Time::from_s(t_s),
-                        value: size * random.normal() * if k % 7 == 0 { 30.0 } else { 1.0 },
-                    };
-                    let mut z = Measurements {
-                        t: Time::from_s(t_s),
-                        ..Measurements::default()
-                    };
-                    let speed = any(1.0);
-                    z.motor_torque_nm[..2].fill(Some(any(300.0)));
-                    z.wheel_speed_mps[..2].fill(Some(speed));
-                    z.specific_force_mps2 = (k % 11 > 2).then(|| Sample {
-                        t: Time::from_s(t_s),
-                        value: [any(5.0).value, any(5.0).value, -G],
-                    });
-                    let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
-                    let mass = estimate.total_mass_kg;
-                    assert!(
-                        mass.value >= low * (1.0 - 1e-12) && mass.value <= high * (1.0 + 1e-12),
-                        "{choice:?}: {mass:?}"
-                    );
-                    assert!(mass.sd >= 0.0 && estimate.grade_rad.sd >= 0.0);
-                }
-            }
-        }
-    }
 }

@@ -180,59 +180,19 @@ fn traction_row(e: &Estimate) -> Vec<f64> {
 
 #[test]
 fn liu_2023() {
-    let mass0 = [("mass0_kg", 15e3)];
-    let two_stages = [
+    let settings = [("mass0_kg", 15e3), ("delta", 0.995)];
+    let internals = [
         "running_resistance",
         "wheel_speed_sd_mps",
         "slope_filter_sd_rad",
     ];
-    let mut rows = Vec::new();
-    for (run, name) in ["dffrls_aekf_robust", "rls_ekf_robust"]
-        .into_iter()
-        .enumerate()
-    {
-        let settings = match name {
-            "dffrls_aekf_robust" => &[mass0[0], ("delta", 0.995)][..],
-            _ => &mass0[..],
-        };
-        let named = (name, settings, &two_stages[..]);
-        rows.extend(number(
-            run,
-            drive("pipeline_liu_input.csv", &rail(), named, traction_row),
-        ));
-    }
-    let ffrls_robust = ("ffrls_robust", &mass0[..], &["chi1", "chi2"][..]);
-    let sine_variance = |e: &Estimate| {
-        let mut row = traction_row(e);
-        row.push(e.effective_grade_rad.sd);
-        row
-    };
-    let ffrls_robust = drive(
-        "pipeline_liu_input.csv",
-        &rail(),
-        ffrls_robust,
-        sine_variance,
-    );
-    rows.extend(number(2, ffrls_robust));
-    let joint = (
-        "joint_ekf_robust",
-        &mass0[..],
-        &["inverse_mass_sd", "slope_mass_correlation"][..],
-    );
-    let joint = drive("pipeline_liu_input.csv", &rail(), joint, sine_variance);
-    rows.extend(number(3, joint));
+    let named = ("dffrls_aekf_robust", &settings[..], &internals[..]);
+    let rows = drive("pipeline_liu_input.csv", &rail(), named, traction_row);
     assert_agrees("pipeline_liu", &rows);
 }
 
 #[test]
 fn curvature_and_inclination() {
-    let names = [
-        "dffrls_aukf_robust",
-        "dffrls_ukf_robust",
-        "dffrls_aekf_inclination_robust",
-        "ffrls_aukf_robust",
-        "rls_mff_aukf_robust",
-    ];
     let internals = [
         "curvature_per_m",
         "lambda",
@@ -240,19 +200,8 @@ fn curvature_and_inclination() {
         "slope_filter_sd_rad",
     ];
     let row = |e: &Estimate| vec![e.grade_rad.value, e.speed_mps.value, e.innovation, e.nis];
-    let run = |name| {
-        drive(
-            "pipeline_inertial_input.csv",
-            &rail(),
-            (name, &[], &internals),
-            row,
-        )
-    };
-    let rows: Vec<_> = names
-        .into_iter()
-        .enumerate()
-        .flat_map(|(k, name)| number(k, run(name)))
-        .collect();
+    let named = ("dffrls_aukf_robust", &[][..], &internals[..]);
+    let rows = drive("pipeline_inertial_input.csv", &rail(), named, row);
     assert_agrees("pipeline_inertial", &rows);
 }
 
@@ -264,9 +213,9 @@ fn guo_2024() {
         ("accel_sd_mps2", 0.02),
         ("wheel_speed_sd_mps", 0.01),
         ("slope_gate_mps2", 0.2),
+        ("alarm", 1.2),
     ];
-    let strong = [("alarm", 1.2)];
-    let both = [
+    let internals = [
         "dynamic_fading",
         "bend_force_n",
         "dynamic_model_probability",
@@ -283,46 +232,8 @@ fn guo_2024() {
             e.nis,
         ]
     };
-    let mut rows = Vec::new();
-    for (run, name) in [
-        "imm_stf_robust",
-        "imm_stf_fixed_robust",
-        "imm_stf_no_lateral_robust",
-        "imm_ekf_robust",
-        "imm_ekf_fixed_robust",
-        "kinematic_stf_robust",
-        "dynamic_stf_robust",
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let tracks: &[_] = if name.contains("stf") { &strong } else { &[] };
-        // Alone at the default it would multiply rounding errors by a billion: see the oracle.
-        let calm: &[_] = if name == "dynamic_stf_robust" {
-            &[("force_sd_mps2", 1.0)]
-        } else {
-            &[]
-        };
-        let settings = [&settings[..], tracks, calm].concat();
-        let alone = run >= 5;
-        let internals = if alone {
-            &["fading", "bend_force_n"][..]
-        } else {
-            &both[..]
-        };
-        let rows_of_run = drive(
-            "pipeline_guo_input.csv",
-            &road(),
-            (name, &settings, internals),
-            row,
-        );
-        rows.extend(number(run, rows_of_run).map(|mut row| {
-            if alone {
-                row.push(0.0);
-            }
-            row
-        }));
-    }
+    let named = ("imm_stf_robust", &settings[..], &internals[..]);
+    let rows = drive("pipeline_guo_input.csv", &road(), named, row);
     assert_agrees("pipeline_guo", &rows);
 }
 

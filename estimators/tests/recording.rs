@@ -10,13 +10,11 @@ use monorig_estimators::registry::build;
 use monorig_estimators::{Estimate, Estimator, Time};
 
 /// What goes by accelerometer, gyro and wheels: the recording has no torque in N·m.
-const NAMES: [&str; 6] = [
+const NAMES: [&str; 4] = [
     "ekf_v_theta_biases",
     "complementary_filter",
     "dffrls_aukf_robust",
-    "dffrls_aekf_inclination_robust",
-    "imm_ekf_robust",
-    "kinematic_stf_robust",
+    "imm_stf_robust",
 ];
 
 /// The robot as a vehicle of two drives, with an accelerometer that nobody calibrated.

@@ -224,7 +224,7 @@ fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
     let before = estimator;
     for (other, why) in [
         (
-            built("rls_ekf_robust", 2, &[]),
+            built("mmrls_sh_stf_robust", 2, &[]),
             SnapshotError::OtherEstimator,
         ),
         (

@@ -1,11 +1,9 @@
-"""`imm_stf_robust` and its variants (Guo et al. 2024) on one recorded drive of a road vehicle with bends.
+"""`imm_stf_robust` (Guo et al. 2024) on one recorded drive of a road vehicle with bends.
 
 Mass: Δ(F + gained − J v̇) = M Δ(v̇ + taken), differences of samples 1/4 s apart, behind two gates.
 Slope: x = [v, a, i], z = [f + drift, v] = [a + g i, v];
     kinematic  a, i walk at random;  dynamic  a = ((F − bend)/M − s μ g c − g i)/(1 + J/M), c from the combined i
-each with strong tracking of i or none, interacting with transitions that vary (recursion as printed) or do not, or alone.
-The dynamic model alone is told force_sd_mps2 1: at 0.03, with the alarm as low as here, it fades in three steps of four, and a change of
-1e-15 in the accelerometer then grows to 1e-6 within this oracle itself. No comparison could tell an error from that.
+each with strong tracking of i, interacting with transitions that vary (recursion as printed).
 """
 
 import math
@@ -30,14 +28,13 @@ def record(rng):
 
 
 class Mass:
-    def __init__(self, lateral):
+    def __init__(self):
         self.rls = LeastSquares([1.0], [0.4], lambda k, size: 0.999)
-        self.samples, self.bend, self.lateral = Samples(2.0, 4.0, 0.5), Bend(Road, 2.0), lateral
+        self.samples, self.bend = Samples(2.0, 4.0, 0.5), Bend(Road, 2.0)
         self.last, self.used = None, 0
 
     def step(self, z):
-        if self.lateral:
-            self.bend.step(z, self.found())
+        self.bend.step(z, self.found())
         s = self.samples
         if s.step(z) is not None:
             gained, taken, drift, _, _ = self.bend.filtered()
@@ -66,15 +63,13 @@ def mixture(weights, beliefs):
 
 
 class Models:
-    def __init__(self, models, varying, strong, force_sd):
-        n = len(models)
+    def __init__(self):
         start = (np.zeros(3), np.diag([SPEED_SD, 0.5, math.radians(5.0)]) ** 2)
-        self.models, self.varying, self.beliefs = models, varying, [start] * n
-        self.mu = np.full(n, 1.0 / n)
-        self.pi = np.array([[STAY, 1 - STAY], [1 - STAY, STAY]]) if n == 2 else np.ones((1, 1))
-        self.tracking = [Tracking(0.95, 2.0, 50.0, ALARM) if strong else None for _ in models]
-        self.force_sd = force_sd
-        self.fading, self.started, self.since, self.last = [1.0] * n, False, 0.0, (0.0, 0.0)
+        self.models, self.beliefs = [KINEMATIC, DYNAMIC], [start] * 2
+        self.mu = np.full(2, 0.5)
+        self.pi = np.array([[STAY, 1 - STAY], [1 - STAY, STAY]])
+        self.tracking = [Tracking(0.95, 2.0, 50.0, ALARM) for _ in self.models]
+        self.fading, self.started, self.since, self.last = [1.0] * 2, False, 0.0, (0.0, 0.0)
 
     def linear(self, model, z, mass, bend, dt):
         M, sd = mass
@@ -85,7 +80,7 @@ class Models:
         i = min(max(mixture(self.mu, self.beliefs)[0][2], -STEEPEST), STEEPEST)
         per_mass = (z.net - bend.force(M)) / M
         u = (per_mass - z.sign * Road.mu * GRAVITY * math.sqrt(1.0 - i * i)) / inertia
-        q = (self.force_sd**2 + (per_mass * min(sd / M, 1.0)) ** 2) / inertia**2
+        q = (FORCE_SD**2 + (per_mass * min(sd / M, 1.0)) ** 2) / inertia**2
         A = np.array([[1.0, dt, 0.0], [0.0, 0.0, -GRAVITY / inertia], [0.0, 0.0, 1.0]])
         return A, np.array([0.0, u, 0.0]), np.diag([Q_V * dt, q, Q_I * dt])
 
@@ -105,9 +100,8 @@ class Models:
         for j, ((A, u, Q), (x, P)) in enumerate(zip(linear, mixed)):
             x = A @ x + u
             y = seen - H @ x
-            if self.tracking[j]:
-                self.fading[j] = self.tracking[j].step(y, H @ A @ P @ A.T @ H.T, H @ Q @ H.T, R)
-                P = P + np.diag([0.0, 0.0, (self.fading[j] - 1.0) * P[2, 2]])
+            self.fading[j] = self.tracking[j].step(y, H @ A @ P @ A.T @ H.T, H @ Q @ H.T, R)
+            P = P + np.diag([0.0, 0.0, (self.fading[j] - 1.0) * P[2, 2]])
             P = A @ P @ A.T + Q
             shrink = np.sqrt(np.minimum(1.0, np.array([100.0, 100.0, STEEPEST**2]) / np.diag(P)))
             P = shrink[:, None] * P * shrink[None, :]
@@ -125,13 +119,12 @@ class Models:
         mu = c * np.exp(np.array(logs) - max(logs))
         mu = np.maximum(mu / mu.sum(), 1e-4)
         self.mu = mu / mu.sum()
-        if self.varying:
-            self.pi = self.pi * np.exp(self.mu - before)
-            self.pi /= self.pi.sum(axis=1, keepdims=True)
+        self.pi = self.pi * np.exp(self.mu - before)
+        self.pi /= self.pi.sum(axis=1, keepdims=True)
 
 
-def run(zs, models, varying, strong, lateral, force_sd=FORCE_SD):
-    mass, slope, fading = Mass(lateral), Models(models, varying, strong, force_sd), 0
+def run(zs):
+    mass, slope, fading = Mass(), Models(), 0
     for z in zs:
         mass.step(z)
         slope.step(z, mass.value(), mass.bend)
@@ -139,22 +132,10 @@ def run(zs, models, varying, strong, lateral, force_sd=FORCE_SD):
         sd = math.hypot(math.sqrt(P[2, 2]), 0.01 / GRAVITY) / math.sqrt(1.0 - x[2] ** 2)
         fading += max(slope.fading) > 1.0
         bend = mass.bend.force(mass.value()[0])
-        probability = slope.mu[-1] if len(models) == 2 else 0.0
-        yield [*mass.value(), math.asin(x[2]), sd, x[0], *slope.last, slope.fading[-1], bend, probability]
-    assert mass.used > 30 and (fading > 0) == strong, f"{mass.used} differences, {fading} steps of fading"
+        yield [*mass.value(), math.asin(x[2]), sd, x[0], *slope.last, slope.fading[-1], bend, slope.mu[-1]]
+    assert mass.used > 30 and fading > 0, f"{mass.used} differences, {fading} steps of fading"
 
 
 def oracle(table):
-    zs = readings(table, Road)
-    both = [KINEMATIC, DYNAMIC]
-    runs = [
-        run(zs, both, True, True, True),
-        run(zs, both, False, True, True),
-        run(zs, both, True, True, False),
-        run(zs, both, True, False, True),
-        run(zs, both, False, False, True),
-        run(zs, [KINEMATIC], False, True, True),
-        run(zs, [DYNAMIC], False, True, True, force_sd=1.0),
-    ]
-    header = ["pipeline", "mass", "mass_sd", "grade", "grade_sd", "speed", "innovation", "nis", "fading", "bend", "dynamic_probability"]
-    return header, [[number, *row] for number, run in enumerate(runs) for row in list(run)[3::4]]
+    header = ["mass", "mass_sd", "grade", "grade_sd", "speed", "innovation", "nis", "fading", "bend", "dynamic_probability"]
+    return header, list(run(readings(table, Road)))[3::4]

@@ -1,13 +1,13 @@
-"""`dffrls_aukf_robust`, `dffrls_ukf_robust`, `dffrls_aekf_inclination_robust`, `ffrls_aukf_robust`, `rls_mff_aukf_robust` (DFFRLS-AUKF method) on one recorded drive.
+"""`dffrls_aukf_robust` (DFFRLS-AUKF method) on one recorded drive.
 
-Curvature: d(f − v̇)/dt = (g v cos θ) ρ [+ c], both sides adaptively smoothed, then twice through the low-pass.
-Slope: x = [v, θ], v⁻ = v + dt (f − g sin θ), θ⁻ = θ + dt ρ v, z = v; sums over sigma points (`ukf.py`), or the Jacobian.
+Curvature: d(f − v̇)/dt = (g v cos θ) ρ, both sides adaptively smoothed, then twice through the low-pass.
+Slope: x = [v, θ], v⁻ = v + dt (f − g sin θ), θ⁻ = θ + dt ρ v, z = v; sums over sigma points (`ukf.py`).
 """
 
 import math
 
 import numpy as np
-from common import GRAVITY, jacobian
+from common import GRAVITY
 from pipeline_parts import DT, LeastSquares, LowPass, Rail, SageHusa, dynamic, readings, record_rail
 
 ALPHA, BETA, KAPPA = 0.97, 2.0, 1.0
@@ -42,8 +42,7 @@ class Curvature:
         self.since += DT
         if self.since * 10.0 >= 1.0 - 1e-9 and self.running >= 1.0:
             self.since = 0.0
-            h = [GRAVITY * math.cos(theta) * self.again.value, 1.0][: len(self.rls.x)]
-            self.rls.update(self.excess.rate, h, 0.1**2)
+            self.rls.update(self.excess.rate, [GRAVITY * math.cos(theta) * self.again.value], 0.1**2)
 
     def rho(self):
         return min(max(self.rls.x[0], -0.25), 0.25) if self.running >= 1.0 else 0.0
@@ -64,53 +63,32 @@ def through(f, x, P):
     return points - x, images - mean @ images, mean @ images, np.diag(covariance)
 
 
-def slope(zs, rls, unscented, b):
-    curvature = Curvature(rls)
+def slope(zs):
+    curvature = Curvature(LeastSquares([0.0], [0.05], dynamic(0.98, 0.6, 3.0), True))
     x, P = np.zeros(2), np.diag([SD**2, math.radians(5.0) ** 2])
-    noise, started, y, nis = SageHusa(SD**2, b) if b else None, False, 0.0, 0.0
+    noise, started, y, nis = SageHusa(SD**2, 0.998), False, 0.0, 0.0
     inside = lambda theta: min(max(theta, -STEEPEST), STEEPEST)
     for z in zs:
         curvature.step(z, x[1])
         rho = curvature.rho()
         f = lambda x: np.array([x[0] + DT * (z.f - GRAVITY * np.sin(x[1])), x[1] + DT * rho * x[0]])
-        if unscented:
-            _, away, x, W = through(f, x, P)
-            P = away.T @ W @ away + Q
-        else:
-            F = jacobian(f, x)
-            x, P = f(x), F @ P @ F.T + Q
+        _, away, x, W = through(f, x, P)
+        P = away.T @ W @ away + Q
         x[1] = inside(x[1])
         if z.new:
             if not started:
                 x[0], started = z.v, True
-            R = noise.R if noise else SD**2
-            if unscented:
-                points, seen, expected, W = through(lambda x: x[:1], x, P)
-                S, K = seen.T @ W @ seen + R, points.T @ W @ seen
-            else:
-                S, K, expected = P[:1, :1] + R, P[:, :1], x[:1]
-            K = K @ np.linalg.inv(S)
+            points, seen, expected, W = through(lambda x: x[:1], x, P)
+            S = seen.T @ W @ seen + noise.R
+            K = points.T @ W @ seen @ np.linalg.inv(S)
             y = z.v - expected[0]
             nis = y**2 / S[0, 0]
             x, P = x + K[:, 0] * y, P - K @ S @ K.T
             x[1] = inside(x[1])
-            if noise:
-                noise.see(z.v - x[0], P[0, 0])
-        R = noise.R if noise else SD**2
-        yield [x[1], x[0], y, nis, rho, curvature.rls.lam, math.sqrt(R), math.sqrt(P[1, 1])]
+            noise.see(z.v - x[0], P[0, 0])
+        yield [x[1], x[0], y, nis, rho, curvature.rls.lam, math.sqrt(noise.R), math.sqrt(P[1, 1])]
 
 
 def oracle(table):
-    zs = readings(table, Rail)
-    changing = lambda: LeastSquares([0.0], [0.05], dynamic(0.98, 0.6, 3.0), True)
-    constant = LeastSquares([0.0], [0.05], lambda k, size: 0.9)
-    multiple = LeastSquares([0.0, 0.0], [0.05, 0.01], lambda k, size: np.array([0.9, 0.995]))
-    runs = [
-        slope(zs, changing(), True, 0.998),
-        slope(zs, changing(), True, None),
-        slope(zs, changing(), False, 0.998),
-        slope(zs, constant, True, 0.998),
-        slope(zs, multiple, True, 0.998),
-    ]
-    header = ["pipeline", "grade", "speed", "innovation", "nis", "curvature", "lambda", "wheel_speed_sd", "slope_filter_sd"]
-    return header, [[number, *row] for number, run in enumerate(runs) for row in list(run)[3::4]]
+    header = ["grade", "speed", "innovation", "nis", "curvature", "lambda", "wheel_speed_sd", "slope_filter_sd"]
+    return header, list(slope(readings(table, Rail)))[3::4]

@@ -25,7 +25,7 @@ use std::path::PathBuf;
 const COMPARE_EXAMPLES: &str = "\
 Examples:
   monorig compare scenarios/liu2023_section1.yaml \\
-      --estimators dffrls_aekf_robust,rls_ekf_robust,joint_ekf_robust \\
+      --estimators dffrls_aekf_robust,rls_ekf,joint_ekf \\
       --seeds 1..50
   monorig compare scenarios/liu2023_section1.yaml \\
       --estimators dffrls_aekf_robust,tuned=dffrls_aekf_robust \\

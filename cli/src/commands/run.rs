@@ -24,7 +24,7 @@ const RUN_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
   monorig run scenarios/minimal.yaml --seed 7 --set 'drive.speed[2].mps=0.5' \\
-      --set 'estimators.joint_ekf_robust={}'
+      --set 'estimators.rls_ekf={}'
   monorig run scenarios/minimal.yaml scenarios/adhesion_loss.yaml --seed 1..2
       several scenarios, several seeds
   monorig run scenarios/minimal.yaml --live --pace 20

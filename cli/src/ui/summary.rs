@@ -116,11 +116,11 @@ mod tests {
             simulated_s: 60.0,
             steps: 30000,
             after_s: 5.0,
-            estimators: BTreeMap::from([("joint_ekf_robust".to_owned(), values)]),
+            estimators: BTreeMap::from([("mmrls_sh_stf_robust".to_owned(), values)]),
             run: BTreeMap::new(),
             refusals: Vec::new(),
             expectations: vec![ExpectationVerdict {
-                estimator: Some("joint_ekf_robust".into()),
+                estimator: Some("mmrls_sh_stf_robust".into()),
                 metric: "slope_rmse_deg".into(),
                 window: String::new(),
                 after_s: None,
@@ -143,7 +143,7 @@ mod tests {
         let text = text(&summary(true, Some(0.5)), 0.12);
         let lines: Vec<&str> = text.lines().filter(|l| !l.is_empty()).collect();
         assert_eq!(lines.len(), 10, "{text}");
-        assert_eq!(lines[2].trim(), "joint_ekf_robust");
+        assert_eq!(lines[2].trim(), "mmrls_sh_stf_robust");
         let words = |i: usize| lines[i].split_whitespace().collect::<Vec<_>>();
         assert_eq!(
             words(3),
@@ -158,8 +158,8 @@ mod tests {
     #[test]
     fn tables_fit_80_columns() {
         let mut long = summary(true, Some(0.5));
-        let name = "dffrls_aekf_inclination_robust".to_owned();
-        let values = long.estimators.remove("joint_ekf_robust").unwrap();
+        let name = "dffrls_aekf_inclination".to_owned();
+        let values = long.estimators.remove("mmrls_sh_stf_robust").unwrap();
         long.estimators.insert(name.clone(), values);
         long.expectations[0].estimator = Some(name);
         long.expectations[0].window = " from where the front leaves second_sag to the end".into();

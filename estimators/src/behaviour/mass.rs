@@ -217,7 +217,8 @@ fn a_load_set_down_is_noticed_by_the_patent_too() {
 #[test]
 fn a_reversal_tells_running_resistance_and_accelerometer_bias_apart() {
     for (seed, mu, accel_bias) in [(1, 0.026, 0.02), (2, 0.014, -0.02), (3, 0.026, -0.02)] {
-        let mut estimator = build("rls_ekf_robust", &vehicle(), []).unwrap();
+        let mut estimator =
+            build("dffrls_aekf_robust", &vehicle(), [("delta", 1.0.into())]).unwrap();
         let world = World {
             mu,
             accel_bias,
@@ -289,9 +290,6 @@ fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];
     for (name, range_kg) in [
         ("dffrls_aekf_robust", near),
-        ("rls_ekf_robust", near),
-        ("ffrls_robust", near),
-        ("joint_ekf_robust", [14_500.0, 16_900.0]),
         ("imm_stf_robust", near),
         ("mmrls_sh_stf_robust", [14_900.0, 15_100.0]),
     ] {

@@ -146,7 +146,7 @@ fn grade_of_the_force_balance_by_noise_by_mass_and_by_resistance() {
     // Samples come after ten seconds only; no strong tracking.
     let two_models = [("settle_s", Setting::Number(10.0)), ("alarm", 1e6.into())];
     for (name, fixed) in [
-        ("rls_ekf_robust", &regression),
+        ("dffrls_aekf_robust", &regression),
         ("mmrls_sh_stf_robust", &two_models),
     ] {
         for (term, mass_sd, mu_sd) in [
@@ -198,133 +198,11 @@ fn inertial(name: &str, accel_bias_sd: Real, seed: u64) -> (Value, Real) {
 
 #[test]
 fn grade_of_the_inertial_filter_by_noise_and_by_bias() {
-    for name in ["dffrls_ukf_robust", "dffrls_aekf_inclination_robust"] {
-        for (term, bias_sd) in [("noise", 0.0), ("bias", 0.3)] {
-            assert_consistent(&std::format!("{name}, {term}"), |seed| {
-                inertial(name, bias_sd, seed)
-            });
-        }
-    }
-}
-
-/// Acceleration and sin θ random walks, the accelerometer with noise and a bias: the kinematic model.
-fn kinematic(accel_bias_sd: Real, seed: u64) -> (Value, Real) {
-    let mut random = Random::new(seed);
-    let (q_v, q_a, q_i, accel_sd, wheel_speed_sd): (Real, Real, Real, Real, Real) =
-        (1e-6, 1e-3, 1e-5, 0.02, 0.005);
-    let grade0_deg: Real = 30.0;
-    let settings = [
-        ("noise", Setting::Choice("told")),
-        ("q_v", Setting::Number(q_v)),
-        ("q_a", q_a.into()),
-        ("q_i", q_i.into()),
-        ("accel_sd_mps2", accel_sd.into()),
-        ("wheel_speed_sd_mps", wheel_speed_sd.into()),
-        ("accel_bias_sd_mps2", accel_bias_sd.into()),
-        ("grade0_deg", grade0_deg.into()),
-        ("fading_max", 1.0.into()),
-    ];
-    let mut estimator = build("kinematic_stf_robust", &single(), settings).unwrap();
-    let bias = accel_bias_sd * random.normal();
-    let sine = |deg: Real| deg.to_radians().sin();
-    let (mut v, mut a, mut i) = (0.8, 0.0, sine(grade0_deg + 3.0 * random.normal()));
-    let mut last = Value::default();
-    for k in 1..=600 {
-        v += STEP_S * a + (q_v * STEP_S).sqrt() * random.normal();
-        a += (q_a * STEP_S).sqrt() * random.normal();
-        i += (q_i * STEP_S).sqrt() * random.normal();
-        let read = Instruments {
-            torque_nm: 0.0,
-            speed_mps: v + wheel_speed_sd * random.normal(),
-            specific_force_mps2: a + GRAVITY * i + bias + accel_sd * random.normal(),
-        };
-        last = step(&mut estimator, k, &read).grade_rad;
-    }
-    (last, i.asin())
-}
-
-#[test]
-fn grade_of_the_kinematic_model_by_noise_and_by_bias() {
     for (term, bias_sd) in [("noise", 0.0), ("bias", 0.3)] {
-        assert_consistent(&std::format!("kinematic, {term}"), |seed| {
-            kinematic(bias_sd, seed)
+        assert_consistent(&std::format!("inertial, {term}"), |seed| {
+            inertial("dffrls_aukf_robust", bias_sd, seed)
         });
     }
-}
-
-#[test]
-fn grade_of_the_joint_filter_by_noise_and_by_mass() {
-    for (term, mass_sd) in [("noise", 0.001), ("mass", 0.06)] {
-        assert_consistent(&std::format!("joint_ekf_robust, {term}"), |seed| {
-            let mut random = Random::new(seed);
-            let (mass0_kg, grade0_deg, q_v, q_theta, wheel_speed_sd) =
-                (12_000.0, 25.0, 1e-4, 2e-5, 0.005);
-            let settings = [
-                ("noise", Setting::Choice("told")),
-                ("mass0_kg", Setting::Number(mass0_kg)),
-                ("mass_sd", mass_sd.into()),
-                ("q_v", q_v.into()),
-                ("q_theta", q_theta.into()),
-                ("wheel_speed_sd_mps", wheel_speed_sd.into()),
-                ("grade0_deg", grade0_deg.into()),
-            ];
-            let mut estimator = build("joint_ekf_robust", &single(), settings).unwrap();
-            let world = Traction {
-                mass_kg: mass0_kg * (1.0 + mass_sd * random.normal()),
-                mu: single().running_resistance,
-                theta: (grade0_deg + 3.0 * random.normal()).to_radians(),
-                q_v,
-                q_theta,
-                wheel_speed_sd,
-            };
-            world.run(&mut estimator, &mut random, 9)
-        });
-    }
-}
-
-/// A force that the balance leaves out, drawn anew for each sample of the regression and constant between two: independent residuals.
-fn coupled(seed: u64) -> (Value, Real) {
-    let mut random = Random::new(seed);
-    let vehicle = single();
-    let (mass0_kg, mass_sd, residual_sd): (Real, Real, Real) = (12_000.0, 0.06, 0.02);
-    let settings = [
-        ("noise", Setting::Choice("told")),
-        ("mass0_kg", Setting::Number(mass0_kg)),
-        ("mass_sd", mass_sd.into()),
-        ("sine_sd", 0.5.into()),
-        ("lambda0", 1.0.into()),
-        ("residual_sd_mps2", residual_sd.into()),
-        ("cutoff_hz", 20.0.into()),
-        ("regression_hz", 2.0.into()),
-        ("settle_s", 0.0.into()),
-    ];
-    let mut estimator = build("ffrls_robust", &vehicle, settings).unwrap();
-    let mass_kg = mass0_kg / (1.0 + mass_sd * random.normal());
-    let theta = (28.0 + random.normal()).to_radians();
-    let resisted = mass_kg * GRAVITY * (theta.sin() + vehicle.running_resistance * theta.cos());
-    let (mut v, mut left_out, mut push) = (3.0, 0.0, 0.0);
-    let mut last = Value::default();
-    for k in 1..=6000 {
-        if k % 50 == 1 {
-            left_out = residual_sd * random.normal();
-            push = 0.3 * (3.0 - v) + 0.3 * random.normal();
-        }
-        let force = resisted + mass_kg * push;
-        let a = (force - resisted + mass_kg * left_out) / (mass_kg + vehicle.rotating_mass_kg);
-        v += STEP_S * a;
-        let read = Instruments {
-            torque_nm: force * vehicle.wheel_radius_m / vehicle.gear_ratio,
-            speed_mps: v,
-            specific_force_mps2: a + GRAVITY * theta.sin(),
-        };
-        last = step(&mut estimator, k, &read).effective_grade_rad;
-    }
-    (last, theta)
-}
-
-#[test]
-fn grade_of_the_coupled_regression() {
-    assert_consistent("ffrls_robust", coupled);
 }
 
 /// Nothing but the bias of the accelerometer is wrong.

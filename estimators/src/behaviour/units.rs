@@ -64,9 +64,7 @@ fn marks(name: &str, settings: &[(&str, Setting)], fault: Fault) -> usize {
 
 fn supervised() -> impl Iterator<Item = &'static str> {
     let made_for_use = |name: &&str| {
-        kind(name) == Some(Kind::Supervised)
-            && *name != "resistance_dffrls_robust" // its mass is given
-            && *name != "regression_bench"
+        kind(name) == Some(Kind::Supervised) && *name != "resistance_dffrls_robust" // its mass is given
     };
     NAMES.iter().copied().filter(made_for_use)
 }
@@ -74,9 +72,7 @@ fn supervised() -> impl Iterator<Item = &'static str> {
 #[test]
 fn wrong_wheels_and_accelerometers_end_validity_in_every_supervised_estimator() {
     for name in supervised() {
-        let uses_accelerometer = !["ffrls_robust", "joint_ekf_robust"].contains(&name);
-        let of_accelerometer = ACCELEROMETER.into_iter().filter(|_| uses_accelerometer);
-        for (what, fault) in WHEELS.into_iter().chain(of_accelerometer) {
+        for (what, fault) in WHEELS.into_iter().chain(ACCELEROMETER) {
             let count = marks(name, &[], fault);
             assert_eq!(count, 0, "{name}, {what}");
         }
@@ -101,7 +97,6 @@ fn a_wrong_gyro_ends_validity_where_it_is_used() {
 fn right_units_keep_their_validity() {
     for name in supervised() {
         let count = marks(name, &[], |_| ());
-        let learns_late = ["ffrls_robust", "joint_ekf_robust"].contains(&name);
-        assert!(count > 2_000 || learns_late, "{name}: {count}");
+        assert!(count > 2_000, "{name}: {count}");
     }
 }

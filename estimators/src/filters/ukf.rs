@@ -11,6 +11,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
+use crate::api::params::params;
 use crate::api::real::sqrt;
 use crate::api::snapshot::{Archive, State};
 use crate::filters::gaussian::{Correction, Gaussian, cholesky};
@@ -25,6 +26,26 @@ pub struct Spread {
     pub beta: Real,
     /// Second distance; often 3 − n.
     pub kappa: Real,
+}
+
+params! {
+    /// Sigma points of an unscented slope filter.
+    SigmaParams {
+        alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread α of the sigma points.";
+        beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant β of the sigma points; 2 for a Gaussian.";
+        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread κ of the sigma points; 3 − n = 1.";
+    }
+}
+
+impl SigmaParams {
+    /// The sigma points of these parameters.
+    pub fn spread(&self) -> Spread {
+        Spread {
+            alpha: self.alpha,
+            beta: self.beta,
+            kappa: self.kappa_ukf,
+        }
+    }
 }
 
 /// The unscented Kalman filter of a model. The Jacobians of the model are not used.

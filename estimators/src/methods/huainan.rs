@@ -29,11 +29,10 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Filter, Model};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
-use crate::filters::ukf::Ukf;
+use crate::filters::ukf::{SigmaParams, Ukf};
 use crate::methods::method::{Answer, Found, Method, Published, Signals};
+use crate::models::slope_force::SlopeForce;
 use crate::runner::copy_into;
-use crate::supervised::curvature_rls::{SlopeForce, first_then};
-use crate::supervised::inertial::SigmaParams;
 
 params! {
     /// Smoothing and regression, eq. 6–13.
@@ -314,4 +313,9 @@ fn build<T, const N: usize>(
         last: None,
     };
     Published::new(vehicle, [p.cutoff_hz, p.rate_hz], method)
+}
+
+/// [`first`, `then`, …].
+fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
+    SVector::from_fn(|i, _| if i == 0 { first } else { then })
 }

@@ -2,14 +2,13 @@
 //!
 //! An accelerometer reads f = v̇ + g sin θ, so d(f − v̇)/dt = g cos θ θ̇, and on a rail θ̇ = ρ v:
 //!
-//! d(f − v̇)/dt = (g v cos θ) ρ + c,  ρ = dθ/ds, 1/m
+//! d(f − v̇)/dt = (g v cos θ) ρ,  ρ = dθ/ds, 1/m
 //!
 //! (The curvature model of the DFFRLS-AUKF method, its eq. 5–6 and 11–13; in print the cosine is missing.) A constant bias of
-//! the accelerometer drops out. The offset c is ours and there in a regression of two parameters only, for multiple forgetting:
-//! drift of the bias, and what unequal filters leave. With ρ alone multiple forgetting is the constant one. Both sides go through the same filters: adaptive smoothing, a matched low-pass that gives v̇, and
-//! a second one that gives the derivative of f − v̇.
+//! the accelerometer drops out. Both sides go through the same filters: adaptive smoothing, a matched low-pass that gives v̇, and a second
+//! one that gives the derivative of f − v̇.
 
-use nalgebra::SVector;
+use nalgebra::vector;
 
 use crate::Real;
 use crate::api::params::params;
@@ -19,8 +18,8 @@ use crate::api::snapshot::state;
 use crate::filters::adaptive_low_pass::AdaptiveSmoother;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
-use crate::filters::low_pass::MatchedFilter;
 use crate::filters::rls::{Outcome, Rls};
+use crate::models::slope_force::SlopeForce;
 use crate::preprocess::front_end::Reading;
 use crate::rail::grade_map::AtPlace;
 
@@ -59,48 +58,14 @@ impl DynamicForgetting {
     }
 }
 
-/// What the slope of the rail does to the accelerometer, and how fast that changes: f − v̇ = g sin θ + bias, and its derivative, with
-/// the speed behind the same filters.
+/// The regression on ρ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlopeForce {
-    force: MatchedFilter,
-    speed: MatchedFilter,
-    /// f − v̇ and v, once more filtered.
-    excess: MatchedFilter,
-    speed_again: MatchedFilter,
-}
-
-impl SlopeForce {
-    /// Low-passes with corner `cutoff_hz`, two after each other.
-    pub fn new(cutoff_hz: Real) -> Self {
-        let filter = MatchedFilter::new(cutoff_hz);
-        Self {
-            force: filter,
-            speed: filter,
-            excess: filter,
-            speed_again: filter,
-        }
-    }
-
-    /// Specific force f, m/s², and wheel speed, m/s, held for `dt` seconds. d(f − v̇)/dt, m/s³, and the speed delayed like it.
-    pub fn step(&mut self, f: Real, v: Real, dt: Real) -> Option<(Real, Real)> {
-        self.force.step(f, dt);
-        self.speed.step(v, dt);
-        let (force, speed) = self.force.value().zip(self.speed.value())?;
-        self.excess.step(force - self.speed.rate(), dt);
-        self.speed_again.step(speed, dt);
-        Some((self.excess.rate(), self.speed_again.value()?))
-    }
-}
-
-/// The regression on `[ρ]` or `[ρ, c]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Curvature<const N: usize> {
+pub struct Curvature {
     params: CurvatureParams,
     standstill_mps: Real,
     smoother: AdaptiveSmoother<2>,
     signals: SlopeForce,
-    rls: Rls<N>,
+    rls: Rls<1>,
     /// Whether both instruments spoke in the last step.
     fresh: bool,
     running_s: Real,
@@ -108,18 +73,11 @@ pub struct Curvature<const N: usize> {
     outcome: Outcome,
 }
 
-impl<const N: usize> Curvature<N> {
-    /// From the vehicle, its parameters, the standard deviation of the offset c (m/s³, of no account with ρ alone) and the way to
-    /// forget.
-    pub fn new(
-        vehicle: &Vehicle,
-        params: CurvatureParams,
-        offset_sd_mps3: Real,
-        policy: Forgetting<N>,
-    ) -> Self {
+impl Curvature {
+    /// From the vehicle, its parameters and the way to forget.
+    pub fn new(vehicle: &Vehicle, params: CurvatureParams, policy: Forgetting<1>) -> Self {
         let calm = params.smoothing_hz;
-        let sd = first_then(params.curvature_sd_per_m, offset_sd_mps3);
-        let prior = Gaussian::independent(SVector::zeros(), sd);
+        let prior = Gaussian::independent(vector![0.0], vector![params.curvature_sd_per_m]);
         Self {
             params,
             standstill_mps: vehicle.standstill_mps(params.standstill_mps),
@@ -165,7 +123,7 @@ impl<const N: usize> Curvature<N> {
             let r = self.params.jerk_sd_mps3 * self.params.jerk_sd_mps3;
             self.outcome = self
                 .rls
-                .update(jerk, &first_then(h, 1.0), r, false)
+                .update(jerk, &vector![h], r, false)
                 .unwrap_or(self.outcome);
             self.rls.clamp_usable();
         }
@@ -175,12 +133,10 @@ impl<const N: usize> Curvature<N> {
     pub fn per_m(&self) -> (Real, Real) {
         if self.learning() {
             let belief = &self.rls.belief;
-            let first = |values: &SVector<Real, N>| values.iter().next().copied().unwrap_or(0.0);
-            let variance = first(&belief.P.diagonal());
             let most = self.params.curvature_max_per_m;
             (
-                within(first(&belief.x), -most, most),
-                sqrt(variance) * self.rls.spread(),
+                within(belief.x.x, -most, most),
+                sqrt(belief.P.x) * self.rls.spread(),
             )
         } else {
             (0.0, self.params.curvature_sd_per_m)
@@ -213,13 +169,7 @@ impl<const N: usize> Curvature<N> {
     }
 }
 
-/// [`first`, `then`, …].
-pub(crate) fn first_then<const N: usize>(first: Real, then: Real) -> SVector<Real, N> {
-    SVector::from_fn(|i, _| if i == 0 { first } else { then })
-}
-
-state!(SlopeForce { force, speed, excess, speed_again; });
-state!(@[const N: usize] Curvature<N> { smoother, signals, rls, fresh, running_s, since_sample_s, outcome; params, standstill_mps });
+state!(Curvature { smoother, signals, rls, fresh, running_s, since_sample_s, outcome; params, standstill_mps });
 
 #[cfg(test)]
 mod tests {
@@ -227,10 +177,9 @@ mod tests {
     use crate::testing::vehicles::vehicle;
 
     /// A train at constant speed through a circular arc, with an accelerometer bias.
-    fn finds_the_arc<const N: usize>(policy: Forgetting<N>) {
+    fn finds_the_arc(policy: Forgetting<1>) {
         for (rho, bias) in [(0.05, 0.0), (0.05, 0.5), (-0.1, -0.2)] {
-            let mut curvature =
-                Curvature::new(&vehicle(), CurvatureParams::default(), 0.01, policy);
+            let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), policy);
             let (v, dt): (Real, Real) = (0.5, 0.01);
             let mut theta: Real = 0.0;
             for _ in 0..1000 {
@@ -250,14 +199,13 @@ mod tests {
     #[test]
     fn finds_the_curvature_of_an_arc_whatever_the_bias() {
         finds_the_arc(DynamicForgetting::default().policy());
-        finds_the_arc(Forgetting::Constant::<1>(0.9));
-        finds_the_arc(Forgetting::Multiple([0.9, 0.995]));
+        finds_the_arc(Forgetting::Constant(0.9));
     }
 
     #[test]
     fn knows_nothing_standing() {
         let policy = DynamicForgetting::default().policy();
-        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), policy);
         for k in 0..1000 {
             let f = 0.01 * k as Real;
             curvature.step(
@@ -288,7 +236,7 @@ mod tests {
                 standstill_mps,
                 ..Default::default()
             };
-            Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None)
+            Curvature::new(&vehicle(), params, Forgetting::None)
         };
         assert_eq!(new(None).standstill_mps(), 0.05);
         let mut curvature = new(Some(0.2));
@@ -311,7 +259,7 @@ mod tests {
     #[test]
     fn what_the_place_reads_is_the_specific_force_less_the_acceleration() {
         let policy = DynamicForgetting::default().policy();
-        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), policy);
         assert_eq!(curvature.at_place(), (None, 0.0));
         for k in 0..1_000 {
             curvature.step(&straight(k, 1.0 + 0.003 * k as Real), 0.0, 0.01);
@@ -331,7 +279,7 @@ mod tests {
     #[test]
     fn the_information_about_curvature_grows_by_the_square_of_speed() {
         let params = CurvatureParams::default();
-        let mut curvature = Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None);
+        let mut curvature = Curvature::new(&vehicle(), params, Forgetting::None);
         let (v, theta): (Real, Real) = (2.0, 0.5);
         for _ in 0..5_000 {
             let reading = Reading {
@@ -351,24 +299,10 @@ mod tests {
         assert!((sd / (curvature.rls.spread() / information.sqrt()) - 1.0).abs() < 1e-2);
     }
 
-    /// d(f − v̇)/dt: what the wheels accelerate by more and more is no curvature.
-    #[test]
-    fn a_jerk_of_the_train_is_no_slope() {
-        let mut force = SlopeForce::new(1.0);
-        let mut last = None;
-        for k in 0..2_000 {
-            let t = 0.01 * k as Real;
-            // v̇ = 0.05 t; the grade adds 0.1 m/s³.
-            last = force.step(0.05 * t + 0.1 * t, 1.0 + 0.025 * t * t, 0.01);
-        }
-        let (jerk, _) = last.unwrap();
-        assert!((jerk - 0.1).abs() < 1e-3, "{jerk}");
-    }
-
     #[test]
     fn the_smoothing_opens_to_three_and_ten_times_its_corner() {
         let params = CurvatureParams::default();
-        let curvature = Curvature::<1>::new(&vehicle(), params, 0.0, Forgetting::None);
+        let curvature = Curvature::new(&vehicle(), params, Forgetting::None);
         let expected = AdaptiveSmoother::new([3.0, 9.0, 30.0], 0.02, [3.0, 6.0]);
         assert_eq!(curvature.smoother, expected);
     }
@@ -376,8 +310,7 @@ mod tests {
     #[test]
     fn the_forgetting_factor_is_that_of_the_last_update() {
         let policy = Forgetting::Constant(0.9);
-        let mut curvature =
-            Curvature::<1>::new(&vehicle(), CurvatureParams::default(), 0.0, policy);
+        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), policy);
         for k in 0..300 {
             curvature.step(&straight(k, 1.0), 0.0, 0.01);
         }

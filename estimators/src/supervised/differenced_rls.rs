@@ -66,20 +66,13 @@ pub struct DifferencedMass {
 }
 
 impl DifferencedMass {
-    /// From the vehicle and the parameters; `lateral`: bends of a road are corrected for; `grade_map`: the train is not a point.
-    pub fn new(
-        vehicle: &Vehicle,
-        params: DifferencedParams,
-        lateral: bool,
-        grade_map: bool,
-    ) -> Self {
-        let straight = vehicle.without_road();
-        let bending = if lateral { vehicle } else { &straight };
+    /// From the vehicle and the parameters; `grade_map`: the train is not a point.
+    pub fn new(vehicle: &Vehicle, params: DifferencedParams, grade_map: bool) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
             params,
             signals: Resampler::new(params.cutoff_hz, params.difference_hz, params.settle_s),
-            bends: Bends::new(bending, params.cutoff_hz),
+            bends: Bends::new(vehicle, params.cutoff_hz),
             train: DistributedTrain::new(&mapped(vehicle, grade_map), params.standstill_mps),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
@@ -192,7 +185,7 @@ impl DifferencedMass {
         }
     }
 
-    /// The bend now; none where bends are not corrected for.
+    /// The bend now.
     pub fn bend(&self) -> Bend {
         self.bends.now()
     }

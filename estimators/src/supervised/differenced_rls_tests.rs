@@ -12,7 +12,7 @@ fn stage(params: DifferencedParams) -> DifferencedMass {
         mass0_kg: Some(MASS0_KG),
         ..params
     };
-    DifferencedMass::new(&vehicle(), params, true, true)
+    DifferencedMass::new(&vehicle(), params, true)
 }
 
 fn truth() -> Truth {
@@ -206,7 +206,7 @@ fn from_signals_to_mass_with_a_brake_in_between() {
         mass0_kg: Some(1_900.0),
         ..Default::default()
     };
-    let mut stage = DifferencedMass::new(&vehicle, params, false, true);
+    let mut stage = DifferencedMass::new(&vehicle, params, true);
     let mut v: Real = 10.0;
     for k in 0..6000 {
         let a = 0.8 * (0.02 * k as Real).sin();

@@ -12,9 +12,8 @@
 //! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
 //! known and goes to the left, so the balance stays linear in M.
 //!
-//! f is the specific force of the accelerometer ([`AccelSource::SpecificForce`]): a change of slope then *informs* about mass.
-//! With f := v̇ of the wheels ([`AccelSource::Kinematic`]), the reading of Liu et al. 2023 eq. 16–18 that takes the accelerometer
-//! for v̇, the slope is part of `a`: it must stay constant while the mass is learnt, and a change of slope ruins the mass.
+//! f is the specific force of the accelerometer: a change of slope then *informs* about mass. (Liu et al. 2023, eq. 16–18, take the
+//! accelerometer for v̇; the slope is then part of `a`, and a change of slope ruins the mass.)
 //!
 //! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
 
@@ -23,7 +22,7 @@ use nalgebra::{Matrix4, Vector4, vector};
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
-use crate::api::params::{choices, params};
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::{Archive, State};
@@ -39,16 +38,6 @@ use crate::preprocess::resampler::Resampler;
 use crate::rail::distributed_train::{AlignedSample, DistributedTrain};
 use crate::supervised::two_stage::{MassEstimator, SteadyTraction};
 
-choices! {
-    /// What stands for the acceleration beside the mass.
-    AccelSource {
-        /// The accelerometer, which reads v̇ + g sin θ.
-        SpecificForce = "specific_force",
-        /// The derivative of wheel speed, v̇.
-        Kinematic = "kinematic",
-    }
-}
-
 params! {
     /// Parameters of the mass regression.
     MassParams {
@@ -57,7 +46,6 @@ params! {
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
         accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
-        acceleration [choice AccelSource] = AccelSource::SpecificForce, "What the regression takes for acceleration: the specific force, or the derivative of wheel speed, which needs a constant slope.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
@@ -107,15 +95,10 @@ impl ForceBalanceRls {
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
-        // With f := v̇ the slope itself is in the free term: 0.1 rad of it.
-        let free_sd = match params.acceleration {
-            AccelSource::SpecificForce => vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
-            AccelSource::Kinematic => 0.1 * GRAVITY,
-        };
         let sd = vector![
             params.mass_sd,
             params.mu_sd * mu0,
-            free_sd,
+            vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
@@ -155,11 +138,6 @@ impl ForceBalanceRls {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(self.rls.belief.x.x, low, high)
     }
-
-    /// Which acceleration stands beside the mass.
-    pub fn source(&self) -> AccelSource {
-        self.params.acceleration
-    }
 }
 
 impl MassEstimator for ForceBalanceRls {
@@ -180,22 +158,17 @@ impl MassEstimator for ForceBalanceRls {
     ) -> AidStatus {
         let acceleration = now.acceleration_mps2;
         let tare = train.tare_kg() / self.mass0_kg;
-        // Specific force beside the load, force of the tare beyond it over M₀, and doubt about both, m/s².
-        let curvature = felt.map_or(0.0, |felt| felt.curvature_per_m());
-        let (f, known, cosine, doubt) = match (self.source(), felt) {
-            (AccelSource::Kinematic, _) => (acceleration, 0.0, 1.0, 0.0),
-            (AccelSource::SpecificForce, Some(felt)) => {
-                let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
-                let (u, doubt) = felt.whole(tare, self.found());
-                let f = acceleration + load_u;
-                let cosine = ForceBalance::cosine(acceleration + u, acceleration);
-                (f, tare * (tare_u - load_u), cosine, doubt)
-            }
-            (AccelSource::SpecificForce, None) => {
-                self.gate.close();
-                return control::without(AidOutcome::Stale);
-            }
+        let Some(felt) = felt else {
+            self.gate.close();
+            return control::without(AidOutcome::Stale);
         };
+        let curvature = felt.curvature_per_m();
+        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+        let (u, doubt) = felt.whole(tare, self.found());
+        let f = acceleration + load_u;
+        let cosine = ForceBalance::cosine(acceleration + u, acceleration);
+        // Force of the tare beyond that of the load, over M₀, m/s².
+        let known = tare * (tare_u - load_u);
         self.gate.observe(f, now.period_s);
         let excited = self.gate.excited();
 
@@ -243,10 +216,6 @@ impl MassEstimator for ForceBalanceRls {
         }
         self.covariance = self.rls.widened();
         control::regressed(Some(&outcome), excited)
-    }
-
-    fn needs_accelerometer(&self) -> bool {
-        self.source() == AccelSource::SpecificForce
     }
 
     fn pause(&mut self) {

@@ -115,50 +115,6 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
     assert!((stage.internal("running_resistance") - 0.026).abs() < 1e-4);
 }
 
-/// f := v̇ needs no accelerometer and one slope: the slope is then in the free term.
-#[test]
-fn the_kinematic_source_needs_no_accelerometer_and_a_steady_slope() {
-    let kinematic = MassParams {
-        acceleration: AccelSource::Kinematic,
-        residual_sd_mps2: 1e-4,
-        mu_sd: 0.001,
-        curve_sd_m: 0.0,
-        sway_share: 0.0,
-        ..params()
-    };
-    let mut stage = Stage::new(kinematic, Forgetting::None);
-    assert!(!stage.mass.needs_accelerometer());
-    assert!(
-        Stage::new(params(), Forgetting::None)
-            .mass
-            .needs_accelerometer()
-    );
-    let steady = Truth {
-        curve_m: 0.0,
-        mu: 0.02,
-        ..truth()
-    };
-    let mut random = Random::new(13);
-    for _ in 0..300 {
-        let sample = steady.sample(&Instant {
-            speed_mps: 1.0,
-            sine: [0.06; 2],
-            ..Instant::draw(&mut random)
-        });
-        stage.take(&AlignedSample {
-            felt: None,
-            ..sample
-        });
-    }
-    assert!((stage.mass.mass_kg().value / 15_000.0 - 1.0).abs() < 1e-5);
-    // What passes for a bias is the slope, −g sin θ, and the cosine that it takes for 1.
-    let slope = -stage.internal("accel_bias_mps2") / 9.81;
-    assert!(
-        (slope + 0.06).abs() < 1e-3 || (slope - 0.06).abs() < 1e-3,
-        "{slope}"
-    );
-}
-
 /// Errors of mass, resistance and curve resistance drawn from the covariance, each put through the balance: their scatter is the standard
 /// deviation told, on steep grades, in both directions, in a curve, with parameters that hang together.
 #[test]
@@ -397,20 +353,12 @@ fn what_was_known_at_the_start_is_the_most_that_is_forgotten() {
     assert_eq!(stage.internal("windup_limit"), 1.0);
 }
 
-/// The prior: a share of the mass, of the nominal resistance, and the bias of the instrument; with wheels alone 0.1 rad of slope.
+/// The prior: a share of the mass, of the nominal resistance, and the bias of the instrument.
 #[test]
 fn the_prior_is_what_the_parameters_tell() {
-    let prior = |acceleration| {
-        let told = MassParams {
-            acceleration,
-            ..params()
-        };
-        let mass = Stage::new(told, Forgetting::None).mass;
-        mass.covariance.diagonal().map(Real::sqrt)
-    };
-    let felt = prior(AccelSource::SpecificForce);
-    assert!((felt - vector![0.4, 0.3 * 0.02, 0.02, 0.05]).norm() < 1e-12);
-    assert!((prior(AccelSource::Kinematic).z - 0.981).abs() < 1e-12);
+    let mass = Stage::new(params(), Forgetting::None).mass;
+    let sd = mass.covariance.diagonal().map(Real::sqrt);
+    assert!((sd - vector![0.4, 0.3 * 0.02, 0.02, 0.05]).norm() < 1e-12);
 }
 
 /// (M − M₀)(f + μ₀ g) + (μ − μ₀) M g on the level: what a stage that knows no better has not explained.

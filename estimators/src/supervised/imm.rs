@@ -18,7 +18,7 @@
 //!
 //! As wide as its kinematic half is its bias: an accelerometer error of 0.01 m/s² is 0.06°.
 
-use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, matrix, vector};
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3, matrix, vector};
 
 use crate::api::aid::AidOutcome;
 use crate::api::aid::AidStatus;
@@ -26,7 +26,7 @@ use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
-use crate::api::snapshot::{Archive, State, visit_built};
+use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::{self, Control};
 use crate::detect::gate::{Gate, Judgement};
 use crate::detect::innovation_gate::Passage;
@@ -94,33 +94,18 @@ pub enum Acceleration {
     Dynamic,
 }
 
-/// What sets one named pipeline apart from another.
+/// Mass from differences, slope from two models.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice<const K: usize> {
-    /// The models, one filter each.
-    pub models: [Acceleration; K],
-    /// Probability of staying in a model, and whether the transitions lean to the likelier model.
-    pub stay: Real,
-    /// Whether they do.
-    pub time_varying: bool,
-    /// Strong tracking, or plain Kalman filters.
-    pub tracking: Option<TrackingParams>,
-    /// Whether bends are corrected for.
-    pub lateral: bool,
-}
-
-/// Mass from differences, slope from `K` models.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlopeModels<const K: usize> {
+pub struct SlopeModels {
     params: ModelParams,
-    models: [SlopeModel; K],
+    models: [SlopeModel; 2],
     balance: ForceBalance,
     mu: Real,
     standstill_mps: Real,
     mass: DifferencedMass,
-    imm: Imm<3, K>,
-    tracking: [Option<(StrongTracking<2>, Alarm<2>)>; K],
-    fading: [Real; K],
+    imm: Imm<3, 2>,
+    tracking: [(StrongTracking<2>, Alarm<2>); 2],
+    fading: [Real; 2],
     /// Time since the last cycle, s.
     since_s: Real,
     started: bool,
@@ -198,40 +183,38 @@ impl Model<3, 2> for SlopeModel {
     }
 }
 
-impl<const K: usize> SlopeModels<K> {
-    /// From the vehicle's nominal values, the parameters and the choice of models.
+impl SlopeModels {
+    /// From the vehicle's nominal values and the parameters.
     pub fn new(
         vehicle: &Vehicle,
         params: ModelParams,
         mass: DifferencedParams,
-        choice: Choice<K>,
+        imm: ImmParams,
+        tracking: TrackingParams,
         supervision: &Supervisors,
     ) -> Self {
         let rad = PI / 180.0;
         let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
         let sd = vector![params.wheel_speed_sd_mps, 0.5, params.grade0_sd_deg * rad];
-        let tracking = choice.tracking.map(|tracking| {
-            let fading =
-                StrongTracking::new(tracking.memory, tracking.weakening, tracking.fading_max);
-            (fading, Alarm::new(tracking.alarm))
-        });
+        let tracking = (
+            StrongTracking::new(tracking.memory, tracking.weakening, tracking.fading_max),
+            Alarm::new(tracking.alarm),
+        );
         Self {
             params,
-            models: choice.models.map(|acceleration| SlopeModel {
-                acceleration,
-                q: [params.q_v, params.q_a, params.q_i],
+            models: [Acceleration::Kinematic, Acceleration::Dynamic].map(|acceleration| {
+                SlopeModel {
+                    acceleration,
+                    q: [params.q_v, params.q_a, params.q_i],
+                }
             }),
             balance: ForceBalance::new(vehicle),
             mu: vehicle.running_resistance,
             standstill_mps: vehicle.standstill_mps(mass.standstill_mps),
-            mass: DifferencedMass::new(vehicle, mass, choice.lateral, supervision.grade_map),
-            imm: Imm::new(
-                Gaussian::independent(x, sd),
-                choice.stay,
-                choice.time_varying,
-            ),
-            tracking: [tracking; K],
-            fading: [1.0; K],
+            mass: DifferencedMass::new(vehicle, mass, supervision.grade_map),
+            imm: Imm::new(Gaussian::independent(x, sd), imm.stay, true),
+            tracking: [tracking; 2],
+            fading: [1.0; 2],
             since_s: 0.0,
             started: false,
             saturated: false,
@@ -344,7 +327,7 @@ impl<const K: usize> SlopeModels<K> {
         }
         let [speed, force] = self.gate(z, &mut R, dt);
         self.imm.mix();
-        let mut logs = SVector::<Real, K>::repeat(Real::NEG_INFINITY);
+        let mut logs = Vector2::repeat(Real::NEG_INFINITY);
         let filters = self
             .imm
             .beliefs
@@ -355,17 +338,16 @@ impl<const K: usize> SlopeModels<K> {
         let mut best = Real::NEG_INFINITY;
         for ((((belief, model), tracking), fading), log) in filters.zip(logs.iter_mut()) {
             let mut ekf = Ekf::new(model, *belief);
-            if let Some((tracking, alarm)) = tracking {
-                let Preview {
-                    y,
-                    carried,
-                    process,
-                } = ekf.preview(*z, push, dt);
-                let lambda = tracking.fading(&y, &carried, &process, &R);
-                let jumped = alarm.active(&y, &(carried + process + R));
-                *fading = if jumped { lambda } else { 1.0 };
-                fade(&mut ekf.belief, &vector![1.0, 1.0, *fading]);
-            }
+            let (tracking, alarm) = tracking;
+            let Preview {
+                y,
+                carried,
+                process,
+            } = ekf.preview(*z, push, dt);
+            let lambda = tracking.fading(&y, &carried, &process, &R);
+            let jumped = alarm.active(&y, &(carried + process + R));
+            *fading = if jumped { lambda } else { 1.0 };
+            fade(&mut ekf.belief, &vector![1.0, 1.0, *fading]);
             ekf.predict(push, dt);
             // Fading step upon step would grow without end while measurements make no sense.
             ekf.belief
@@ -400,24 +382,16 @@ impl<const K: usize> SlopeModels<K> {
     }
 }
 
-impl<const K: usize> Pipeline for SlopeModels<K> {
-    const INTERNALS: &'static [Internal] = if K == 1 {
-        &[
-            Internal::new("fading", "-"),
-            Internal::new("mass_residual_n", "N"),
-            Internal::new("bend_force_n", "N"),
-        ]
-    } else {
-        &[
-            Internal::new("kinematic_fading", "-"),
-            Internal::new("dynamic_fading", "-"),
-            Internal::new("mass_residual_n", "N"),
-            Internal::new("bend_force_n", "N"),
-            Internal::new("kinematic_grade_rad", "rad"),
-            Internal::new("dynamic_grade_rad", "rad"),
-            Internal::new("dynamic_model_probability", "-"),
-        ]
-    };
+impl Pipeline for SlopeModels {
+    const INTERNALS: &'static [Internal] = &[
+        Internal::new("kinematic_fading", "-"),
+        Internal::new("dynamic_fading", "-"),
+        Internal::new("mass_residual_n", "N"),
+        Internal::new("bend_force_n", "N"),
+        Internal::new("kinematic_grade_rad", "rad"),
+        Internal::new("dynamic_grade_rad", "rad"),
+        Internal::new("dynamic_model_probability", "-"),
+    ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let (moving, running) = motion(reading, self.standstill_mps);
@@ -507,45 +481,9 @@ impl<const K: usize> Pipeline for SlopeModels<K> {
         State::visit(self, archive);
     }
 }
-impl<const K: usize> State for SlopeModels<K> {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            params: _,
-            models: _,
-            conditioning: _,
-            bias_sd_mps2: _,
-            balance: _,
-            mu: _,
-            standstill_mps: _,
-            mass,
-            imm,
-            tracking,
-            fading,
-            since_s,
-            started,
-            saturated,
-            last,
-            validity,
-            gates,
-            since_difference_s,
-            aids,
-        } = self;
-        mass.visit(archive);
-        imm.visit(archive);
-        for tracking in tracking {
-            visit_built(tracking, archive);
-        }
-        fading.visit(archive);
-        since_s.visit(archive);
-        started.visit(archive);
-        saturated.visit(archive);
-        last.visit(archive);
-        validity.visit(archive);
-        gates.visit(archive);
-        since_difference_s.visit(archive);
-        aids.visit(archive);
-    }
-}
+
+state!(SlopeModels { mass, imm, tracking, fading, since_s, started, saturated, last, validity, gates, since_difference_s, aids;
+    params, models, conditioning, bias_sd_mps2, balance, mu, standstill_mps });
 
 #[cfg(test)]
 #[path = "imm_tests.rs"]

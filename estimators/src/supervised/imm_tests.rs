@@ -21,21 +21,24 @@ fn open() -> Supervisors {
     }
 }
 
-fn dynamic(vehicle: &Vehicle, mass_sd: Real) -> SlopeModels<1> {
+fn build(vehicle: &Vehicle, params: ModelParams, mass: DifferencedParams) -> SlopeModels {
+    let still = TrackingParams {
+        fading_max: 1.0,
+        ..Default::default()
+    };
+    SlopeModels::new(vehicle, params, mass, ImmParams::default(), still, &open())
+}
+
+/// The dynamic model twice, without strong tracking: interacting with itself, it is as if alone.
+fn dynamic(vehicle: &Vehicle, mass_sd: Real) -> SlopeModels {
     let mass = DifferencedParams {
         mass0_kg: Some(15_000.0),
         mass_sd,
         ..Default::default()
     };
-    let choice = Choice {
-        models: [Acceleration::Dynamic],
-        stay: 1.0,
-        time_varying: false,
-        tracking: None,
-        lateral: true,
-    };
-    let supervision = open();
-    SlopeModels::new(vehicle, ModelParams::default(), mass, choice, &supervision)
+    let mut stage = build(vehicle, ModelParams::default(), mass);
+    stage.models = [stage.models[1]; 2];
+    stage
 }
 
 fn reading(speed: Real, torque: Real) -> Reading {
@@ -145,7 +148,9 @@ fn there_is_a_force_balance_while_the_train_runs_and_torque_is_known() {
         assert_eq!(stage.push_now(&silent, true, speed), None);
     }
     // The sine of a grade that makes no sense is cut.
-    stage.imm.beliefs[0].x.z = -5.0;
+    for belief in &mut stage.imm.beliefs {
+        belief.x.z = -5.0;
+    }
     let push = stage.push_now(&reading(1.0, 300.0), true, 1.0);
     let net_n = stage.balance.net_traction(300.0, 1.0);
     assert_eq!(push, Some(stage.push(net_n, 1.0, -MAX_GRADE_RAD)));
@@ -168,11 +173,7 @@ fn there_is_a_force_balance_while_the_train_runs_and_torque_is_known() {
 }
 
 /// Level, at rest in all signals: F keeps the speed.
-fn steady(
-    stage: &mut SlopeModels<1>,
-    seconds: Real,
-    read: impl Fn(Reading) -> Reading,
-) -> Estimate {
+fn steady(stage: &mut SlopeModels, seconds: Real, read: impl Fn(Reading) -> Reading) -> Estimate {
     let torque = 15_000.0 * 9.81 * 0.02 * 0.17 / 20.0 / 0.9;
     let level = Reading {
         specific_force_mps2: Some(0.0),
@@ -282,21 +283,7 @@ fn it_starts_from_the_grade_told() {
         grade0_sd_deg: 3.0,
         ..Default::default()
     };
-    let choice = Choice {
-        models: [Acceleration::Kinematic],
-        stay: 1.0,
-        time_varying: false,
-        tracking: None,
-        lateral: false,
-    };
-    let supervision = open();
-    let stage = SlopeModels::new(
-        &vehicle(),
-        params,
-        DifferencedParams::default(),
-        choice,
-        &supervision,
-    );
+    let stage = build(&vehicle(), params, DifferencedParams::default());
     let belief = stage.imm.beliefs[0];
     assert!((belief.x.z - 0.5).abs() < 1e-12);
     assert!((belief.P.m33.sqrt() - Real::to_radians(3.0)).abs() < 1e-12);
@@ -332,7 +319,7 @@ fn the_gates_judge_by_the_innovation_of_the_kinematic_model() {
             x,
             P: L * L.transpose(),
         };
-        stage.imm.beliefs = [belief];
+        stage.imm.beliefs = [belief; 2];
         let predicted = F * belief.P * F.transpose() + model.Q(&None, dt);
         let S = H * predicted * H.transpose() + R;
         let expected = model.h(&model.f(&x, &None, dt));
@@ -395,8 +382,10 @@ fn a_long_train_on_a_ramp() {
     })
     .unwrap();
     let mut stage = dynamic(&long, 0.001);
-    stage.models[0].acceleration = Acceleration::Kinematic;
-    let ride = |stage: &mut SlopeModels<1>, from: usize, to: usize, read: bool| {
+    for model in &mut stage.models {
+        model.acceleration = Acceleration::Kinematic;
+    }
+    let ride = |stage: &mut SlopeModels, from: usize, to: usize, read: bool| {
         let mut found = Estimate::default();
         for k in from..to {
             let sine = 0.01 * DT * k as Real;
@@ -434,9 +423,14 @@ fn a_long_train_on_a_ramp() {
 fn internal_quantities_are_told_in_their_order() {
     let mut stage = dynamic(&vehicle(), 0.1);
     steady(&mut stage, 2.0, |level| level);
-    stage.fading = [3.0];
-    let mut values = [9.0; 4];
+    stage.fading = [3.0, 4.0];
+    let mut values = [9.0; 8];
     stage.internal_values(&mut values);
-    assert_eq!(values, [3.0, stage.mass.residual_n(), 0.0, 9.0]);
+    let [a, b] = stage.imm.beliefs.map(|belief| asin(belief.x.z));
+    let p = stage.imm.probability()[1];
+    assert_eq!(
+        values,
+        [3.0, 4.0, stage.mass.residual_n(), 0.0, a, b, p, 9.0]
+    );
     assert_eq!(stage.conditioning(), Some(open().conditioning));
 }

@@ -3,7 +3,7 @@
 //! x = [v, θ]:  v⁻ = v + dt (f − g sin θ),  θ⁻ = θ + dt ρ v,  z = wheel speed
 //!
 //! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.) The
-//! filter is unscented, the method itself, or extended, its baseline; the model is all but linear, so the two agree.
+//! filter is unscented; the model is all but linear, so that an extended one agrees with it.
 //!
 //! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its slope is never
 //! better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is several times better.
@@ -21,11 +21,10 @@ use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Source, Validity};
-use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Filter, Model};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
-use crate::filters::ukf::{Spread, Ukf};
+use crate::filters::ukf::{SigmaParams, Ukf};
 use crate::methods::method::no_mass;
 use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::preprocess::front_end::Reading;
@@ -35,26 +34,6 @@ use crate::supervised::curvature_rls::Curvature;
 use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 use crate::supervised::supervision::{Supervisors, mapped};
 use crate::{Real, Time};
-
-params! {
-    /// Sigma points of the unscented slope filter.
-    SigmaParams {
-        alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread α of the sigma points.";
-        beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant β of the sigma points; 2 for a Gaussian.";
-        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread κ of the sigma points; 3 − n = 1.";
-    }
-}
-
-impl SigmaParams {
-    /// The sigma points of these parameters.
-    pub fn spread(&self) -> Spread {
-        Spread {
-            alpha: self.alpha,
-            beta: self.beta,
-            kappa: self.kappa_ukf,
-        }
-    }
-}
 
 params! {
     /// Parameters of the inertial slope filter.
@@ -149,20 +128,14 @@ impl Model<2, 1> for InertialModel {
     }
 }
 
-/// Extended Kalman filter of the inertial model.
-pub type InertialEkf = Ekf<InertialModel, 2>;
-
-/// Unscented Kalman filter of the inertial model.
-pub type InertialUkf = Ukf<InertialModel, 2>;
-
 /// The filter with its curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvatureSlope<T, const N: usize> {
+pub struct CurvatureSlope {
     params: InertialParams,
-    curvature: Curvature<N>,
+    curvature: Curvature,
     train: DistributedTrain,
     mass_range_kg: [Real; 2],
-    slope: Adaptive<T, 1>,
+    slope: Adaptive<Ukf<InertialModel, 2>, 1>,
     mass: Value,
     standstill_mps: Real,
     started: bool,
@@ -179,39 +152,6 @@ pub struct CurvatureSlope<T, const N: usize> {
     wheel_speed: AidStatus,
 }
 
-impl<const N: usize> CurvatureSlope<InertialUkf, N> {
-    /// Unscented with sigma points; with a constant measurement noise, or with one adapted with the `fading` factor of Sage & Husa.
-    pub fn unscented(
-        vehicle: &Vehicle,
-        params: InertialParams,
-        curvature: Curvature<N>,
-        sigma: SigmaParams,
-        fading: Option<Real>,
-        supervision: &Supervisors,
-    ) -> Self {
-        let filter = Ukf {
-            model: model(&params),
-            belief: prior(&params),
-            spread: sigma.spread(),
-        };
-        Self::new(vehicle, params, curvature, filter, fading, supervision)
-    }
-}
-
-impl<const N: usize> CurvatureSlope<InertialEkf, N> {
-    /// The same with an extended filter.
-    pub fn extended(
-        vehicle: &Vehicle,
-        params: InertialParams,
-        curvature: Curvature<N>,
-        fading: Option<Real>,
-        supervision: &Supervisors,
-    ) -> Self {
-        let filter = Ekf::new(model(&params), prior(&params));
-        Self::new(vehicle, params, curvature, filter, fading, supervision)
-    }
-}
-
 fn model(params: &InertialParams) -> InertialModel {
     InertialModel {
         q_v: params.q_v,
@@ -225,15 +165,22 @@ fn prior(params: &InertialParams) -> Gaussian<2> {
     Gaussian::independent(x, sd)
 }
 
-impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N> {
-    fn new(
+impl CurvatureSlope {
+    /// From the vehicle, the parameters, the regression of the curvature, the sigma points, and the `fading` factor of Sage & Husa (`None`:
+    /// the noise of wheel speed is known).
+    pub fn new(
         vehicle: &Vehicle,
         params: InertialParams,
-        curvature: Curvature<N>,
-        filter: T,
+        curvature: Curvature,
+        sigma: SigmaParams,
         fading: Option<Real>,
         supervision: &Supervisors,
     ) -> Self {
+        let filter = Ukf {
+            model: model(&params),
+            belief: prior(&params),
+            spread: sigma.spread(),
+        };
         let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
         let noise = fading.map_or(Noise::Known(R), |b| {
             Noise::SageHusa(SageHusa::new(R, b, [0.01, 100.0]))
@@ -338,9 +285,7 @@ impl<T: Filter<2, 1, Model = InertialModel>, const N: usize> CurvatureSlope<T, N
     }
 }
 
-impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipeline
-    for CurvatureSlope<T, N>
-{
+impl Pipeline for CurvatureSlope {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("curvature_per_m", "1/m"),
         Internal::new("curvature_sd_per_m", "1/m"),
@@ -435,7 +380,7 @@ impl<T: Filter<2, 1, Model = InertialModel> + State + Copy, const N: usize> Pipe
     }
 }
 
-state!(@[T: State, const N: usize] CurvatureSlope<T, N> { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });
+state!(CurvatureSlope { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });
 
 #[cfg(test)]
 #[path = "inertial_tests.rs"]

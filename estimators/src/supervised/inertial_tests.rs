@@ -24,18 +24,21 @@ fn open() -> Supervisors {
     }
 }
 
-fn slope(
-    vehicle: &Vehicle,
-    params: InertialParams,
-    fading: Option<Real>,
-) -> CurvatureSlope<InertialEkf, 1> {
+fn slope(vehicle: &Vehicle, params: InertialParams, fading: Option<Real>) -> CurvatureSlope {
     let told = CurvatureParams {
         jerk_sd_mps3: 100.0,
         curvature_sd_per_m: 1e-4,
         ..Default::default()
     };
-    let curvature = Curvature::new(vehicle, told, 0.0, Forgetting::None);
-    CurvatureSlope::extended(vehicle, params, curvature, fading, &open())
+    let curvature = Curvature::new(vehicle, told, Forgetting::None);
+    CurvatureSlope::new(
+        vehicle,
+        params,
+        curvature,
+        SigmaParams::default(),
+        fading,
+        &open(),
+    )
 }
 
 /// Signals of a steady speed on a grade.
@@ -50,7 +53,7 @@ fn steady(speed: Real, sine: Real) -> Reading {
     }
 }
 
-fn run(slope: &mut CurvatureSlope<InertialEkf, 1>, seconds: Real, reading: &Reading) -> Estimate {
+fn run(slope: &mut CurvatureSlope, seconds: Real, reading: &Reading) -> Estimate {
     let steps = (seconds / DT).round() as usize;
     (0..steps)
         .map(|_| slope.advance(reading, Time::default(), DT))
@@ -269,13 +272,14 @@ fn what_became_of_wheel_speed_is_told() {
 #[test]
 fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
     let told = CurvatureParams::default();
-    let curvature = Curvature::new(&vehicle(), told, 0.0, Forgetting::None);
+    let curvature = Curvature::new(&vehicle(), told, Forgetting::None);
     let supervision = Supervisors::default();
     let params = InertialParams::default();
-    let mut filter = CurvatureSlope::<InertialEkf, 1>::extended(
+    let mut filter = CurvatureSlope::new(
         &vehicle(),
         params,
         curvature,
+        SigmaParams::default(),
         None,
         &supervision,
     );

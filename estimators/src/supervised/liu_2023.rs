@@ -1,25 +1,19 @@
-//! Robust forms of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification research",
-//! Coal Science and Technology 51(S1): mass by least squares ([`ForceBalanceRls`]), then slope by an extended Kalman filter with that mass
-//! ([`ForceBalanceEkf`]).
-//!
-//! | name | least squares | Kalman filter |
-//! |---|---|---|
-//! | `dffrls_aekf_robust` | forgets by the residual (eq. 19) | wheel-speed noise adapted (Sage & Husa) |
-//! | `rls_ekf_robust`, their baseline | never forgets | fixed noise |
+//! Supervised form of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification research",
+//! Coal Science and Technology 51(S1): mass by least squares that forget by the residual (eq. 19, [`ForceBalanceRls`]), then slope by an
+//! extended Kalman filter with that mass and with adapted wheel-speed noise (Sage & Husa, [`ForceBalanceEkf`]).
 //!
 //! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope helps
 //! instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations; angles are not
 //! taken for small; Sage-Husa adapts R alone, in a form that stays positive.
 
 use crate::api::params::params;
-use crate::api::signals::Vehicle;
 use crate::detect::validity::Integrity;
 use crate::filters::forgetting::Forgetting;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervised::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
-use crate::supervised::supervision::{Supervisors, TwoStageSupervision};
+use crate::supervised::supervision::TwoStageSupervision;
 use crate::supervised::two_stage::TwoStage;
 
 params! {
@@ -32,48 +26,31 @@ params! {
     }
 }
 
+impl ForgettingParams {
+    fn policy(&self) -> Forgetting<4> {
+        Forgetting::Dynamic {
+            floor: self.delta,
+            sharpness: self.sigma,
+            first: self.lambda0,
+        }
+    }
+}
+
 variants! {
     /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
     dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
         { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
-        |vehicle, p| two_stage(
+        |vehicle, p| TwoStage::new(
             vehicle,
-            &p.mass,
-            Forgetting::Dynamic {
-                floor: p.forgetting.delta,
-                sharpness: p.forgetting.sigma,
-                first: p.forgetting.lambda0,
-            },
-            &p.slope,
-            Adaptation::sage_husa(p.forgetting.kappa),
+            ForceBalanceRls::resampler(&p.mass),
+            ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy()),
+            ForceBalanceEkf::new(
+                ForceBalance::new(vehicle),
+                p.slope,
+                Adaptation::SageHusa { fading: p.forgetting.kappa },
+                &p.integrity,
+            ),
             &p.supervision.with(p.integrity, p.conditioning),
+            p.mass.standstill_mps,
         );
-    /// `rls_ekf_robust`: no forgetting, fixed noise. A comparison with `dffrls_aekf_robust` shows what forgetting and adaptation do, and
-    /// nothing else. With a load that never changes, no forgetting is the best forgetting.
-    rls_ekf_robust: RlsEkf = TwoStage<ForceBalanceRls>,
-        { mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
-        |vehicle, p| two_stage(vehicle, &p.mass, Forgetting::None, &p.slope, Adaptation::None, &p.supervision.with(p.integrity, p.conditioning));
-}
-
-fn two_stage(
-    vehicle: &Vehicle,
-    mass: &MassParams,
-    forgetting: Forgetting<4>,
-    slope: &GradeParams,
-    adaptation: Adaptation,
-    supervision: &Supervisors,
-) -> TwoStage<ForceBalanceRls> {
-    TwoStage::new(
-        vehicle,
-        ForceBalanceRls::resampler(mass),
-        ForceBalanceRls::new(vehicle, *mass, forgetting),
-        ForceBalanceEkf::new(
-            ForceBalance::new(vehicle),
-            *slope,
-            adaptation,
-            &supervision.integrity,
-        ),
-        supervision,
-        mass.standstill_mps,
-    )
 }

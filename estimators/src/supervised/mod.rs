@@ -2,8 +2,6 @@
 
 pub mod curvature_rls;
 pub mod differenced_rls;
-#[cfg(feature = "liu2023")]
-pub mod ffrls;
 pub mod force_balance_ekf;
 pub mod force_balance_rls;
 #[cfg(feature = "guo2024")]
@@ -13,14 +11,10 @@ pub mod huainan;
 pub mod imm;
 pub mod inertial;
 #[cfg(feature = "liu2023")]
-pub mod joint_ekf;
-#[cfg(feature = "liu2023")]
 pub mod liu_2023;
 pub mod multi_model_rls;
 #[cfg(feature = "patent")]
 pub mod patent;
-#[cfg(feature = "bench")]
-pub mod regression;
 #[cfg(feature = "resistance")]
 pub mod resistance;
 pub mod supervision;

@@ -77,11 +77,6 @@ pub trait MassEstimator: Copy {
         train: &DistributedTrain,
     ) -> AidStatus;
 
-    /// Whether its samples need the accelerometer.
-    fn needs_accelerometer(&self) -> bool {
-        true
-    }
-
     /// The train stands, brakes, or has not run long enough for samples to count.
     fn pause(&mut self) {}
 
@@ -165,7 +160,7 @@ impl<M: MassEstimator> TwoStage<M> {
                 vehicle,
                 supervision.integrity,
                 Instruments {
-                    accelerometer: mass.needs_accelerometer(),
+                    accelerometer: true,
                     gyro: false,
                 },
             ),
@@ -182,8 +177,7 @@ impl<M: MassEstimator> TwoStage<M> {
 
     /// First stage: resample, align with the grade map, regress.
     fn learn_mass(&mut self, reading: &Reading, running: bool, dt: Real) {
-        let accelerometer = self.mass.needs_accelerometer();
-        if let Control::Out(outcome) = control::force_balance(reading, running, accelerometer) {
+        if let Control::Out(outcome) = control::force_balance(reading, running, true) {
             self.note(FORCE_BALANCE, control::without(outcome));
         }
         let balance = &self.balance;

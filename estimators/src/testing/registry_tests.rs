@@ -151,11 +151,7 @@ const BY_TRACTION: &[&str] = &[
     "joint_ekf",
     "mmrls_sh_stf",
     "dffrls_aekf_robust",
-    "rls_ekf_robust",
-    "ffrls_robust",
-    "joint_ekf_robust",
     "mmrls_sh_stf_robust",
-    "regression_bench",
 ];
 
 #[test]

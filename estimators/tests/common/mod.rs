@@ -1,6 +1,7 @@
 //! What the integration tests and the bench share: random numbers, a χ² band, a small crane that makes measurements.
 #![allow(dead_code)] // each target uses a part of it
 
+pub mod regression;
 pub mod world;
 
 use monorig_estimators::Real;

@@ -5,7 +5,6 @@ use monorig_estimators::Real;
 use monorig_estimators::Time;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
-use monorig_estimators::registry::AnyEstimator;
 
 use super::{Random, vehicle};
 
@@ -79,15 +78,15 @@ pub fn world(grade: fn(Real) -> Real, speed: fn(Real) -> Real) -> World {
 
 impl World {
     /// Drives; returns each estimate with the grade that was true.
-    pub fn run(&self, estimator: &mut AnyEstimator) -> Vec<(Estimate, Real)> {
+    pub fn run(&self, estimator: &mut impl Estimator) -> Vec<(Estimate, Real)> {
         self.run_watched(estimator, |_| ())
     }
 
     /// The same; `watch` sees the estimator after each step.
-    pub fn run_watched(
+    pub fn run_watched<E: Estimator>(
         &self,
-        estimator: &mut AnyEstimator,
-        mut watch: impl FnMut(&AnyEstimator),
+        estimator: &mut E,
+        mut watch: impl FnMut(&E),
     ) -> Vec<(Estimate, Real)> {
         let vehicle = vehicle(2);
         let mut random = Random::new(self.seed);

@@ -297,7 +297,7 @@ mod tests {
 
     fn run(seed: u64, value: Option<f64>, finished: bool, quantile: Option<f64>) -> RunResult {
         let verdict = ExpectationVerdict {
-            estimator: Some("joint_ekf_robust".into()),
+            estimator: Some("mmrls_sh_stf_robust".into()),
             metric: "slope_rmse_deg".into(),
             window: " from 5 s".into(),
             after_s: Some(5.0),
@@ -324,7 +324,7 @@ mod tests {
                 simulated_s: 60.0,
                 steps: 1,
                 after_s: 5.0,
-                estimators: BTreeMap::from([("joint_ekf_robust".to_owned(), BTreeMap::new())]),
+                estimators: BTreeMap::from([("mmrls_sh_stf_robust".to_owned(), BTreeMap::new())]),
                 run: BTreeMap::new(),
                 refusals: Vec::new(),
                 expectations: vec![verdict],
@@ -349,7 +349,7 @@ mod tests {
         assert_eq!(
             reasons(&judged),
             [
-                "joint_ekf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"
+                "mmrls_sh_stf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"
             ]
         );
     }
@@ -393,15 +393,15 @@ mod tests {
     #[test]
     fn an_estimator_that_is_never_valid_fails() {
         let mut invalid = run(1, Some(0.5), true, None);
-        invalid.summary.as_mut().unwrap().never_valid = vec!["joint_ekf_robust".into()];
+        invalid.summary.as_mut().unwrap().never_valid = vec!["mmrls_sh_stf_robust".into()];
         let judged = ScenarioVerdict::new("hill", vec![invalid]);
-        assert!(reasons(&judged)[0].contains("joint_ekf_robust: its estimates were invalid"));
+        assert!(reasons(&judged)[0].contains("mmrls_sh_stf_robust: its estimates were invalid"));
     }
 
     fn misleading(seed: u64, valid: u64, misleading: u64, error: f64) -> RunResult {
         let mut run = run(seed, Some(0.5), true, None);
         run.summary.as_mut().unwrap().integrity = vec![Integrity {
-            estimator: "joint_ekf_robust".into(),
+            estimator: "mmrls_sh_stf_robust".into(),
             quantity: Quantity::Mass,
             samples: 12_000,
             valid,
@@ -433,7 +433,7 @@ mod tests {
         assert_eq!(
             reasons(&failed),
             [
-                "joint_ekf_robust mass_misleading_share: joint_ekf_robust marks a mass valid that is 30 % off: NEES 215 (seed 1); \
+                "mmrls_sh_stf_robust mass_misleading_share: mmrls_sh_stf_robust marks a mass valid that is 30 % off: NEES 215 (seed 1); \
               0.11 % of the valid samples; 1 of 2 seeds hold"
             ]
         );
@@ -449,7 +449,7 @@ mod tests {
     #[test]
     fn findings_are_named_worst_first() {
         let mut mild = misleading(3, 4000, 4000, 0.2);
-        mild.summary.as_mut().unwrap().integrity[0].estimator = "ffrls_robust".into();
+        mild.summary.as_mut().unwrap().integrity[0].estimator = "imm_stf_robust".into();
         let mut reference = misleading(4, 4000, 4000, 5.0);
         let integrity = &mut reference.summary.as_mut().unwrap().integrity[0];
         integrity.estimator = "ffrls".into();
@@ -467,9 +467,9 @@ mod tests {
         assert_eq!(
             texts,
             [
-                "joint_ekf_robust marks a mass valid that is 59 % off: NEES 215 (seed 2, t = 12.1 s); 1.0 % of its valid samples are \
+                "mmrls_sh_stf_robust marks a mass valid that is 59 % off: NEES 215 (seed 2, t = 12.1 s); 1.0 % of its valid samples are \
                  misleading",
-                "ffrls_robust marks a mass valid that is 20 % off: NEES 215 (seed 3, t = 12.1 s); 100 % of its valid samples are \
+                "imm_stf_robust marks a mass valid that is 20 % off: NEES 215 (seed 3, t = 12.1 s); 100 % of its valid samples are \
                  misleading",
                 "ffrls marks a mass valid that is 500 % off: NEES 215 (seed 4, t = 12.1 s); 100 % of its valid samples are misleading \
                  [for reference only]",

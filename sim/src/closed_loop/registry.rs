@@ -37,7 +37,7 @@ use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControll
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
-use monorig_estimators::registry as ours;
+use monorig_estimators::registry::{self as ours, Kind};
 use std::sync::Arc;
 
 /// An estimator as a run holds it.
@@ -61,6 +61,8 @@ pub struct PartType<B: ?Sized> {
     about: String,
     groups: &'static [&'static [Key]],
     build: Arc<B>,
+    /// A published method as it stands in its source, without supervision: for comparison, not for use.
+    reference: bool,
 }
 
 /// A type of estimator.
@@ -118,6 +120,7 @@ impl Default for Registry {
                     let built = ours::build(name, vehicle, settings.iter().copied())?;
                     Ok(Box::new(built) as BoxedEstimator)
                 }) as Arc<BuildEstimator>,
+                reference: matches!(ours::kind(name), Some(Kind::Published | Kind::Printed)),
             })
             .collect();
         let pi = |vehicle: &Vehicle, setup: &ControllerSetup, params: &SpeedControllerParams| {
@@ -159,6 +162,7 @@ impl Registry {
             about: String::new(),
             groups: P::GROUPS,
             build: Arc::new(build) as Arc<BuildEstimator>,
+            reference: false,
         };
         add(&mut self.estimators, new, "an estimator", ESTIMATOR_KEYS)
     }
@@ -193,11 +197,10 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// Whether this type of estimator is a published method as it stands in its source, without supervision: one that has a `…_robust`
-    /// beside it, or that is `…_printed`. It is shown beside the others, and not for use.
+    /// Whether this type of estimator is a published method as it stands in its source, without supervision. It is shown beside the
+    /// others, and is not for use. An estimator that a program adds is none.
     pub fn is_reference(&self, name: &str) -> bool {
-        let robust = format!("{name}_robust");
-        name.ends_with("_printed") || self.estimators.iter().any(|e| e.name == robust)
+        self.estimators.iter().any(|e| e.name == name && e.reference)
     }
 
     /// The type of controller of this name.

@@ -113,7 +113,6 @@ macro_rules! pipeline {
 pipeline! {
     "dffrls_aekf": liu_2023::dffrls_aekf;
     "dffrls_aekf_robust": liu_2023_robust::dffrls_aekf_robust;
-    "joint_ekf_robust": joint_ekf_robust;
     "dffrls_aukf_robust": huainan_robust::dffrls_aukf_robust;
     "imm_stf_robust": guo_2024_robust::imm_stf_robust;
     "mmrls_sh_stf_robust": patent_robust::mmrls_sh_stf_robust;
