@@ -14,7 +14,7 @@
 use nalgebra::{SVector, Vector3};
 
 use super::params::AttitudeParams;
-use super::{BIAS_Y, BIAS_Z, GYRO_Z, Lever, N, PHI, THETA, V};
+use super::{BIAS_Y, BIAS_Z, GYRO_Y, GYRO_Z, Lever, N, PHI, THETA, V};
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, cos, sin, sqrt};
@@ -130,7 +130,10 @@ impl GravityAiding {
             self.variance(1, LATERAL_NOISE_FACTOR, T) + side * side,
         );
         let upward = match vertical {
-            true => fuse_vertical(belief, upward, q, self.variance(2, self.vertical_factor, T)),
+            true => {
+                let R = self.variance(2, self.vertical_factor, T);
+                fuse_vertical(belief, upward, [q, lever.below_m], R)
+            }
             false => AidStatus::default(),
         };
         Some([lateral, upward])
@@ -150,10 +153,16 @@ fn fuse_lateral(belief: &mut Gaussian<N>, residual: Real, yaw_rate: Real, R: Rea
 }
 
 /// `residual` is f_z without its bias less the prediction.
-fn fuse_vertical(belief: &mut Gaussian<N>, residual: Real, pitch_rate: Real, R: Real) -> AidStatus {
+fn fuse_vertical(
+    belief: &mut Gaussian<N>,
+    residual: Real,
+    [pitch_rate, below_m]: [Real; 2],
+    R: Real,
+) -> AidStatus {
     let x = belief.x;
     let mut h = SVector::<Real, N>::zeros();
     h[V] = -pitch_rate;
+    h[GYRO_Y] = x[V] - 2.0 * below_m * pitch_rate;
     h[THETA] = -GRAVITY * cos(x[PHI]) * sin(x[THETA]);
     h[PHI] = -GRAVITY * sin(x[PHI]) * cos(x[THETA]);
     h[BIAS_Z] = 1.0;

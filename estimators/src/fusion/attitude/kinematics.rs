@@ -71,6 +71,19 @@ pub fn motion(x: &SVector<Real, N>, u: &Inputs, lever: Lever) -> Motion {
 /// A row of F − 1: places in growing order, and what stands there; zeros behind.
 type Row = [(usize, Real); 5];
 
+/// ∂θ̇/∂x: places and values, zeros behind.
+pub fn pitch_rate_row(motion: &Motion, u: &Inputs) -> [(usize, Real); 3] {
+    let [_, [sp, cp]] = motion.sin_cos;
+    match u.rate {
+        Some([_, q, r]) => [(PHI, q * sp + r * cp), (GYRO_Y, cp), (GYRO_Z, -sp)],
+        None => [
+            (V, motion.curvature_per_m),
+            (KAPPA, motion.speed_mps),
+            (0, 0.0),
+        ],
+    }
+}
+
 /// Rows of F − 1 of the states that change, over `dt`: of v, θ, φ.
 fn jacobian(motion: &Motion, u: &Inputs, dt: Real) -> [Row; 3] {
     let [[st, ct], [sp, cp]] = motion.sin_cos;

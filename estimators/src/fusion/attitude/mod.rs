@@ -233,7 +233,9 @@ impl AttitudeFilter {
         if inputs.shock {
             self.wheels.shock();
         }
-        let outcome = self.aid_by_wheels(z, lever_mps, dt);
+        let by_state = kinematics::pitch_rate_row(&motion, &inputs)
+            .map(|(place, by)| (place, self.lever.below_m * by));
+        let outcome = self.aid_by_wheels(z, (lever_mps, &by_state), dt);
         self.new_nis = outcome
             .status
             .filter(|_| outcome.used > 0 && outcome.rejected == 0)
@@ -364,10 +366,15 @@ impl AttitudeFilter {
         }
     }
 
-    fn aid_by_wheels(&mut self, z: &Channels, lever_mps: Real, dt: Real) -> WheelOutcome {
+    fn aid_by_wheels(
+        &mut self,
+        z: &Channels,
+        lever: (Real, &[(usize, Real)]),
+        dt: Real,
+    ) -> WheelOutcome {
         let outcome = self
             .wheels
-            .step(&mut self.belief, &z.new_wheel_speed_mps, lever_mps, dt);
+            .step(&mut self.belief, &z.new_wheel_speed_mps, lever, dt);
         if let Some(status) = outcome.status {
             self.status[0] = status;
             if outcome.used > 0 {

@@ -100,12 +100,12 @@ impl WheelAiding {
         }
     }
 
-    /// Corrects the belief by the new samples. `lever_mps` is l_z θ̇.
+    /// Corrects the belief by the new samples. `lever_mps` is l_z θ̇, `lever_row` its derivatives by the state.
     pub fn step(
         &mut self,
         belief: &mut Gaussian<N>,
         new_mps: &[Option<Real>; MAX_DRIVES],
-        lever_mps: Real,
+        (lever_mps, lever_row): (Real, &[(usize, Real)]),
         dt: Real,
     ) -> WheelOutcome {
         let speed = belief.x[V] - lever_mps;
@@ -135,6 +135,9 @@ impl WheelAiding {
         self.watch_gyro(belief, &vote, [innovation, S], dt);
         let mut h = SVector::<Real, N>::zeros();
         h[V] = 1.0 + belief.x[SCALE];
+        for (place, by) in lever_row {
+            h[*place] -= by * (1.0 + belief.x[SCALE]);
+        }
         h[SCALE] = speed;
         let fused = belief.update_scalar(innovation, &h, R);
         if vote.rejected == 0 && vote.used == self.drives && vote.mean.abs() > SCALE_SPEED_MPS {
