@@ -87,6 +87,7 @@ extern crate std;
 #[macro_use]
 mod variants;
 
+pub mod aiding;
 pub mod api;
 pub mod detect;
 pub mod filters;

@@ -17,6 +17,14 @@ pub struct AidStatus {
 }
 
 impl AidStatus {
+    /// The status of a measurement that did not enter and has no innovation.
+    pub fn not_fused(outcome: AidOutcome) -> Self {
+        Self {
+            outcome,
+            ..Self::default()
+        }
+    }
+
     /// Normalised innovation squared by the filter's own account; `None` where there is no innovation.
     pub fn nis(&self) -> Option<Real> {
         let nis = self.innovation * self.innovation / self.innovation_variance;

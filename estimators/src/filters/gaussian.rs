@@ -231,13 +231,96 @@ impl<const N: usize> Gaussian<N> {
     /// noise variance `r`.
     #[inline]
     pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
+        self.update_known(y, h, &self.covariance_with(h), r)
+    }
+
+    /// Covariance P hᵀ of the state with a number that has the Jacobian row `h`.
+    #[inline]
+    pub(crate) fn covariance_with(&self, h: &SVector<Real, N>) -> SVector<Real, N> {
+        times_sparse(&self.P, h)
+    }
+
+    /// [`Gaussian::update_scalar`] with P hᵀ known.
+    #[inline]
+    pub(crate) fn update_known(
+        &mut self,
+        y: Real,
+        h: &SVector<Real, N>,
+        PHt: &SVector<Real, N>,
+        r: Real,
+    ) -> Option<()> {
         let (y, H, R) = (SVector::repeat(y), h.transpose(), SMatrix::repeat(r));
-        let PHt = times_sparse(&self.P, h);
-        let gain = gain(&y, &PHt, &(H * PHt + R))?;
+        let gain = gain(&y, PHt, &(H * PHt + R))?;
         self.x += gain.K * y;
-        joseph(&mut self.P, &H, &R, &PHt, &gain.K); // in its place: it may be large
+        joseph(&mut self.P, &H, &R, PHt, &gain.K); // in its place: it may be large
         self.symmetrise();
         Some(())
+    }
+
+    /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and value; entries of 0
+    /// fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the rest).
+    #[inline]
+    pub(crate) fn carry_sparse<const K: usize, const E: usize>(
+        &mut self,
+        rows: &[[(usize, Real); E]; K],
+    ) {
+        let columns = &mut self.P.data.0;
+        // (F − 1) P
+        let mut AP = [[0.0; N]; K];
+        for (sums, row) in AP.iter_mut().zip(rows) {
+            for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
+                for (sum, p) in sums.iter_mut().zip(columns.get(*place).into_iter().flatten()) {
+                    *sum += p * a;
+                }
+            }
+        }
+        // (F − 1) P (F − 1)ᵀ
+        let mut APA = [[0.0; K]; K];
+        for (sums, carried) in APA.iter_mut().zip(&AP) {
+            for (sum, row) in sums.iter_mut().zip(rows) {
+                for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
+                    *sum += carried.get(*place).map_or(0.0, |ap| ap * a);
+                }
+            }
+        }
+        for (j, (column, own)) in columns.iter_mut().zip(&AP).enumerate() {
+            let (changed, rest) = column.split_at_mut(K.min(N));
+            let (own_changed, own_rest) = own.split_at(K.min(N));
+            let others = AP.iter().zip(&APA).zip(changed).zip(own_changed).skip(j);
+            for (((carried, twice), p), own) in others {
+                if let (Some(carried), Some(twice)) = (carried.get(j), twice.get(j)) {
+                    *p += carried + own + twice;
+                }
+            }
+            for (p, own) in rest.iter_mut().zip(own_rest) {
+                *p += own;
+            }
+        }
+    }
+
+    /// Multiplies the standard deviation of state `i` by `factor`; its correlations stay.
+    #[inline]
+    pub(crate) fn scale_sd(&mut self, i: usize, factor: Real) {
+        for (j, column) in self.P.data.0.iter_mut().enumerate() {
+            for (k, p) in column.iter_mut().enumerate() {
+                *p *= if j == i { factor } else { 1.0 } * if k == i { factor } else { 1.0 };
+            }
+        }
+    }
+
+    /// Gives state `i` a value and a variance of its own, without covariance with the others.
+    #[inline]
+    pub(crate) fn set_independent(&mut self, i: usize, x: Real, variance: Real) {
+        for (j, column) in self.P.data.0.iter_mut().enumerate() {
+            for (k, p) in column.iter_mut().enumerate() {
+                if j == i || k == i {
+                    *p = if j == k { variance } else { 0.0 };
+                }
+            }
+        }
+        if let Some(own) = self.x.get_mut(i) {
+            *own = x;
+        }
     }
 
     /// [`Gaussian::correct`] for who has a factor `L` of P = L Lᵀ and knows the measurement by `G` = H L: the Joseph form is then

@@ -1,23 +1,21 @@
-//! What a Kalman filter is told of the world: a model with its Jacobians, named as in every textbook.
+//! The model of a Kalman filter, with its Jacobians, named as in every textbook.
 //!
 //! A filter of this crate is written once, over this trait: [`Ekf`](crate::filters::ekf::Ekf), [`Ukf`](crate::filters::ukf::Ukf), and
 //! over any of them [`Adaptive`](crate::filters::sage_husa::Adaptive). A model is constants and equations; what changes from step to
 //! step is its input.
 //!
-//! Every model is in the list of `testing/jacobians.rs`, which compares `F` and `H` with finite differences and looks through the
-//! sources for one that is missing.
+//! Every process, model and aid is in the list of `testing/jacobians.rs`, which compares `F` and `H` with finite differences and
+//! looks through the sources for one that is missing.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::filters::gaussian::{Correction, Gaussian};
 
-/// A state-space model with additive noise, `N` states and `M` measured quantities:
+/// The motion of a state of `N` numbers with additive noise:
 ///
-/// x' = f(x, u) + w, w ~ N(0, Q);  z = h(x) + v, v ~ N(0, R)
-///
-/// R is not part of it: it belongs to the instrument, and a filter may adapt it.
-pub trait Model<const N: usize, const M: usize> {
+/// x' = f(x, u) + w, w ~ N(0, Q)
+pub trait Process<const N: usize> {
     /// What drives a step: forces, rates, known parameters.
     type Input;
 
@@ -29,7 +27,15 @@ pub trait Model<const N: usize, const M: usize> {
 
     /// Covariance of the process noise of such a step.
     fn Q(&self, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
+}
 
+/// A process that is seen by one measurement of `M` numbers:
+///
+/// z = h(x) + v, v ~ N(0, R)
+///
+/// R is not part of it: it belongs to the instrument, and a filter may adapt it. A process with several measurements, each with
+/// control and gate of its own, has an [`Aid`](crate::aiding::Aid) for each.
+pub trait Model<const N: usize, const M: usize>: Process<N> {
     /// Measurement without noise.
     fn h(&self, x: &SVector<Real, N>) -> SVector<Real, M>;
 
@@ -45,14 +51,14 @@ pub trait Filter<const N: usize, const M: usize> {
     /// The model.
     fn model(&self) -> &Self::Model;
 
-    /// What it knows of the state.
+    /// Mean and covariance of the state.
     fn belief(&self) -> &Gaussian<N>;
 
     /// The same, to start it or to limit it.
     fn belief_mut(&mut self) -> &mut Gaussian<N>;
 
     /// Carries the belief over `dt` seconds. `None`, and nothing changed, if the covariance is not positive definite.
-    fn predict(&mut self, u: &<Self::Model as Model<N, M>>::Input, dt: Real) -> Option<()>;
+    fn predict(&mut self, u: &<Self::Model as Process<N>>::Input, dt: Real) -> Option<()>;
 
     /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation covariance is not
     /// positive definite.

@@ -14,6 +14,7 @@ use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::AttitudeFilter;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::methods::method::no_mass;
+use crate::models::attitude::{BIAS_X, GYRO_Y, PHI, SCALE, THETA};
 use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
@@ -145,11 +146,11 @@ impl Pipeline for AttitudePipeline {
         copy_into(
             values,
             &[
-                x[1],
-                x[2],
-                x[3],
-                x[7],
-                x[8],
+                x[THETA],
+                x[PHI],
+                x[BIAS_X],
+                x[GYRO_Y],
+                x[SCALE],
                 lean,
                 bias_sd,
                 read_sd,

@@ -10,11 +10,6 @@
 //! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
 //! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
 
-#![allow(
-    clippy::indexing_slicing,
-    reason = "indices of states are constants below their number"
-)]
-
 mod effective;
 
 use crate::api::aid::AidStatus;
@@ -29,11 +24,11 @@ use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::{Attitude, AttitudeFilter};
 use crate::fusion::swing_balance::SwingMass;
-use crate::fusion::swing_balance::balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::{SwingBalanceParams, SwingSupervision};
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
+use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::preprocess::front_end::Reading;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;

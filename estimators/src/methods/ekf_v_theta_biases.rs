@@ -23,7 +23,7 @@ use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::methods::method::no_mass;
 use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
@@ -70,7 +70,7 @@ pub struct BiasModel {
     pub q: [Real; 4],
 }
 
-impl Model<4, 1> for BiasModel {
+impl Process<4> for BiasModel {
     type Input = Inertial;
 
     fn f(&self, x: &Vector4<Real>, u: &Inertial, dt: Real) -> Vector4<Real> {
@@ -107,7 +107,9 @@ impl Model<4, 1> for BiasModel {
         let q_theta = u.pitch_rate_radps.map_or(blind_theta, |_| q_theta);
         Matrix4::from_diagonal(&vector![q_v, q_theta, q_g, q_a]) * dt
     }
+}
 
+impl Model<4, 1> for BiasModel {
     fn h(&self, x: &Vector4<Real>) -> Vector1<Real> {
         vector![x.x]
     }

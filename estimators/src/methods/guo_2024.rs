@@ -27,7 +27,7 @@ use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::strong_tracking::StrongTracking;
 use crate::methods::method::{Answer, Found, Method, Published, Signals};
@@ -168,7 +168,7 @@ impl RampModel {
     }
 }
 
-impl Model<3, 2> for RampModel {
+impl Process<3> for RampModel {
     /// `None` where there is no force balance: both models are then the kinematic one.
     type Input = Option<Drive>;
 
@@ -193,7 +193,9 @@ impl Model<3, 2> for RampModel {
         let a = force.map_or(q_a * dt, |sd| sd * sd);
         Matrix3::from_diagonal(&vector![q_v * dt, a, q_i * dt])
     }
+}
 
+impl Model<3, 2> for RampModel {
     fn h(&self, x: &Vector3<Real>) -> Vector2<Real> {
         vector![x.y + GRAVITY * x.z, x.x] // eq. 8, 13, 17
     }

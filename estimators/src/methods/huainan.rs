@@ -26,7 +26,7 @@ use crate::filters::adaptive_low_pass::AdaptiveSmoother;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::{Filter, Model};
+use crate::filters::model::{Filter, Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::ukf::{SigmaParams, Ukf};
@@ -129,7 +129,7 @@ pub struct InclinationModel {
     pub q: [Real; 2],
 }
 
-impl Model<2, 1> for InclinationModel {
+impl Process<2> for InclinationModel {
     type Input = Vector2<Real>;
 
     fn f(&self, x: &Vector2<Real>, u: &Vector2<Real>, dt: Real) -> Vector2<Real> {
@@ -147,7 +147,9 @@ impl Model<2, 1> for InclinationModel {
         let [q_v, q_theta] = self.q;
         Matrix2::from_diagonal(&vector![q_v * dt, q_theta * dt])
     }
+}
 
+impl Model<2, 1> for InclinationModel {
     fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
         vector![x.x] // eq. 16
     }

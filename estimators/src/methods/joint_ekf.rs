@@ -13,7 +13,7 @@ use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::methods::liu_2023::Slope;
 use crate::methods::method::{Answer, Found, Method, Published, Signals};
 use crate::models::force_balance::ForceBalance;
@@ -55,7 +55,7 @@ pub struct JointModel {
     pub q: [Real; 2],
 }
 
-impl Model<3, 1> for JointModel {
+impl Process<3> for JointModel {
     type Input = Push;
 
     fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
@@ -81,7 +81,9 @@ impl Model<3, 1> for JointModel {
         let [q_v, q_theta] = self.q;
         Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
     }
+}
 
+impl Model<3, 1> for JointModel {
     fn h(&self, x: &Vector3<Real>) -> Vector1<Real> {
         vector![x.x]
     }

@@ -24,7 +24,7 @@ use crate::api::vehicle::Vehicle;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::methods::method::{Answer, Found, Method, Published, Signals};
@@ -102,7 +102,7 @@ pub struct GradeModel {
     pub q: [Real; 2],
 }
 
-impl Model<2, 1> for GradeModel {
+impl Process<2> for GradeModel {
     type Input = Drive;
 
     fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
@@ -122,7 +122,9 @@ impl Model<2, 1> for GradeModel {
         let [q_v, q_theta] = self.q;
         Matrix2::from_diagonal(&vector![q_v * dt, q_theta * dt])
     }
+}
 
+impl Model<2, 1> for GradeModel {
     fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
         vector![x.x] // eq. 26
     }

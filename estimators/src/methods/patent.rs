@@ -26,7 +26,7 @@ use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::low_pass::MatchedFilter;
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::strong_tracking::StrongTracking;
@@ -77,7 +77,7 @@ pub struct ClimbModel {
     pub q: [Real; 2],
 }
 
-impl Model<2, 1> for ClimbModel {
+impl Process<2> for ClimbModel {
     type Input = Drive;
 
     fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
@@ -95,7 +95,9 @@ impl Model<2, 1> for ClimbModel {
         let [q_v, q_i] = self.q;
         Matrix2::from_diagonal(&vector![q_v * dt, q_i * dt])
     }
+}
 
+impl Model<2, 1> for ClimbModel {
     fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
         vector![x.x] // eq. 41
     }

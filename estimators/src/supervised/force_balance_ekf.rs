@@ -19,7 +19,7 @@ use crate::detect::innovation_gate::Passage;
 use crate::detect::validity::Integrity;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
@@ -65,7 +65,7 @@ pub struct ForceBalanceModel {
     pub q: [Real; 2],
 }
 
-impl Model<2, 1> for ForceBalanceModel {
+impl Process<2> for ForceBalanceModel {
     type Input = Drive;
 
     fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
@@ -86,7 +86,9 @@ impl Model<2, 1> for ForceBalanceModel {
         let [q_v, q_theta] = self.q;
         Matrix2::from_diagonal(&vector![q_v * dt, q_theta * dt])
     }
+}
 
+impl Model<2, 1> for ForceBalanceModel {
     fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
         vector![x.x]
     }

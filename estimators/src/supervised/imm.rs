@@ -35,7 +35,7 @@ use crate::detect::validity::{Source, Validity};
 use crate::filters::ekf::{Ekf, Preview};
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
-use crate::filters::model::Model;
+use crate::filters::model::{Model, Process};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::conditioning::ConditioningParams;
@@ -150,7 +150,7 @@ impl SlopeModel {
     }
 }
 
-impl Model<3, 2> for SlopeModel {
+impl Process<3> for SlopeModel {
     /// `None` where there is no force balance: the dynamic model is then the kinematic one.
     type Input = Option<Push>;
 
@@ -173,7 +173,9 @@ impl Model<3, 2> for SlopeModel {
         let a = self.push(u).map_or(q_a * dt, |u| u.sd_mps2 * u.sd_mps2);
         Matrix3::from_diagonal(&vector![q_v * dt, a, q_i * dt])
     }
+}
 
+impl Model<3, 2> for SlopeModel {
     fn h(&self, x: &Vector3<Real>) -> Vector2<Real> {
         vector![x.y + GRAVITY * x.z, x.x]
     }

@@ -22,7 +22,7 @@ use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Source, Validity};
 use crate::filters::gaussian::{Correction, Gaussian};
-use crate::filters::model::{Filter, Model};
+use crate::filters::model::{Filter, Model, Process};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
 use crate::filters::ukf::{SigmaParams, Ukf};
 use crate::methods::method::no_mass;
@@ -81,7 +81,7 @@ pub struct InertialModel {
 /// Process noise of speed without an accelerometer, m²/s³: it may do anything, up to 1 m/s² or so.
 const BLIND_Q_V: Real = 1.0;
 
-impl Model<2, 1> for InertialModel {
+impl Process<2> for InertialModel {
     type Input = Motion;
 
     fn f(&self, x: &Vector2<Real>, u: &Motion, dt: Real) -> Vector2<Real> {
@@ -118,7 +118,9 @@ impl Model<2, 1> for InertialModel {
         };
         Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt
     }
+}
 
+impl Model<2, 1> for InertialModel {
     fn h(&self, x: &Vector2<Real>) -> Vector1<Real> {
         vector![x.x]
     }

@@ -1,6 +1,7 @@
-//! The Jacobians of every model against central finite differences.
+//! The Jacobians of every process, model and aid against central finite differences.
 //!
-//! A new model goes into [`MODELS`]. One that is forgotten there is found in the sources ([`every_model_of_the_sources_is_checked`]).
+//! A new one goes into [`MODELS`], [`PROCESSES`] or [`AIDS`]. One that is forgotten there is found in the sources
+//! ([`everything_with_a_jacobian_is_checked`]).
 
 use nalgebra::{SVector, vector};
 use std::path::{Path, PathBuf};
@@ -9,24 +10,36 @@ use std::vec::Vec;
 use std::{fs, println};
 
 use crate::Real;
-use crate::filters::model::Model;
+use crate::aiding::Aid;
+use crate::aiding::force_balance::{BlockForce, BlockNoise};
+use crate::aiding::lateral::Lateral;
+use crate::aiding::standstill::Standstill;
+use crate::aiding::vertical::Vertical;
+use crate::aiding::wheels::Wheels;
+use crate::api::mass_layout::MassLayout;
+use crate::filters::model::{Model, Process};
 use crate::methods::ekf_v_theta_biases::{BiasModel, Inertial};
 use crate::methods::guo_2024::{self, RampModel};
 use crate::methods::huainan::InclinationModel;
 use crate::methods::joint_ekf::{self, JointModel};
 use crate::methods::liu_2023::GradeModel;
 use crate::methods::patent::ClimbModel;
+use crate::models::attitude::{AttitudeInput, AttitudeModel, AttitudeNoise, Lever};
 use crate::models::force_balance::ForceBalance;
+use crate::models::swing::SUBSTEPS;
+use crate::models::swing_balance::{Nominal, SwingInput, SwingModel};
+use crate::models::{attitude, swing_balance};
+use crate::rail::train_means::TrainMeans;
 use crate::supervised::force_balance_ekf::{Drive, ForceBalanceModel};
 use crate::supervised::imm::{self, Acceleration, SlopeModel};
 use crate::supervised::inertial::{InertialModel, Motion, Turn};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
-/// A model's name and what draws an input and a state for it and checks its Jacobians there.
+/// The name of a type, and a function that draws an input and a state for it and checks its Jacobians there.
 type Case = (&'static str, fn(&mut Random));
 
-/// Every model by the name of its type, sorted, with what draws inputs and states for it.
+/// Every model by the name of its type, sorted.
 const MODELS: &[Case] = &[
     ("BiasModel", biases),
     ("ClimbModel", climb),
@@ -39,7 +52,19 @@ const MODELS: &[Case] = &[
     ("SlopeModel", slope),
 ];
 
-/// Drawn inputs for each model.
+/// Every process that is no model, because it has several measurements, each of which is an aid; sorted.
+const PROCESSES: &[Case] = &[("AttitudeModel", attitude_motion), ("SwingModel", swing)];
+
+/// Every aid, sorted.
+const AIDS: &[Case] = &[
+    ("BlockForce", block_force),
+    ("Lateral", lateral),
+    ("Standstill", standstill),
+    ("Vertical", vertical),
+    ("Wheels", wheels),
+];
+
+/// Drawn inputs for each.
 const DRAWS: usize = 200;
 
 fn biases(random: &mut Random) {
@@ -192,34 +217,264 @@ fn speed_and_grade(random: &mut Random) -> SVector<Real, 2> {
     vector![2.0 * random.normal(), 0.4 * random.normal()]
 }
 
-/// `F` and `H` at `x` against (f(x + s) − f(x − s))/2s, and Q symmetric with no negative variance.
-fn check<T: Model<N, M>, const N: usize, const M: usize>(
-    model: &T,
-    u: &T::Input,
-    x: SVector<Real, N>,
+/// The model of the attitude with levers of the size of a crane's.
+fn attitude_model() -> AttitudeModel {
+    AttitudeModel {
+        lever: Lever {
+            ahead_m: 0.3,
+            below_m: 0.5,
+        },
+        noise: AttitudeNoise {
+            velocity_walk: 7e-4,
+            speed_walk: 2e-3,
+            angle_walk: 4e-5,
+            roll_walk: 2e-4,
+            accel_bias_walk: 1.5e-4,
+            gyro_bias_walk: 1e-5,
+            curvature_sd_per_m: 0.03,
+            curvature_length_m: 5.0,
+        },
+    }
+}
+
+/// Speed, angles, biases, scale and curvature, larger than they are.
+fn attitude_state(random: &mut Random) -> SVector<Real, { attitude::N }> {
+    let sizes = [
+        2.0, 0.4, 0.3, 0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.1, 0.05,
+    ];
+    SVector::from(sizes).map(|size: Real| size * random.normal())
+}
+
+fn vector_of(random: &mut Random, size: Real) -> [Real; 3] {
+    [0; 3].map(|_| size * random.normal())
+}
+
+/// Both with and without accelerometer and gyro.
+fn attitude_inputs(random: &mut Random) -> [AttitudeInput; 4] {
+    let (force, rate) = (vector_of(random, 3.0), vector_of(random, 0.3));
+    [(true, true), (true, false), (false, true), (false, false)].map(|(accelerometer, gyro)| {
+        AttitudeInput {
+            force_mps2: Some(force).filter(|_| accelerometer),
+            rate_radps: Some(rate).filter(|_| gyro),
+            seen_walk: [1e-3, 1e-4],
+            speed_mps: 1.0,
+        }
+    })
+}
+
+fn attitude_motion(random: &mut Random) {
+    let x = attitude_state(random);
+    for u in attitude_inputs(random) {
+        check_process(&attitude_model(), &u, x);
+    }
+}
+
+fn wheels(random: &mut Random) {
+    let (model, from) = (attitude_model(), attitude_state(random));
+    for u in attitude_inputs(random) {
+        let aid = Wheels {
+            speed_mps: random.normal(),
+            variance: 1e-5,
+            below_m: model.lever.below_m,
+            pitch_rate: model.rates(&from, &u).pitch_rate(),
+        };
+        // At the state that the pitch rate is linear about, it is exact.
+        let exact = from[attitude::V] - aid.below_m * model.rates(&from, &u).theta_dot;
+        let off = aid.h(&from) - exact * (1.0 + from[attitude::SCALE]);
+        assert!(off.abs() < 1e-12, "{off}");
+        // Its derivatives are those of the pitch rate there.
+        for i in 0..attitude::N {
+            let rate = |by: Real| {
+                let mut x = from;
+                x[i] += by;
+                model.rates(&x, &u).theta_dot
+            };
+            let by_differences = (rate(1e-5) - rate(-1e-5)) / 2e-5;
+            let terms = aid.pitch_rate.by_state();
+            let by: Real = terms.iter().filter(|t| t.0 == i).map(|t| t.1).sum();
+            assert!((by - by_differences).abs() < 1e-8, "{i}: {by}");
+        }
+        check_aid(&aid, attitude_state(random));
+    }
+}
+
+fn lateral(random: &mut Random) {
+    let aid = Lateral {
+        residual_mps2: random.normal(),
+        yaw_rate_radps: 0.3 * random.normal(),
+        turned_mps2: random.normal(),
+        variance: 1e-3,
+    };
+    check_aid(&aid, attitude_state(random));
+}
+
+fn vertical(random: &mut Random) {
+    let aid = Vertical {
+        residual_mps2: random.normal(),
+        pitch_rate_radps: 0.3 * random.normal(),
+        nodded_mps2: random.normal(),
+        below_m: 0.5,
+        variance: 1e-3,
+    };
+    check_aid(&aid, attitude_state(random));
+}
+
+fn standstill(random: &mut Random) {
+    for aid in Standstill::by_axis(vector_of(random, 0.1), 0.01) {
+        check_aid(&aid, attitude_state(random));
+    }
+}
+
+/// A train with a load of up to 20 t on chains of 0.6 m that give lengthwise.
+fn swing_model(swings: bool) -> SwingModel {
+    let mut layout = MassLayout::even(9_000.0, [0.0, 18.0], [4.0, 14.0]);
+    (layout.load.chain_m, layout.load.hook_depth_m) = (0.6, 0.4);
+    layout.load.swinging_tare_kg = 800.0;
+    layout.load.longitudinal_stiffness_npm = Some(3e6);
+    let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+    SwingModel {
+        nominal,
+        swings,
+        depth_m: nominal.hook_depth_m,
+        swing_damping: 0.04,
+        swing_walk: 0.003,
+        length_walk: 0.001,
+    }
+}
+
+fn swing_state(random: &mut Random) -> SVector<Real, { swing_balance::N }> {
+    let sizes = [0.0, 1e3, 100.0, 1e4, 0.1, 0.3, 100.0, 0.02, 0.02, 0.1];
+    let mut x = SVector::from(sizes).map(|size: Real| size * random.normal());
+    x[swing_balance::MASS] = 2e4 * random.uniform();
+    x
+}
+
+fn accelerations(random: &mut Random) -> [Real; SUBSTEPS] {
+    [0; SUBSTEPS].map(|_| 0.4 * random.normal())
+}
+
+fn swing(random: &mut Random) {
+    let u = SwingInput {
+        accelerations_mps2: accelerations(random),
+        force_sd_n: 100.0,
+        noise_mass_kg: 1e4,
+        amplitude_rad2: 0.01,
+        length_m: 0.6,
+        new_grade_rad2: 1e-4,
+    };
+    for swings in [true, false] {
+        check_process(&swing_model(swings), &u, swing_state(random));
+    }
+}
+
+fn block_force(random: &mut Random) {
+    let means = TrainMeans {
+        tare_deep_kg: 900.0 * random.normal(),
+        tare_kg: 900.0,
+        load_deep: 0.2 * random.normal(),
+        load: 0.1,
+        load_cos: 0.9 + 0.1 * random.uniform(),
+        load_curvature_per_m: 0.05 * random.normal(),
+        behind_tare_kgm: 1e4 * random.uniform(),
+        behind_load_m: 3.0 * random.uniform(),
+        ahead_kgm: 1e3,
+        ahead_m: 0.1,
+        bend_per_m: 0.1 * random.uniform(),
+    };
+    let noise = BlockNoise {
+        model_sd_mps2: 0.0016,
+        swing_model_sd: 0.015,
+        mass_kg: 2e4,
+        traction_variance: 1e4,
+    };
+    for swings in [true, false] {
+        let (model, x) = (swing_model(swings), swing_state(random));
+        let aid = BlockForce {
+            model: &model,
+            means: &means,
+            traction_n: 2e4 * random.normal(),
+            speed_mps: random.normal(),
+            accelerations_mps2: accelerations(random),
+            substep_s: 0.1,
+            variance: 0.0,
+        }
+        .with_noise(&noise, &x);
+        assert!(aid.R() > noise.traction_variance);
+        check_aid(&aid, x);
+        // The innovation falls as the prediction grows.
+        let other = swing_state(random);
+        let sum = |x| aid.innovation(x) + aid.h(x);
+        assert!((sum(&x) - sum(&other)).abs() < 1e-6);
+    }
+}
+
+/// Step of a central difference, relative to the number it changes if that is above 1.
+const STEP: Real = 1e-5;
+
+/// ∂f/∂x_i at `x` by (f(x + s) − f(x − s))/2s.
+fn by_differences<const N: usize, const M: usize>(
+    f: impl Fn(&SVector<Real, N>) -> SVector<Real, M>,
+    x: &SVector<Real, N>,
+    i: usize,
+) -> SVector<Real, M> {
+    let mut step = SVector::<Real, N>::zeros();
+    step[i] = STEP * x[i].abs().max(1.0);
+    (f(&(x + step)) - f(&(x - step))) / (2.0 * step[i])
+}
+
+/// Compares column `i` of a Jacobian whose largest entry is `most`.
+fn compare<const M: usize>(
+    name: &str,
+    i: usize,
+    found: SVector<Real, M>,
+    expected: SVector<Real, M>,
+    most: Real,
 ) {
-    const STEP: Real = 1e-5;
-    let dt = 0.1;
-    let (F, H) = (model.F(&x, u, dt), model.H(&x));
+    let off = (found - expected).amax();
+    assert!(off < 1e-8 * (1.0 + most), "{name} by x{i}: {off}");
+}
+
+/// `F` at `x`, and Q symmetric with no negative variance.
+fn check_process<T: Process<N>, const N: usize>(model: &T, u: &T::Input, x: SVector<Real, N>) {
+    let (name, dt) = (std::any::type_name::<T>(), 0.1);
+    let F = model.F(&x, u, dt);
     for i in 0..N {
-        let mut step = SVector::<Real, N>::zeros();
-        step[i] = STEP;
-        let (plus, minus) = (x + step, x - step);
-        let by_f = (model.f(&plus, u, dt) - model.f(&minus, u, dt)) / (2.0 * STEP);
-        let by_h = (model.h(&plus) - model.h(&minus)) / (2.0 * STEP);
-        let name = std::any::type_name::<T>();
-        let off = (F.column(i) - by_f).amax();
-        assert!(off < 1e-8 * (1.0 + F.amax()), "{name}: F by x{i}: {off}");
-        let off = (H.column(i) - by_h).amax();
-        assert!(off < 1e-8 * (1.0 + H.amax()), "{name}: H by x{i}: {off}");
+        let expected = by_differences(|x| model.f(x, u, dt), &x, i);
+        compare(name, i, F.column(i).into_owned(), expected, F.amax());
     }
     let Q = model.Q(u, dt);
     assert!(Q == Q.transpose() && Q.diagonal().iter().all(|q| *q >= 0.0));
 }
 
+/// `F`, `Q` and `H` at `x`.
+fn check<T: Model<N, M>, const N: usize, const M: usize>(
+    model: &T,
+    u: &T::Input,
+    x: SVector<Real, N>,
+) {
+    check_process(model, u, x);
+    let H = model.H(&x);
+    for i in 0..N {
+        let expected = by_differences(|x| model.h(x), &x, i);
+        let name = std::any::type_name::<T>();
+        compare(name, i, H.column(i).into_owned(), expected, H.amax());
+    }
+}
+
+/// `H` at `x`, and a positive R.
+fn check_aid<T: Aid<N>, const N: usize>(aid: &T, x: SVector<Real, N>) {
+    let H = aid.H(&x);
+    for i in 0..N {
+        let expected = by_differences(|x| vector![aid.h(x)], &x, i);
+        let name = std::any::type_name::<T>();
+        compare(name, i, vector![H[i]], expected, H.amax());
+    }
+    assert!(aid.R() > 0.0);
+}
+
 #[test]
 fn every_jacobian_equals_central_differences() {
-    for (name, draw) in MODELS {
+    for (name, draw) in MODELS.iter().chain(PROCESSES).chain(AIDS) {
         println!("{name}");
         let mut random = Random::new(71);
         for _ in 0..DRAWS {
@@ -228,8 +483,8 @@ fn every_jacobian_equals_central_differences() {
     }
 }
 
-/// The types that the text of a source file makes a [`Model`].
-fn models_of(text: &str) -> Vec<String> {
+/// The types for which the text of a source file implements a trait of this name.
+fn types_of(text: &str, of_trait: &str) -> Vec<String> {
     let mut found = Vec::new();
     for block in text.split("\nimpl").skip(1) {
         let header: String = block.split('{').next().unwrap_or("").replace('\n', " ");
@@ -242,7 +497,7 @@ fn models_of(text: &str) -> Vec<String> {
         let Some((path, of)) = rest.split_once(" for ") else {
             continue;
         };
-        if path.starts_with("Model<") {
+        if path.strip_prefix(of_trait).is_some_and(|rest| rest.starts_with('<')) {
             let end = |c: char| !c.is_alphanumeric() && c != '_';
             found.push(of.trim().split(end).next().unwrap().into());
         }
@@ -262,21 +517,31 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn every_model_of_the_sources_is_checked() {
+fn everything_with_a_jacobian_is_checked() {
     let mut files = Vec::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     sources(&folder, &mut files);
-    let mut models: Vec<String> = files
+    let texts: Vec<String> = files
         .iter()
-        .flat_map(|file| models_of(&fs::read_to_string(file).unwrap()))
+        .map(|file| fs::read_to_string(file).unwrap())
         .collect();
-    models.sort();
-    let listed: Vec<&str> = MODELS.iter().map(|(name, _)| *name).collect();
-    assert_eq!(models, listed, "the list of this file is not that of src/");
+    let found = |of_trait| {
+        let types = texts.iter().flat_map(|text| types_of(text, of_trait));
+        let mut types: Vec<String> = types.collect();
+        types.sort();
+        types
+    };
+    let names = |cases: &[Case]| -> Vec<&str> { cases.iter().map(|(name, _)| *name).collect() };
+    let mut processes = [names(MODELS), names(PROCESSES)].concat();
+    processes.sort_unstable();
+    assert_eq!(found("Model"), names(MODELS), "models of src/ and MODELS");
+    assert_eq!(found("Process"), processes, "processes of src/ and the lists");
+    assert_eq!(found("Aid"), names(AIDS), "aids of src/ and AIDS");
 }
 
 #[test]
-fn the_search_for_models_sees_past_generics_and_line_breaks() {
-    let text = "\nimpl Model<2, 1> for A {\nimpl<T: Model<N, M>, const N: usize> Filter<N, M> for B<T> {\nimpl<const K: usize> Model<3, K>\n    for C<K>\nwhere\n{\nimpl D {";
-    assert_eq!(models_of(text), ["A", "C"]);
+fn the_search_for_types_sees_past_generics_and_line_breaks() {
+    let text = "\nimpl Model<2, 1> for A {\nimpl<T: Model<N, M>, const N: usize> Filter<N, M> for B<T> {\nimpl<const K: usize> Model<3, K>\n    for C<K>\nwhere\n{\nimpl D {\nimpl ModelOther<2> for E {\nimpl Aid<2> for F<'_> {";
+    assert_eq!(types_of(text, "Model"), ["A", "C"]);
+    assert_eq!(types_of(text, "Aid"), ["F"]);
 }

@@ -1,6 +1,5 @@
 //! Health of the IMU: what of it is in use.
 
-use super::kinematics::Inputs;
 use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
@@ -98,6 +97,19 @@ impl SpikeGate {
     }
 }
 
+/// Instruments that are in use for a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SoundImu {
+    /// Specific force in IMU axes, m/s²; `None` while the accelerometer is out of use.
+    pub force_mps2: Option<[Real; 3]>,
+    /// Angular rate as the gyro reads it, rad/s; `None` while the gyro is out of use.
+    pub rate_radps: Option<[Real; 3]>,
+    /// Whether something is out of use because it is stuck.
+    pub stuck: bool,
+    /// Whether the accelerometer jumps: an outlier, or a rail joint.
+    pub shock: bool,
+}
+
 /// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
@@ -128,61 +140,50 @@ impl ImuHealth {
         }
     }
 
-    /// What is in use for this step, with the gyro's `bias` (rad/s) taken off.
+    /// Takes the samples of a step and returns what of the IMU is in use. `yaw_bias_radps` is the gyro's bias about z; without `gyro` it is
+    /// not used.
     pub fn step(
         &mut self,
         z: &Channels,
-        bias: [Real; 3],
+        yaw_bias_radps: Real,
         speed_mps: Real,
         gyro: bool,
         dt: Real,
-    ) -> Inputs {
+    ) -> SoundImu {
         let [new_force, new_rate] = z.new;
-        let shock = self.is_shock(z.specific_force_mps2, dt);
-        let raw = z.angular_rate_radps.filter(|_| gyro);
-        let rate = match raw {
-            Some(raw) if self.spike_gate && new_rate => {
-                Some(self.spikes.take(raw, self.ring_s > 0.0))
-            }
-            Some(raw) if self.spike_gate => self.spikes.last.or(Some(raw)),
-            Some(raw) => Some(raw),
-            None => {
-                self.spikes = SpikeGate::default();
-                None
-            }
+        let mut imu = SoundImu {
+            shock: self.is_shock(z.specific_force_mps2, dt),
+            ..SoundImu::default()
         };
-        let mut u = Inputs {
-            force: z.specific_force_mps2,
-            rate,
-            shock,
-            ..Inputs::default()
-        };
-        if let (Some(rate), Some(raw)) = (u.rate, z.angular_rate_radps) {
+        if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
+            let despiked = match (self.spike_gate, new_rate) {
+                (false, _) => raw,
+                (true, true) => self.spikes.take(raw, self.ring_s > 0.0),
+                (true, false) => self.spikes.last.unwrap_or(raw),
+            };
             let stuck = match new_rate {
                 true => self.rate.take(raw),
                 false => self.rate.is_stuck(),
             };
-            u.stuck |= stuck;
-            u.rate = (!stuck).then(|| {
-                let ([p, q, r], [p0, q0, r0]) = (rate, bias);
-                [p - p0, q - q0, r - r0]
-            });
+            imu.stuck |= stuck;
+            imu.rate_radps = (!stuck).then_some(despiked);
+        } else {
+            self.spikes = SpikeGate::default();
         }
-        if let Some(force) = u.force {
+        if let Some(force) = z.specific_force_mps2 {
             let stuck = match new_force {
                 true => self.force.take(force),
                 false => self.force.is_stuck(),
             };
-            u.stuck |= stuck;
+            imu.stuck |= stuck;
             if !stuck {
-                self.check_norm(force, u.rate.map_or(0.0, |[_, _, r]| r) * speed_mps, dt);
+                let yaw_rate = imu.rate_radps.map_or(0.0, |[_, _, r]| r - yaw_bias_radps);
+                self.check_norm(force, yaw_rate * speed_mps, dt);
             }
             self.out_s = (self.out_s - dt).max(0.0);
-            if stuck || (self.gate && self.out_s > 0.0) {
-                u.force = None;
-            }
+            imu.force_mps2 = Some(force).filter(|_| !stuck && !(self.gate && self.out_s > 0.0));
         }
-        u
+        imu
     }
 
     /// Whether the accelerometer jumps.
@@ -229,8 +230,8 @@ mod tests {
                 ..Channels::default()
             };
             let [_, q, _] = health
-                .step(&z, [0.0; 3], 1.0, true, 0.005)
-                .rate
+                .step(&z, 0.0, 1.0, true, 0.005)
+                .rate_radps
                 .unwrap_or_default();
             sum += q;
         }

@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::api::params::params;
 use crate::api::vehicle::Vehicle;
+use crate::models::attitude::AttitudeNoise;
 
 params! {
     /// Sensor sheet and model noise of the attitude filter.
@@ -39,6 +40,20 @@ params! {
 }
 
 impl AttitudeParams {
+    /// Process noise of the model.
+    pub fn noise(&self) -> AttitudeNoise {
+        AttitudeNoise {
+            velocity_walk: self.velocity_random_walk,
+            speed_walk: self.speed_walk,
+            angle_walk: self.angle_random_walk,
+            roll_walk: self.roll_walk,
+            accel_bias_walk: self.accel_bias_walk,
+            gyro_bias_walk: self.gyro_bias_walk,
+            curvature_sd_per_m: self.curvature_sd_per_m,
+            curvature_length_m: self.curvature_length_m,
+        }
+    }
+
     /// Standard deviations of the biases of accelerometer, m/s², and gyro, rad/s, where they are not set: of the vehicle's sheet, or of a
     /// calibrated instrument.
     pub fn bias_sd(&self, vehicle: &Vehicle) -> [Real; 2] {

@@ -9,7 +9,7 @@ const MEMORY_M: Real = 0.05;
 /// Speed from which it is learnt, m/s.
 const MIN_SPEED_MPS: Real = 0.12;
 /// Sharpest curve of a rail, 1/m: a radius of 8 m.
-const MAX_CURVATURE_PER_M: Real = 0.13;
+pub const MAX_CURVATURE_PER_M: Real = 0.13;
 
 /// Low-pass of θ̇/v in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

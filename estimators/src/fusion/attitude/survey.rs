@@ -1,20 +1,26 @@
-//! What the attitude filter tells of the rail behind the IMU: the grade with a fixed lag, and the readings that a map is made of.
+//! Outputs of the attitude filter about the rail: the grade at the IMU, the grade with a fixed lag, the readings that a map is made of, and
+//! the heading.
 //!
 //! The grade at the IMU must be guessed over the arm between the unit's middle and the IMU. Once the middle has come to the place the pitch is
 //! the grade there: a lag of one arm in way, whatever the speed, and no guess. A unit on wheels has the pitch of the chord between them.
 
-use super::{AttitudeFilter, BIAS_X, GYRO_Z, MODEL_SD_RAD, SCALE};
+use super::AttitudeFilter;
 use crate::Real;
-use crate::api::real::sqrt;
+use crate::api::real::{PI, sqrt};
+use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
+use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 
-/// A grade that is told late.
+/// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
+const MODEL_SD_RAD: Real = 0.0003;
+
+/// A grade with a lag in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaggedGrade {
     /// Grade of the rail under the middle of the unit that carries the IMU, rad.
     pub grade_rad: Real,
     /// Its standard deviation, rad.
     pub sd_rad: Real,
-    /// How far behind the IMU that is, m.
+    /// Distance of that place behind the IMU, m.
     pub lag_m: Real,
 }
 
@@ -23,6 +29,25 @@ pub struct LaggedGrade {
 const CHORD_SHARE: Real = 1.0 / 3.0;
 
 impl AttitudeFilter {
+    /// Grade at the IMU, rad: that under the unit's middle and the curvature over the arm.
+    pub fn grade_at_imu_rad(&self) -> Real {
+        let grade = self.found.pitch_rad + self.model.lever.ahead_m * self.found.curvature_per_m;
+        grade.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD)
+    }
+
+    /// Standard deviation of the grade at the IMU, rad.
+    pub fn grade_at_imu_sd_rad(&self) -> Real {
+        let arm = self.arm.sd_rad(self.found.curvature_per_m);
+        let pitch = self.found.pitch_sd_rad;
+        let mount = self.mount_sd_rad();
+        sqrt(pitch * pitch + arm * arm + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD)
+    }
+
+    /// Standard deviation of the IMU's mounting, rad: common to all grades.
+    pub fn mount_sd_rad(&self) -> Real {
+        self.params.mount_sd_deg * PI / 180.0
+    }
+
     /// The grade where the IMU was one arm ago.
     pub fn lagged_grade(&self) -> LaggedGrade {
         let pitch = self.found.pitch_sd_rad;
@@ -32,12 +57,12 @@ impl AttitudeFilter {
             sd_rad: sqrt(
                 pitch * pitch + mount * mount + chord * chord + MODEL_SD_RAD * MODEL_SD_RAD,
             ),
-            lag_m: self.lever.ahead_m,
+            lag_m: self.model.lever.ahead_m,
         }
     }
 
-    /// What a map of the rail is made with: standard deviations of the accelerometer's bias (m/s²), of sin θ + b/g with that of the mounting, of
-    /// the scale of the wheels; how far the IMU is ahead of the place whose pitch is told (m).
+    /// Readings that a map of the rail needs: standard deviations of the accelerometer's bias, m/s², of sin θ + b/g with that of the mounting,
+    /// and of the scale of the wheels; distance of the IMU ahead of the place whose pitch is estimated, m.
     pub fn reading(&self) -> [Real; 4] {
         let P = &self.belief.P;
         let (read, mount) = (self.found.sum_sd, self.mount_sd_rad());
@@ -45,7 +70,7 @@ impl AttitudeFilter {
             sqrt(P[(BIAS_X, BIAS_X)]),
             sqrt(read * read + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD),
             sqrt(P[(SCALE, SCALE)]),
-            self.lever.ahead_m,
+            self.model.lever.ahead_m,
         ]
     }
 

@@ -7,8 +7,9 @@ use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::swing_balance::SwingMass;
-use crate::fusion::swing_balance::balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
+use crate::aiding::force_balance::ETA_M;
 use crate::fusion::swing_balance::block::Block;
+use crate::models::swing_balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainMeans;
 use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
@@ -35,8 +36,6 @@ const BLIND_RAD_PER_M: Real = 0.05;
 const MAX_BLIND_M: Real = 10.0;
 /// Speed from which the force tells the grade, m/s.
 const MIN_SPEED_MPS: Real = 0.1;
-/// Distance at which η is a grade, m.
-const ETA_M: Real = 9.0;
 
 /// The effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

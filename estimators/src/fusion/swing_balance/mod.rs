@@ -1,17 +1,13 @@
 //! Mass by a force balance in which the load swings: blocks of half a second that wait until the rail under the train has been read, a
-//! Kalman filter over them ([`balance`]), and a load-change detector that goes back to where the change began.
+//! Kalman filter over them ([`filter`]), and a load-change detector that goes back to where the change began.
 //!
 //! The load on chains is a pendulum driven by the measured acceleration: every start weighs it (its pull against the train is m_L a_L, known in
 //! time but for m_L), so the mass is there after the first start and not only after a change of grade. Source: ours.
 
-#![allow(
-    clippy::indexing_slicing,
-    reason = "indices of states are constants below their number"
-)]
-
-pub mod balance;
 pub mod block;
+pub mod filter;
 pub mod params;
+pub mod scaled_cusum;
 pub mod start_search;
 pub mod torque_monitor;
 
@@ -19,12 +15,15 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
+use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
-use balance::{ETA, MASS, N, Nominal, R0, SwingBalance, Update};
 use block::{Block, BlockBuilder, BlockInput};
+use filter::{BlockCorrection, SwingBalance};
 use params::{SwingBalanceParams, SwingSupervision};
+use scaled_cusum::ScaledCusum;
 use start_search::StartSearch;
 
 /// Blocks kept: those that wait for rail, and those that a change of load goes back over.
@@ -46,57 +45,9 @@ const SETTLED_BLOCKS: u32 = 20;
 /// Time that the start search takes for a block, s: one for each sample at 100 Hz.
 const SEARCH_PERIOD_S: Real = 0.01;
 const MAX_SEARCH_BLOCKS: u32 = 10;
-/// Load-change detector: allowance and threshold of the CUSUM, memory of the square of the residuals by which they are scaled, s; largest
-/// residual and square taken; pause after an alarm, s.
-const ALLOWANCE: Real = 1.2;
-const THRESHOLD: Real = 20.0;
-const SCALE_S: Real = 20.0;
-const MAX_RESIDUAL: Real = 5.0;
-const MAX_SQUARE: Real = 9.0;
-const PAUSE_S: Real = 15.0;
-
-/// CUSUM of residuals scaled by their own slow spread.
+/// The filter at the last block at which no residual hinted at another load.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct LoadWatch {
-    up: Real,
-    down: Real,
-    square: Real,
-    pause_s: Real,
-}
-
-impl LoadWatch {
-    fn new() -> Self {
-        Self {
-            up: 0.0,
-            down: 0.0,
-            square: 1.0,
-            pause_s: 0.0,
-        }
-    }
-
-    /// Takes a normalised residual of a block of `length_s`; returns whether the load is another.
-    fn take(&mut self, residual: Real, length_s: Real) -> bool {
-        let scaled = residual / crate::api::real::sqrt(self.square.max(1.0));
-        self.square += length_s / SCALE_S * ((residual * residual).min(MAX_SQUARE) - self.square);
-        let scaled = scaled.clamp(-MAX_RESIDUAL, MAX_RESIDUAL);
-        self.up = (self.up + scaled - ALLOWANCE).max(0.0);
-        self.down = (self.down - scaled - ALLOWANCE).max(0.0);
-        self.pause_s = (self.pause_s - length_s).max(0.0);
-        self.up.max(self.down) > THRESHOLD && self.pause_s <= 0.0
-    }
-
-    fn at_rest(&self) -> bool {
-        self.up == 0.0 && self.down == 0.0
-    }
-
-    fn clear(&mut self) {
-        (self.up, self.down) = (0.0, 0.0);
-    }
-}
-
-/// Where the filter was when nothing hinted at another load.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Calm {
+struct RollBack {
     filter: SwingBalance,
     /// The block that comes next.
     next: u64,
@@ -104,18 +55,18 @@ struct Calm {
     spent: bool,
 }
 
-/// What the filter has found, as it is told: the start search goes over the filter.
+/// State of the balance that is published: while the start is searched the filter goes over old blocks, and this stays.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
-    /// Its state, in the order of [`balance`].
+pub struct BalanceState {
+    /// State, in the order of [`crate::models::swing_balance`].
     pub x: SVector<Real, N>,
-    /// Variance of the load, kg², and of the grade behind the rail read, rad².
+    /// Variance of the load, kg².
     pub mass_variance: Real,
-    /// See above.
+    /// Variance of the grade behind the rail read, rad².
     pub eta_variance: Real,
 }
 
-impl Found {
+impl BalanceState {
     fn by(filter: &SwingBalance) -> Self {
         let belief = filter.belief();
         Self {
@@ -136,15 +87,15 @@ pub struct SwingMass {
     front_m: Real,
     /// The filter; while the start is searched that of the pass.
     filter: SwingBalance,
-    found: Found,
-    calm: Calm,
+    found: BalanceState,
+    roll_back: RollBack,
     search: StartSearch,
     /// Block that comes next in a pass of the start search, and the one that every pass begins with.
     trial_next: u64,
     search_from: u64,
     /// Whether the start has been searched since it was new.
     searched: bool,
-    watch: LoadWatch,
+    residuals: ScaledCusum,
     builder: BlockBuilder,
     blocks: [Block; BLOCKS],
     /// Blocks written and taken since the start.
@@ -178,8 +129,8 @@ impl SwingMass {
             gain_sd: params.gain_sd(drives),
             front_m: -front_m,
             filter,
-            found: Found::by(&filter),
-            calm: Calm {
+            found: BalanceState::by(&filter),
+            roll_back: RollBack {
                 filter,
                 next: 0,
                 spent: false,
@@ -190,7 +141,7 @@ impl SwingMass {
             searched: false,
             catch_up: 0,
             published: [0.0; 2],
-            watch: LoadWatch::new(),
+            residuals: ScaledCusum::new(),
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
             written: 0,
@@ -233,7 +184,7 @@ impl SwingMass {
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
-                self.found = Found::by(&self.filter);
+                self.found = BalanceState::by(&self.filter);
                 self.begin_search();
                 if !self.search.is_active() {
                     self.publish();
@@ -243,7 +194,7 @@ impl SwingMass {
         new
     }
 
-    /// Why a block is of no use; `None` if it is.
+    /// Reason why a block is of no use; `None` if it is of use.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
         let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
         // Going back over rail that is no longer remembered, or never was.
@@ -260,7 +211,7 @@ impl SwingMass {
         }
     }
 
-    /// The means over the train at a block, and why it is of no use.
+    /// The means over the train at a block, and the reason why it is of no use, if there is one.
     fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
         let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
@@ -273,12 +224,12 @@ impl SwingMass {
 
     fn take(&mut self, block: &Block, rail: &RailMemory) {
         let (refusal, means) = self.look(block, rail);
-        let update = self.filter.step(block, &means, refusal.is_none());
-        self.status = status(refusal, update);
-        if let Some(update) = update {
+        let BlockCorrection { status, normalised } = self.filter.step(block, &means, refusal);
+        self.status = status;
+        if is_used(&status) {
             self.used = self.used.saturating_add(1);
-            self.new_nis = Some((update.normalised * update.normalised, block.length_s()));
-            if self.watch.take(update.normalised, block.length_s())
+            self.new_nis = Some((normalised * normalised, block.length_s()));
+            if self.residuals.alarm(normalised, block.length_s())
                 && self.supervision.load_change_detector
             {
                 self.go_back();
@@ -286,11 +237,11 @@ impl SwingMass {
             }
         }
         if Real::from(block.speed_mps).abs() <= MIN_SPEED_MPS {
-            self.watch.clear();
+            self.residuals.clear();
         }
         let settled = self.used == 0 || self.used > SETTLED_BLOCKS;
-        if self.watch.at_rest() && settled {
-            self.calm = Calm {
+        if self.residuals.at_rest() && settled {
+            self.roll_back = RollBack {
                 filter: self.filter,
                 next: self.taken,
                 spent: false,
@@ -311,17 +262,17 @@ impl SwingMass {
         }
         let kept_from = (self.written + SPARE_BLOCKS).saturating_sub(BLOCKS as u64);
         // A second search that has lost the start would know less than the first.
-        if self.searched && kept_from > self.calm.next {
+        if self.searched && kept_from > self.roll_back.next {
             return;
         }
-        self.search_from = self.calm.next.max(kept_from);
+        self.search_from = self.roll_back.next.max(kept_from);
         self.search.begin();
         self.begin_pass();
     }
 
     fn begin_pass(&mut self) {
-        self.filter = self.calm.filter;
-        if self.calm.spent || self.search_from > self.calm.next {
+        self.filter = self.roll_back.filter;
+        if self.roll_back.spent || self.search_from > self.roll_back.next {
             self.filter.reset_load();
         }
         self.filter.start_from(self.search.start());
@@ -342,7 +293,7 @@ impl SwingMass {
         if self.written.saturating_sub(self.trial_next) > BLOCKS as u64 {
             // blocks came faster than they could be gone over: from the start
             self.search.stop();
-            self.filter = self.calm.filter;
+            self.filter = self.roll_back.filter;
             self.filter.reset_load();
             (self.used, self.searched) = (0, false);
             return;
@@ -350,9 +301,9 @@ impl SwingMass {
         let block = self.block(self.trial_next);
         self.trial_next += 1;
         let (refusal, means) = self.look(&block, rail);
-        if let Some(update) = self.filter.step(&block, &means, refusal.is_none()) {
-            self.search
-                .take(update.innovation_n * update.innovation_n / update.variance);
+        let status = self.filter.step(&block, &means, refusal).status;
+        if let Some(nis) = status.nis().filter(|_| is_used(&status)) {
+            self.search.take(nis);
         }
         if self.trial_next < self.taken {
             return;
@@ -362,9 +313,9 @@ impl SwingMass {
             None => self.begin_pass(),
             Some(variance) => {
                 self.filter.widen(variance);
-                self.found = Found::by(&self.filter);
+                self.found = BalanceState::by(&self.filter);
                 self.searched = true;
-                self.watch = LoadWatch::new();
+                self.residuals = ScaledCusum::new();
                 self.publish();
             }
         }
@@ -378,36 +329,33 @@ impl SwingMass {
         if self.taken >= self.catch_up {
             let gain = self.gain_sd * self.filter.mass_kg();
             let variance = self.filter.belief().P[(MASS, MASS)];
-            let sd = crate::api::real::sqrt(variance + gain * gain);
+            let sd = sqrt(variance + gain * gain);
             self.published = [self.filter.mass_kg(), sd];
         }
     }
 
-    /// Another load: back to where nothing hinted at it, with the mass open, and again over the blocks since then. Never twice to the same
-    /// place: a model that is wrong would go round for ever.
+    /// Goes back to the last block at which no residual hinted at another load, opens the mass, and goes over the blocks since then again. It
+    /// never goes back to the same block twice, because with a wrong model that would have no end.
     fn go_back(&mut self) {
-        let kept = self.written.saturating_sub(self.calm.next) < BLOCKS as u64;
-        if !self.calm.spent && kept {
-            self.filter = self.calm.filter;
+        let kept = self.written.saturating_sub(self.roll_back.next) < BLOCKS as u64;
+        if !self.roll_back.spent && kept {
+            self.filter = self.roll_back.filter;
             self.catch_up = self.catch_up.max(self.taken);
-            self.taken = self.calm.next;
+            self.taken = self.roll_back.next;
         } else {
-            (self.calm.filter, self.calm.next) = (self.filter, self.taken);
+            (self.roll_back.filter, self.roll_back.next) = (self.filter, self.taken);
         }
-        self.calm.spent = true;
+        self.roll_back.spent = true;
         self.filter.reset_load();
-        self.watch = LoadWatch {
-            pause_s: PAUSE_S,
-            ..LoadWatch::new()
-        };
+        self.residuals = ScaledCusum::paused();
         self.settle_s = 0.0;
         self.used = 0;
         self.searched = false;
         self.changes = self.changes.saturating_add(1);
     }
 
-    /// What the filter has found.
-    pub fn found(&self) -> &Found {
+    /// State of the balance.
+    pub fn found(&self) -> &BalanceState {
         &self.found
     }
 
@@ -427,7 +375,7 @@ impl SwingMass {
         self.tare_kg
     }
 
-    /// How the train rests on the rail.
+    /// The train on its rail.
     pub fn train(&self) -> &TrainOnRail {
         &self.train
     }
@@ -452,7 +400,7 @@ impl SwingMass {
         self.used
     }
 
-    /// What became of the last block.
+    /// Status of the last block.
     pub fn status(&self) -> AidStatus {
         self.status
     }
@@ -460,42 +408,26 @@ impl SwingMass {
     /// Running resistance at `speed_mps` on the level without bends, N.
     pub fn resistance_n(&self, nominal: &Nominal, speed_mps: Real) -> Real {
         let x = &self.found.x;
-        nominal.mu_load * crate::api::real::GRAVITY * self.mass_kg()
+        nominal.mu_load * GRAVITY * self.mass_kg()
             + x[R0]
-            + x[balance::CV] * speed_mps.abs()
+            + x[CV] * speed_mps.abs()
     }
 }
 
-fn status(refusal: Option<AidOutcome>, update: Option<Update>) -> AidStatus {
-    match (refusal, update) {
-        (Some(outcome), _) => AidStatus {
-            outcome,
-            ..AidStatus::default()
-        },
-        (None, None) => AidStatus {
-            outcome: AidOutcome::Rejected(Rejection::Numeric),
-            ..AidStatus::default()
-        },
-        (None, Some(update)) => AidStatus {
-            innovation: update.innovation_n,
-            innovation_variance: update.variance,
-            test_ratio: update.innovation_n * update.innovation_n
-                / (9.0 * update.variance).max(Real::MIN_POSITIVE),
-            outcome: match update.deweighted {
-                true => AidOutcome::Deweighted,
-                false => AidOutcome::Fused,
-            },
-        },
-    }
+/// Whether a block has corrected the filter.
+fn is_used(status: &AidStatus) -> bool {
+    matches!(
+        status.outcome,
+        AidOutcome::Fused | AidOutcome::Deweighted
+    )
 }
 
 fn slot(block: u64) -> usize {
     (block % BLOCKS as u64) as usize
 }
 
-state!(LoadWatch { up, down, square, pause_s; });
-state!(Found { x, mass_variance, eta_variance; });
-state!(Calm { filter, next, spent; });
+state!(BalanceState { x, mass_variance, eta_variance; });
+state!(RollBack { filter, next, spent; });
 
 impl State for SwingMass {
     fn visit(&mut self, archive: &mut Archive) {
@@ -507,12 +439,12 @@ impl State for SwingMass {
             front_m: _,
             filter,
             found,
-            calm,
+            roll_back,
             search,
             trial_next,
             search_from,
             searched,
-            watch,
+            residuals,
             builder,
             blocks,
             written,
@@ -527,12 +459,12 @@ impl State for SwingMass {
         } = self;
         filter.visit(archive);
         found.visit(archive);
-        calm.visit(archive);
+        roll_back.visit(archive);
         search.visit(archive);
         trial_next.visit(archive);
         search_from.visit(archive);
         searched.visit(archive);
-        watch.visit(archive);
+        residuals.visit(archive);
         builder.visit(archive);
         blocks.visit(archive);
         written.visit(archive);

@@ -1,0 +1,175 @@
+//! Force balance of a block of half a second, as a measurement of the load, its swing and the resistance.
+//!
+//! z = F − (J + m₀ − m_g) a − g Σ m S* − m₀ μ' g c s
+//! h = (m_L + m_g) a_L + m_L (g S*_L + μ' g c s) + s (r c' + c_v |v| + q_c κ) + d + η g Σ m x/9 m − M b
+//!
+//! with the load's acceleration a_L = −g φ̄ c (1 + h κ_L) by the mean swing φ̄ ([`SwingBlock`]), M = m₀ + m_L, m_g the gear that swings with the
+//! load, s the sign of the speed, c the cosine of the grade under the load (c' of its share of the resistance), μ' the part of the
+//! resistance that grows with the load, S* the mean grade of masses below the rail ([`TrainMeans`]), Σ m x of the masses behind the rail read.
+
+use nalgebra::SVector;
+
+use crate::Real;
+use crate::aiding::Aid;
+use crate::api::real::GRAVITY;
+use crate::models::swing::{SUBSTEPS, SwingBlock};
+use crate::models::swing_balance::{
+    ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
+};
+use crate::rail::train_means::TrainMeans;
+
+/// Distance at which η is the grade that the rail behind differs by, m.
+pub const ETA_M: Real = 9.0;
+/// Standard deviation of the grade ahead of the rail read, rad per m.
+const AHEAD_SD_PER_M: Real = 0.032;
+
+/// The measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockForce<'a> {
+    /// The model of the state.
+    pub model: &'a SwingModel,
+    /// Means over the train.
+    pub means: &'a TrainMeans,
+    /// Mean traction at the rims, N.
+    pub traction_n: Real,
+    /// Mean speed, m/s.
+    pub speed_mps: Real,
+    /// Acceleration in parts, m/s².
+    pub accelerations_mps2: [Real; SUBSTEPS],
+    /// Length of a part, s.
+    pub substep_s: Real,
+    /// Variance of the noise, N².
+    pub variance: Real,
+}
+
+/// Standard deviations of the noise of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockNoise {
+    /// Of the balance per mass, m/s².
+    pub model_sd_mps2: Real,
+    /// Of the load's share, as a share of the load times the accelerations.
+    pub swing_model_sd: Real,
+    /// Mass that the noise is proportional to, kg.
+    pub mass_kg: Real,
+    /// Variance of the traction, N².
+    pub traction_variance: Real,
+}
+
+impl BlockForce<'_> {
+    fn sign(&self) -> Real {
+        if self.speed_mps < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    fn acceleration_mps2(&self) -> Real {
+        self.accelerations_mps2.iter().sum::<Real>() / SUBSTEPS as Real
+    }
+
+    /// μ' g c s, m/s².
+    fn friction_mps2(&self) -> Real {
+        self.model.nominal.mu_load * GRAVITY * self.means.load_cos * self.sign()
+    }
+
+    /// c' of the resistance that does not grow with the load.
+    fn normal(&self) -> Real {
+        1.0 - self.model.nominal.load_share * (1.0 - self.means.load_cos)
+    }
+
+    /// g Σ m x/9 m of a load of `load_kg`, N per rad.
+    fn behind(&self, load_kg: Real) -> Real {
+        let means = self.means;
+        GRAVITY / ETA_M * (means.behind_tare_kgm + load_kg * means.behind_load_m)
+    }
+
+    /// ∂a_L/∂φ̄, m/s² per rad.
+    fn by_angle(&self) -> Real {
+        let means = self.means;
+        -GRAVITY * means.load_cos * (1.0 + self.model.depth_m * means.load_curvature_per_m)
+    }
+
+    fn pendulum(
+        &self,
+        x: &SVector<Real, N>,
+        of: fn(Real, &[Real; SUBSTEPS], Real) -> SwingBlock,
+    ) -> SwingBlock {
+        let a = self.accelerations_mps2.map(|a| a * self.means.load_cos);
+        of(self.model.length_m(x), &a, self.substep_s)
+    }
+
+    /// Acceleration of the load, m/s².
+    fn load_acceleration(&self, x: &SVector<Real, N>) -> Real {
+        if !self.model.swings {
+            return self.acceleration_mps2();
+        }
+        let swing = self.pendulum(x, SwingBlock::new);
+        self.by_angle() * swing.mean_angle([x[ANGLE], x[RATE]])
+    }
+
+    /// Sets the variance of the noise at a state.
+    pub fn with_noise(mut self, noise: &BlockNoise, x: &SVector<Real, N>) -> Self {
+        let n = &self.model.nominal;
+        let of = |sd: Real| sd * sd;
+        let hanging_kg = noise.mass_kg - n.tare_kg + n.gear_kg;
+        let moved = self.acceleration_mps2().abs() + self.load_acceleration(x).abs();
+        let ahead_rad = AHEAD_SD_PER_M * self.means.ahead_kgm / n.tare_kg;
+        self.variance = noise.traction_variance
+            + of(noise.model_sd_mps2 * noise.mass_kg)
+            + of(ahead_rad * noise.mass_kg * GRAVITY)
+            + of(noise.swing_model_sd * hanging_kg * moved);
+        self
+    }
+}
+
+impl Aid<N> for BlockForce<'_> {
+    fn innovation(&self, x: &SVector<Real, N>) -> Real {
+        let n = &self.model.nominal;
+        let rigid_kg = n.rotating_kg + n.tare_kg - n.gear_kg;
+        let z = self.traction_n
+            - rigid_kg * self.acceleration_mps2()
+            - GRAVITY * self.means.tare_deep_kg
+            - n.tare_kg * self.friction_mps2();
+        z - self.h(x)
+    }
+
+    fn h(&self, x: &SVector<Real, N>) -> Real {
+        let (n, means) = (&self.model.nominal, self.means);
+        let resistance =
+            self.normal() * x[R0] + x[CV] * self.speed_mps.abs() + x[QC] * means.bend_per_m;
+        (x[MASS] + n.gear_kg) * self.load_acceleration(x)
+            + x[MASS] * (GRAVITY * means.load_deep + self.friction_mps2())
+            + self.sign() * resistance
+            + x[D]
+            + x[ETA] * self.behind(x[MASS])
+            - (n.tare_kg + x[MASS]) * x[B]
+    }
+
+    fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
+        let (n, means) = (&self.model.nominal, self.means);
+        let mut h = SVector::<Real, N>::zeros();
+        if self.model.swings {
+            let swing = self.pendulum(x, SwingBlock::new);
+            let by_length = self.pendulum(x, SwingBlock::by_log_length);
+            let by_mean = (x[MASS] + n.gear_kg) * self.by_angle();
+            let [by_start, by_rate] = swing.mean;
+            h[ANGLE] = by_mean * by_start;
+            h[RATE] = by_mean * by_rate;
+            h[LENGTH] = by_mean * by_length.mean_angle([x[ANGLE], x[RATE]]);
+        }
+        h[MASS] = self.load_acceleration(x)
+            + GRAVITY * means.load_deep
+            + self.friction_mps2()
+            + GRAVITY / ETA_M * means.behind_load_m * x[ETA]
+            + h[LENGTH] * self.model.log_length_by_mass(x)
+            - x[B];
+        h[R0] = self.sign() * self.normal();
+        h[CV] = self.speed_mps; // s |v|
+        h[QC] = self.sign() * means.bend_per_m;
+        h[D] = 1.0;
+        h[ETA] = self.behind(x[MASS]);
+        h[B] = -(n.tare_kg + x[MASS]);
+        h
+    }
+
+    fn R(&self) -> Real {
+        self.variance
+    }
+}

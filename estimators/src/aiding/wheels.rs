@@ -1,0 +1,183 @@
+//! Wheel speeds, which measure the speed: gate of each wheel (slip), and the mean of the rest.
+//!
+//! h = (v − l_z θ̇)(1 + e_w), R = σ_w²/n for n wheels in use. θ̇ is that of the step, linear in the state.
+
+use nalgebra::SVector;
+
+use crate::Real;
+use crate::aiding::Aid;
+use crate::api::real::sqrt;
+use crate::api::signals::MAX_DRIVES;
+use crate::api::snapshot::state;
+use crate::detect::control::Control;
+use crate::filters::gaussian::Gaussian;
+use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
+
+/// Share of the speed by which wheels may differ beyond their noise (creep, scale).
+pub const SPREAD: Real = 0.004;
+/// Memory of the scale of one wheel against the mean of all, s, and the speed from which it is learnt, m/s.
+const SCALE_MEMORY_S: Real = 20.0;
+const SCALE_SPEED_MPS: Real = 0.2;
+/// Largest scale error of one wheel against the mean.
+const MAX_SCALE: Real = 0.2;
+
+/// Mean of the wheels in use, as a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wheels {
+    /// Mean speed, m/s.
+    pub speed_mps: Real,
+    /// Variance of that, m²/s².
+    pub variance: Real,
+    /// Distance l_z of the IMU below the unit's middle, m.
+    pub below_m: Real,
+    /// Rate of the pitch.
+    pub pitch_rate: LinearPitchRate,
+}
+
+impl Wheels {
+    /// v − l_z θ̇, m/s.
+    fn at_rail(&self, x: &SVector<Real, N>) -> Real {
+        x[V] - self.below_m * self.pitch_rate.at(x)
+    }
+}
+
+impl Aid<N> for Wheels {
+    fn innovation(&self, x: &SVector<Real, N>) -> Real {
+        self.speed_mps - self.h(x)
+    }
+
+    fn h(&self, x: &SVector<Real, N>) -> Real {
+        self.at_rail(x) * (1.0 + x[SCALE])
+    }
+
+    fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
+        let mut h = SVector::<Real, N>::zeros();
+        let scale = 1.0 + x[SCALE];
+        h[V] = scale;
+        for (place, by) in self.pitch_rate.by_state() {
+            h[place] -= self.below_m * by * scale;
+        }
+        h[SCALE] = self.at_rail(x);
+        h
+    }
+
+    fn R(&self) -> Real {
+        self.variance
+    }
+}
+
+/// Vote of the wheels of one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ballot {
+    /// Wheels in use.
+    pub used: usize,
+    /// Wheels beyond the gate.
+    pub rejected: usize,
+    /// Mean of those in use, m/s; without any the one nearest to the prediction.
+    pub speed_mps: Real,
+    /// Largest difference of two in use, m/s.
+    pub range_mps: Real,
+    /// Deviation from the prediction beyond which a wheel is rejected, m/s.
+    pub limit_mps: Real,
+}
+
+/// Gate of each wheel, and the scales of the wheels against each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelGate {
+    drives: usize,
+    sd_mps: Real,
+    gate_sd: Real,
+    gated: bool,
+    scale: [Real; MAX_DRIVES],
+}
+
+impl WheelGate {
+    /// For `drives` wheels whose speeds have the standard deviation `sd_mps`, with a gate of `gate_sd` of them unless it is not `gated`.
+    pub fn new(drives: usize, sd_mps: Real, gate_sd: Real, gated: bool) -> Self {
+        Self {
+            drives: drives.min(MAX_DRIVES),
+            sd_mps,
+            gate_sd,
+            gated,
+            scale: [0.0; MAX_DRIVES],
+        }
+    }
+
+    /// Whether wheels beyond the gate are rejected.
+    pub fn is_gated(&self) -> bool {
+        self.gated
+    }
+
+    /// The new samples against a belief: the measurement, and the vote that made it.
+    pub fn control(
+        &mut self,
+        belief: &Gaussian<N>,
+        new_mps: &[Option<Real>; MAX_DRIVES],
+        (below_m, pitch_rate): (Real, LinearPitchRate),
+        dt: Real,
+    ) -> (Control<Wheels>, Ballot) {
+        let mut wheels = Wheels {
+            speed_mps: 0.0,
+            variance: self.sd_mps * self.sd_mps,
+            below_m,
+            pitch_rate,
+        };
+        let predicted = wheels.h(&belief.x);
+        let spread = SPREAD * predicted;
+        let variance = belief.P[(V, V)] + wheels.variance + spread * spread;
+        let ballot = self.vote(new_mps, predicted, self.gate_sd * sqrt(variance));
+        wheels.speed_mps = ballot.speed_mps;
+        wheels.variance /= ballot.used.max(1) as Real;
+        if ballot.rejected == 0
+            && ballot.used == self.drives
+            && ballot.speed_mps.abs() > SCALE_SPEED_MPS
+        {
+            self.learn_scales(new_mps, ballot.speed_mps, dt);
+        }
+        match ballot.used + ballot.rejected {
+            0 => (Control::Held, ballot),
+            _ => (Control::New(wheels), ballot),
+        }
+    }
+
+    fn vote(&self, new_mps: &[Option<Real>; MAX_DRIVES], predicted: Real, limit: Real) -> Ballot {
+        let (mut used, mut rejected, mut sum) = (0, 0, 0.0);
+        let (mut low, mut high, mut nearest) = (Real::MAX, Real::MIN, Real::MAX);
+        for (sample, scale) in new_mps.iter().zip(&self.scale).take(self.drives) {
+            let Some(v) = sample.map(|v| v / (1.0 + scale)) else {
+                continue;
+            };
+            if (v - predicted).abs() < (nearest - predicted).abs() {
+                nearest = v;
+            }
+            if self.gated && (v - predicted).abs() > limit {
+                rejected += 1;
+                continue;
+            }
+            (used, sum) = (used + 1, sum + v);
+            (low, high) = (low.min(v), high.max(v));
+        }
+        Ballot {
+            used,
+            rejected,
+            speed_mps: match (used, rejected) {
+                (0, 0) => 0.0,
+                (0, _) => nearest,
+                _ => sum / used as Real,
+            },
+            range_mps: if used > 0 { high - low } else { 0.0 },
+            limit_mps: limit,
+        }
+    }
+
+    fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
+        for (scale, sample) in self.scale.iter_mut().zip(new_mps) {
+            if let Some(v) = sample {
+                *scale += dt / SCALE_MEMORY_S * (v / mean - 1.0 - *scale);
+                *scale = scale.clamp(-MAX_SCALE, MAX_SCALE);
+            }
+        }
+    }
+}
+
+state!(WheelGate { scale; drives, sd_mps, gate_sd, gated });

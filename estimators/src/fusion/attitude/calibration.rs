@@ -1,0 +1,64 @@
+//! Errors of an IMU that is not calibrated, which the model of the attitude filter leaves out.
+
+use crate::Real;
+use crate::api::real::GRAVITY;
+use crate::filters::gaussian::Gaussian;
+use crate::models::attitude::{BIAS_X, N, PHI, THETA};
+
+/// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. A larger one may as well be the
+/// pitch of the mount or an error of scale, and |f| = g does not tell them from a bias.
+const CALIBRATED_SD: Real = 0.03;
+/// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error, rad.
+const SCALE_SD: Real = 0.0075;
+const RAMP_RAD: Real = 0.2;
+/// Angle by which its axes are askew against each other, rad, and time over which a bend turns to one side, s.
+const ASKEW_RAD: Real = 0.025;
+const BEND_S: Real = 3.0;
+
+/// Calibration of an IMU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    calibrated: bool,
+    accel_bias_sd_mps2: Real,
+}
+
+impl Calibration {
+    /// Of an instrument with these standard deviations of the biases of accelerometer, m/s², and gyro, rad/s.
+    pub fn new(bias_sd: [Real; 2]) -> Self {
+        let [accel_bias_sd_mps2, _] = bias_sd;
+        Self {
+            calibrated: bias_sd.iter().all(|sd| *sd <= CALIBRATED_SD),
+            accel_bias_sd_mps2,
+        }
+    }
+
+    /// Whether the instrument counts as calibrated.
+    pub fn is_calibrated(&self) -> bool {
+        self.calibrated
+    }
+
+    /// Lower limit of the reported standard deviation of the pitch, rad. For an uncalibrated IMU this is the accelerometer's bias over g,
+    /// because askew axes read a turn in a bend as one in pitch, which the covariance does not contain.
+    pub fn least_pitch_sd_rad(&self) -> Real {
+        if self.calibrated {
+            0.0
+        } else {
+            self.accel_bias_sd_mps2 / GRAVITY
+        }
+    }
+
+    /// Widens the belief about an uncalibrated IMU after it has pitched by `turn_rad` at a yaw rate. A scale error changes the bias with the
+    /// grade; otherwise the change of cos θ on a slope would pass for a measurement of the bias. Askew axes read a share of the yaw rate
+    /// as rates of pitch and roll.
+    pub fn doubt(&self, belief: &mut Gaussian<N>, turn_rad: Real, yaw_rate_radps: Real, dt: Real) {
+        if self.calibrated {
+            return;
+        }
+        let scale = SCALE_SD * GRAVITY;
+        belief.P[(BIAS_X, BIAS_X)] += scale * scale * RAMP_RAD * turn_rad.abs();
+        let askew = ASKEW_RAD * yaw_rate_radps;
+        for angle in [THETA, PHI] {
+            belief.P[(angle, angle)] += askew * askew * BEND_S * dt;
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! Kalman filter of the force balance: [`SwingModel`] over blocks, each of which is one measurement ([`BlockForce`]).
+
+use nalgebra::SVector;
+
+use super::block::Block;
+use super::params::{SwingBalanceParams, SwingSupervision};
+use crate::Real;
+use crate::aiding::force_balance::{BlockForce, BlockNoise};
+use crate::aiding::{Aid, GateRule, fuse};
+use crate::api::aid::{AidOutcome, AidStatus};
+use crate::api::real::{GRAVITY, exp, sqrt};
+use crate::api::snapshot::{Archive, State};
+use crate::detect::control::Control;
+use crate::filters::ekf;
+use crate::filters::gaussian::Gaussian;
+use crate::filters::model::Process;
+use crate::models::swing_balance::{
+    ANGLE, B, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
+};
+use crate::rail::train_means::TrainMeans;
+
+/// Mean way behind the rail remembered over which η becomes another, m.
+const ETA_MEMORY_M: Real = 2.0;
+/// Largest |ln L/L₀|.
+const MAX_LENGTH: Real = 0.5;
+/// Part of the running resistance per weight from which it weighs the load, and not the swing: a load swings with accelerations of some
+/// 0.05 g.
+const MAX_SWING_MU: Real = 0.05;
+/// Standard deviations beyond which a block is deweighted.
+const HUBER_SD: Real = 3.0;
+/// Time over which the factor on the noise grows with the residuals, s; it falls in twice that.
+const INFLATE_S: Real = 4.0;
+/// Largest square of a normalised residual that the factor takes, and the factor from which it acts.
+const MAX_SQUARE: Real = 25.0;
+const MIN_INFLATION: Real = 1.2;
+/// Speed from which a change of the grade is one by way, m/s, and the largest such change, rad/m.
+const MIN_TURN_SPEED_MPS: Real = 0.05;
+const MAX_TURN_RADPM: Real = 0.2;
+/// Standard deviations of the swing after a load has been taken, rad and rad/s.
+const NEW_SWING_SD: [Real; 2] = [0.06, 0.25];
+/// Share of the first variance of resistance and bias that another load adds.
+const REOPEN: Real = 0.01;
+
+/// BlockCorrection by a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BlockCorrection {
+    /// Status of the measurement.
+    pub status: AidStatus,
+    /// Innovation over its nominal standard deviation.
+    pub normalised: Real,
+}
+
+/// The filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SwingBalance {
+    model: SwingModel,
+    params: SwingBalanceParams,
+    residual_noise: bool,
+    belief: Gaussian<N>,
+    inflation: Real,
+    /// See [`SwingBalance::set_noise_mass`]; 0 for none.
+    noise_kg: Real,
+    last_grade: Real,
+    last_behind_m: Real,
+}
+
+impl SwingBalance {
+    /// Starts at the prior.
+    pub fn new(
+        nominal: Nominal,
+        params: &SwingBalanceParams,
+        supervision: &SwingSupervision,
+    ) -> Self {
+        Self {
+            model: SwingModel {
+                nominal,
+                swings: supervision.swing && nominal.chain_m > 0.0,
+                depth_m: match supervision.depth {
+                    true => nominal.hook_depth_m,
+                    false => 0.0,
+                },
+                swing_damping: params.swing_damping,
+                swing_walk: params.swing_walk,
+                length_walk: params.length_walk,
+            },
+            params: *params,
+            residual_noise: supervision.residual_noise,
+            belief: prior(&nominal, params),
+            inflation: 1.0,
+            noise_kg: 0.0,
+            last_grade: 0.0,
+            last_behind_m: 0.0,
+        }
+    }
+
+    /// State and covariance.
+    pub fn belief(&self) -> &Gaussian<N> {
+        &self.belief
+    }
+
+    /// Total mass, kg.
+    pub fn mass_kg(&self) -> Real {
+        self.model.nominal.tare_kg + self.belief.x[MASS]
+    }
+
+    /// Mass that the noise of the model is proportional to, kg: that of the filter, or for comparing filters one for all.
+    fn noise_mass_kg(&self) -> Real {
+        if self.noise_kg > 0.0 {
+            self.noise_kg
+        } else {
+            self.mass_kg()
+        }
+    }
+
+    /// Whether the mass is weighed by the swing, and so not linear: a load that swings, and a running resistance that does not weigh it
+    /// first.
+    pub fn is_nonlinear(&self) -> bool {
+        self.model.swings && self.model.nominal.mu_load < MAX_SWING_MU
+    }
+
+    /// Sets the mass that the noise is proportional to, kg; `None` for the filter's own.
+    pub fn set_noise_mass(&mut self, mass_kg: Option<Real>) {
+        self.noise_kg = mass_kg.unwrap_or(0.0);
+    }
+
+    /// Takes a block whose rail has been read: corrects by it if it is of use (`refusal` is `None`), and carries the state over its length.
+    pub fn step(
+        &mut self,
+        block: &Block,
+        means: &TrainMeans,
+        refusal: Option<AidOutcome>,
+    ) -> BlockCorrection {
+        let correction = match refusal {
+            None => self.correct(block, means),
+            Some(outcome) => BlockCorrection {
+                status: AidStatus::not_fused(outcome),
+                normalised: 0.0,
+            },
+        };
+        self.predict(block, means);
+        correction
+    }
+
+    fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
+        let p = &self.params;
+        let noise = BlockNoise {
+            model_sd_mps2: p.model_sd_mps2,
+            swing_model_sd: p.swing_model_sd,
+            mass_kg: self.noise_mass_kg(),
+            traction_variance: Real::from(block.variance),
+        };
+        let mut aid = BlockForce {
+            model: &self.model,
+            means,
+            traction_n: Real::from(block.traction_n),
+            speed_mps: Real::from(block.speed_mps),
+            accelerations_mps2: block.accelerations(),
+            substep_s: block.substep_s(),
+            variance: 0.0,
+        }
+        .with_noise(&noise, &self.belief.x);
+        let (y, h) = (aid.innovation(&self.belief.x), aid.H(&self.belief.x));
+        let square = y * y / (h.dot(&self.belief.covariance_with(&h)) + aid.R());
+        if self.residual_noise {
+            let most = square.min(MAX_SQUARE);
+            let time = match most > self.inflation {
+                true => INFLATE_S,
+                false => 2.0 * INFLATE_S,
+            };
+            self.inflation += (block.length_s() / time) * (most - self.inflation);
+            if self.inflation > MIN_INFLATION {
+                aid.variance *= self.inflation;
+            }
+        }
+        let gate = GateRule::Deweight(HUBER_SD);
+        let status = fuse(&mut self.belief, Control::New(aid), gate).unwrap_or_default();
+        let x = &mut self.belief.x;
+        x[MASS] = x[MASS].clamp(0.0, self.model.nominal.max_load_kg);
+        x[LENGTH] = x[LENGTH].clamp(-MAX_LENGTH, MAX_LENGTH);
+        BlockCorrection {
+            status,
+            normalised: if y < 0.0 { -sqrt(square) } else { sqrt(square) },
+        }
+    }
+
+    fn predict(&mut self, block: &Block, means: &TrainMeans) {
+        let (T, x) = (block.length_s(), self.belief.x);
+        let mut u = SwingInput {
+            accelerations_mps2: block.accelerations().map(|a| a * means.load_cos),
+            ..SwingInput::default()
+        };
+        let next = self.model.f(&x, &u, T);
+        // The noise is that of the state at the end.
+        self.add_noise(&mut u, &next, block, means);
+        let (F, Q) = (self.model.F(&x, &u, T), self.model.Q(&u, T));
+        ekf::predict(&mut self.belief, next, &F, &Q);
+    }
+
+    fn add_noise(
+        &mut self,
+        u: &mut SwingInput,
+        x: &SVector<Real, N>,
+        block: &Block,
+        means: &TrainMeans,
+    ) {
+        let (p, mass) = (&self.params, self.mass_kg());
+        let noisy = self.noise_mass_kg();
+        let grade = (means.tare_deep_kg + x[MASS] * means.load_deep) / mass;
+        let v = Real::from(block.speed_mps).abs();
+        let turn = if v > MIN_TURN_SPEED_MPS {
+            ((grade - self.last_grade).abs() / (v * block.length_s())).min(MAX_TURN_RADPM)
+        } else {
+            0.0
+        };
+        self.last_grade = grade;
+        // Going back over rail that is no longer remembered: its grade is another.
+        let behind_m = (means.behind_tare_kgm + x[MASS] * means.behind_load_m) / mass;
+        let onto_m = (behind_m - self.last_behind_m).max(0.0);
+        self.last_behind_m = behind_m;
+        let same = exp(-onto_m / ETA_MEMORY_M);
+        u.length_m = self.model.length_m(x);
+        u.noise_mass_kg = noisy;
+        u.force_sd_n = noisy
+            * (p.force_sd_mps2
+                + GRAVITY * turn * p.place_sd_m
+                + p.bend_force_sd * means.bend_per_m);
+        u.amplitude_rad2 = x[ANGLE] * x[ANGLE] + x[RATE] * x[RATE] * u.length_m / GRAVITY;
+        u.new_grade_rad2 = p.eta_sd_rad * p.eta_sd_rad * (1.0 - same * same);
+    }
+
+    /// Sets the load to start from and its standard deviation, as shares of the largest load.
+    pub fn start_from(&mut self, [load, sd]: [Real; 2]) {
+        let most = self.model.nominal.max_load_kg;
+        let (load_kg, sd_kg) = (load * most, sd * most);
+        self.belief.set_independent(MASS, load_kg, sd_kg * sd_kg);
+    }
+
+    /// Load and its variance, as shares of the largest load and its square.
+    pub fn load_share(&self) -> [Real; 2] {
+        let most = self.model.nominal.max_load_kg;
+        [
+            self.belief.x[MASS] / most,
+            self.belief.P[(MASS, MASS)] / (most * most),
+        ]
+    }
+
+    /// Widens the variance of the load to this share of the square of the largest load; correlations stay.
+    pub fn widen(&mut self, variance: Real) {
+        let [_, found] = self.load_share();
+        let factor = sqrt(variance / found.max(Real::MIN_POSITIVE));
+        if factor > 1.0 {
+            self.belief.scale_sd(MASS, factor);
+        }
+    }
+
+    /// Takes another load for possible: the mass as at the start, the swing open, resistance and bias a little.
+    pub fn reset_load(&mut self) {
+        let fresh = prior(&self.model.nominal, &self.params);
+        let [angle, rate] = NEW_SWING_SD;
+        let opened = [
+            (MASS, fresh.P[(MASS, MASS)]),
+            (ANGLE, angle * angle),
+            (RATE, rate * rate),
+        ];
+        for (i, variance) in opened {
+            self.belief.set_independent(i, fresh.x[i], variance);
+        }
+        for i in [R0, B] {
+            self.belief.P[(i, i)] += REOPEN * fresh.P[(i, i)];
+        }
+        self.inflation = 1.0;
+    }
+}
+
+/// The belief before any block.
+fn prior(nominal: &Nominal, p: &SwingBalanceParams) -> Gaussian<N> {
+    let mass = nominal.tare_kg + nominal.load0_kg;
+    let weight = mass * GRAVITY;
+    let mu = nominal.mu;
+    let typical_kg = nominal.tare_kg + nominal.max_load_kg / 3.0;
+    let x = SVector::from([
+        nominal.load0_kg,
+        (mu - nominal.mu_load) * typical_kg * GRAVITY,
+        p.speed_resistance * mu * weight,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    ]);
+    let sd = SVector::from([
+        0.25 * nominal.max_load_kg,
+        p.resistance_sd * mu * weight,
+        p.speed_resistance_sd * mu * weight,
+        p.bend_resistance_sd,
+        p.swing_sd,
+        p.swing_rate_sd,
+        p.force_sd_mps2 * mass,
+        p.eta_sd_rad,
+        nominal.bias_sd_mps2,
+        p.length_sd,
+    ]);
+    Gaussian::independent(x, sd)
+}
+
+impl State for SwingBalance {
+    fn visit(&mut self, archive: &mut Archive) {
+        let Self {
+            belief,
+            inflation,
+            noise_kg,
+            last_grade,
+            last_behind_m,
+            model: _,
+            params: _,
+            residual_noise: _,
+        } = self;
+        belief.visit_lower(archive);
+        inflation.visit(archive);
+        noise_kg.visit(archive);
+        last_grade.visit(archive);
+        last_behind_m.visit(archive);
+    }
+}
