@@ -5,7 +5,7 @@ use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::PlantOptions;
 use monorig_sim::plant::road::{Car, RoadPlant};
-use monorig_sim::plant::train::adhesion::Zone;
+use monorig_sim::plant::train::adhesion::AdhesionZone;
 use monorig_sim::rail::Rail;
 use monorig_sim::sensors::accelerometer::specific_force;
 use monorig_sim::sensors::mounted_instrument::MotionStep;
@@ -308,7 +308,7 @@ fn wheel_loads_carry_the_weight_and_balance_its_moments() {
 /// Full throttle and full brake, in bends, on dry and on icy road.
 #[test]
 fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
-    let ice = Zone {
+    let ice = AdhesionZone {
         from_m: 0.0,
         to_m: 1e4,
         adhesion: 0.15,

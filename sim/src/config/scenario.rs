@@ -19,7 +19,7 @@ pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use integrity::{Integrity, IntegrityLimits};
 pub use load::{LogScenario, Scenario};
-pub use moment::{Moment, MomentOf, Part};
+pub use moment::{Moment, MomentOf, VehiclePart};
 pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
 pub use published::Published;

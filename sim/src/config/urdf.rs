@@ -23,7 +23,7 @@ pub struct UrdfUnit {
     /// Rigid bodies; the first holds the root link.
     pub bodies: Vec<UrdfBody>,
     /// Every link, parents before children.
-    pub places: Vec<Place>,
+    pub places: Vec<LinkPlace>,
     /// Links on continuous joints.
     pub friction_wheels: Vec<FrictionWheel>,
 }
@@ -43,7 +43,7 @@ pub struct UrdfBody {
 
 /// A link as a place on a body.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct LinkPlace {
     /// Link name.
     pub link: String,
     /// Index of the body.
@@ -86,7 +86,7 @@ impl UrdfUnit {
     }
 
     /// The place of a link.
-    pub fn place(&self, link: &str) -> Option<&Place> {
+    pub fn place(&self, link: &str) -> Option<&LinkPlace> {
         self.places.iter().find(|p| p.link == link)
     }
 }
@@ -131,7 +131,7 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
             _ => None,
         });
         place_of[*l] = unit.places.len();
-        unit.places.push(Place {
+        unit.places.push(LinkPlace {
             link: link.name.clone(),
             body,
             pose,
@@ -227,7 +227,7 @@ fn friction_wheel(
     file: &File<'_>,
     joint: &Joint,
     index: usize,
-    place: &Place,
+    place: &LinkPlace,
 ) -> Result<FrictionWheel, Error> {
     let fault = |message: &str, help: &str| file.fault("joint", &joint.name, message, help);
     let axis = Vector3::from(joint.axis.xyz.0);

@@ -1,6 +1,6 @@
 //! A car: its specification, the constants of the equations of motion that follow from it, its nominal vehicle.
 
-use super::body::Model;
+use super::body::CarModel;
 use super::driver::Driver;
 use super::loads::{ChassisGeometry, Suspension};
 use super::spec::{CarSpec, MotorSpec};
@@ -78,7 +78,7 @@ impl Car {
     }
 
     /// Constants of the equations of motion under `gravity` (m/s²).
-    pub fn model(&self, gravity: f64) -> Model {
+    pub fn model(&self, gravity: f64) -> CarModel {
         let (d, geometry) = (&self.data, self.geometry());
         let [front, rear] = self.axle_loads(gravity);
         let tyre = |cornering: f64, load: f64| Tyre {
@@ -99,7 +99,7 @@ impl Car {
         let drives = self.drives();
         let s = &d.suspension;
         let lean = |deg: f64| deg.to_radians() / STANDARD_GRAVITY;
-        Model {
+        CarModel {
             geometry,
             suspension: Suspension {
                 omega: 2.0 * PI * s.frequency_hz,
