@@ -2,7 +2,7 @@
 
 use crate::metrics::series::{ErrorSample, Geometry, Tracking};
 use crate::metrics::statistics::Running;
-use monorig_sim::config::scenario::{Moment, MomentOf, VehiclePart, ScenarioFile};
+use monorig_sim::config::scenario::{Moment, MomentOf, ScenarioFile, VehiclePart};
 use std::collections::VecDeque;
 
 /// A stretch of time, both ends included.

@@ -4,17 +4,23 @@
 //! A `continuous` joint marks a friction wheel: its spin is a state of the simulation, its mass rides on the body.
 //! Wheels that merely roll along (running wheels, guide wheels) are `fixed`.
 
-use super::urdf_file::File;
-use super::urdf_tree::{Branch, tree};
+mod diagnostics;
+mod file;
+mod geometry;
+mod limits;
+mod stl;
+mod tree;
+
+pub(crate) use geometry::half_turn;
+
 use crate::config::file::read_text;
-use crate::config::urdf_diagnostics;
-use crate::config::urdf_geometry;
-use crate::config::urdf_limits;
 use crate::error::Error;
 use crate::train::inertia::MassProperties;
 use crate::train::{Geometry, Shape};
+use file::File;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::path::Path;
+use tree::{Branch, tree};
 use urdf_rs::{Joint, JointType, Link, Robot};
 
 /// A URDF file as read.
@@ -78,9 +84,9 @@ impl UrdfUnit {
             path,
             text: read_text(path)?,
         };
-        urdf_limits::check(&file)?;
+        limits::check(&file)?;
         let robot = urdf_rs::read_from_string(&file.text)
-            .map_err(|e| urdf_diagnostics::diagnose(&file, &e.to_string()))?;
+            .map_err(|e| diagnostics::diagnose(&file, &e.to_string()))?;
         let order = tree(&file, &robot)?;
         lump(&file, &robot, &order)
     }
@@ -125,7 +131,7 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
         if let Some(m) = &mass {
             unit.bodies[body].mass = unit.bodies[body].mass.plus(m);
         }
-        let mut shapes = urdf_geometry::shapes(file, robot, link, &pose)?;
+        let mut shapes = geometry::shapes(file, robot, link, &pose)?;
         let radius_m = shapes.iter().find_map(|s| match s.geometry {
             Geometry::Cylinder(radius, _) => Some(radius),
             _ => None,
@@ -145,7 +151,7 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
                 unit.places.len() - 1,
                 &unit.places[place_of[*l]],
             )?;
-            urdf_geometry::check_wheel(file, link, &shapes, &pose.translation.vector, &wheel.axle)?;
+            geometry::check_wheel(file, link, &shapes, &pose.translation.vector, &wheel.axle)?;
             let side = usize::from(pose.translation.y < 0.0);
             shapes.iter_mut().for_each(|s| s.spins = Some((0, side)));
             unit.friction_wheels.push(wheel);

@@ -2,7 +2,7 @@
 
 use super::channels::{self, ControlState, RowSource};
 use super::parquet::ParquetSink;
-use super::{Channel, Chunk, ExtraChannels, Layout, Sink, MarkedStretch};
+use super::{Channel, Chunk, ExtraChannels, Layout, MarkedStretch, Sink};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::{Event, Record};

@@ -80,7 +80,13 @@ impl ChassisGeometry {
 
     /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is what the road carries in
     /// all. A wheel that lifts carries nothing.
-    pub fn loads(&self, s: &Suspension, normal: f64, pitch: &LeanState, roll: &LeanState) -> [f64; 4] {
+    pub fn loads(
+        &self,
+        s: &Suspension,
+        normal: f64,
+        pitch: &LeanState,
+        roll: &LeanState,
+    ) -> [f64; 4] {
         let moment = self.mass_kg * self.height_m;
         let back = moment * pitch.carried(s) / self.wheelbase_m();
         let right = moment * roll.carried(s) / self.track_width_m;
@@ -133,7 +139,12 @@ mod tests {
     fn settled_loads_balance_force_and_moments() {
         let normal = 2000.0 * 9.81;
         let (fx, fy) = (2.0, 3.0);
-        let l = CAR.loads(&SPRINGS, normal, &LeanState::settled(fx), &LeanState::settled(fy));
+        let l = CAR.loads(
+            &SPRINGS,
+            normal,
+            &LeanState::settled(fx),
+            &LeanState::settled(fy),
+        );
         assert!((l.iter().sum::<f64>() - normal).abs() < 1e-9);
         let front = l[0] + l[1];
         assert!((front * 2.7 - (normal * 1.5 - 2000.0 * fx * 0.6)).abs() < 1e-8);
