@@ -7,7 +7,7 @@ use super::registry::Registry;
 use super::simulation::Simulation;
 use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
-use crate::control::{ControllerSetup, Cycle, PerceptionModel};
+use crate::control::{ControllerSetup, PerceptionModel};
 use crate::error::Error;
 use crate::plant::PlantOptions;
 use crate::rail::Rail;
@@ -137,7 +137,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     };
     Ok(Simulation {
         imu_offset_m: plant.truth().chainage_m - front_m,
-        cycle: Cycle::new(&s.drive, speed),
+        cycle: s.drive.cycle(speed),
         events: EventSchedule::new(&s.events, drive.map_or(0.0, |d| d.clamp_mpa)),
         perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg, &vehicle),
         end: EndCondition {

@@ -9,7 +9,7 @@ use super::simulation::Simulation;
 use crate::config::file::Document;
 use crate::config::input_files::InputFiles;
 use crate::config::scenario::{LogScenario, NominalVehicle, Scenario};
-use crate::control::{Cycle, PerceptionModel};
+use crate::control::PerceptionModel;
 use crate::error::Error;
 use crate::plant::Plant;
 use crate::rail::alignment::Angle;
@@ -84,7 +84,7 @@ impl Simulation {
             sensors,
             estimators,
             in_loop: None,
-            cycle: Cycle::new(drive, 0.0),
+            cycle: drive.cycle(0.0),
             perception: PerceptionModel::new(drive.controller.feedforward, mass_kg, &vehicle),
             controller,
             events: EventSchedule::new(&[], 0.0),
