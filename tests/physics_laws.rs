@@ -4,7 +4,7 @@
 use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::rapier::World;
-use monorig_sim::plant::train::adhesion::Zone;
+use monorig_sim::plant::train::adhesion::AdhesionZone;
 use monorig_tests::*;
 use nalgebra::Vector3;
 
@@ -125,7 +125,7 @@ fn break_away_traction_is_twice_adhesion_times_clamp_force_per_unit() {
     let rail = slope(0.0);
     let mu = 0.05;
     let mut o = options(&train, 40.0, 0.0);
-    o.zones = vec![Zone {
+    o.zones = vec![AdhesionZone {
         from_m: -100.0,
         to_m: 1000.0,
         adhesion: mu,

@@ -2,11 +2,12 @@
 //! the code happened to give.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
+use monorig_sim::config::checked::NonNegative;
 use monorig_sim::plant::Plant;
 use monorig_sim::plant::PlantOptions;
-use monorig_sim::plant::road::{Car, RoadPlant};
-use monorig_sim::plant::train::adhesion::Zone;
+use monorig_sim::plant::train::adhesion::AdhesionZone;
 use monorig_sim::rail::Rail;
+use monorig_sim::road::{Car, RoadPlant};
 use monorig_sim::sensors::accelerometer::specific_force;
 use monorig_sim::sensors::mounted_instrument::MotionStep;
 use monorig_tests::*;
@@ -17,8 +18,8 @@ const DT: f64 = 2e-3;
 /// The same car on springs that do not give way.
 fn rigid() -> Car {
     let mut car = car();
-    car.data.suspension.pitch_deg_per_g = 0.0;
-    car.data.suspension.roll_deg_per_g = 0.0;
+    car.data.suspension.pitch_deg_per_g = NonNegative::new(0.0);
+    car.data.suspension.roll_deg_per_g = NonNegative::new(0.0);
     car
 }
 
@@ -188,7 +189,7 @@ fn torque_on_a_grade_accelerates_as_newton_says() {
 #[test]
 fn steady_circles_are_those_of_the_single_track_model() {
     let (mut car, radius) = (car(), 100.0);
-    car.data.wheels.rolling_resistance = 0.0;
+    car.data.wheels.rolling_resistance = NonNegative::new(0.0);
     let steady = |speed: f64| {
         let mut p = RoadPlant::new(&car, circle(radius), &options(10.0, speed));
         for _ in 0..((60.0 + 300.0) / speed / DT) as usize {
@@ -200,8 +201,9 @@ fn steady_circles_are_those_of_the_single_track_model() {
     let m = car.model(G);
     let g = &m.geometry;
     let weight = g.mass_kg * G;
-    let front = car.data.tyres.cornering_stiffness_front * weight * g.rear_m / g.wheelbase_m();
-    let rear = car.data.tyres.cornering_stiffness_rear * weight * g.front_m / g.wheelbase_m();
+    let front =
+        car.data.tyres.cornering_stiffness_front.get() * weight * g.rear_m / g.wheelbase_m();
+    let rear = car.data.tyres.cornering_stiffness_rear.get() * weight * g.front_m / g.wheelbase_m();
     let understeer = g.mass_kg / g.wheelbase_m() * (g.rear_m / front - g.front_m / rear);
 
     let (slow, v) = steady(2.0);
@@ -221,7 +223,7 @@ fn steady_circles_are_those_of_the_single_track_model() {
     );
     // against the circle driven, a little beside the middle of the lane
     let by_speed = fast.steering_rad - g.wheelbase_m() * fast.yaw_rate_radps / v;
-    let softer = 1.0 + lateral / (3.0 * car.data.tyres.adhesion_across * G);
+    let softer = 1.0 + lateral / (3.0 * car.data.tyres.adhesion_across.get() * G);
     let expected = understeer * lateral * softer;
     assert!(
         (by_speed / expected - 1.0).abs() < 0.02,
@@ -308,7 +310,7 @@ fn wheel_loads_carry_the_weight_and_balance_its_moments() {
 /// Full throttle and full brake, in bends, on dry and on icy road.
 #[test]
 fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
-    let ice = Zone {
+    let ice = AdhesionZone {
         from_m: 0.0,
         to_m: 1e4,
         adhesion: 0.15,

@@ -29,7 +29,8 @@
 //! | [`config`] | the files of a scenario: YAML, URDF, CSV and STL, read and checked |
 //! | [`rail`] | geometry of the rail |
 //! | [`train`] | data model of the train: bodies, connections, drives |
-//! | [`plant`] | what moves: rigid bodies in rapier, a car on a road, a point mass; out comes the truth |
+//! | [`plant`] | what moves: rigid bodies in rapier, a point mass; out comes the truth |
+//! | [`road`] | a car on a road, for experiments on road vehicles: one more plant |
 //! | [`sensors`] | instruments: truth in, samples with errors and faults out |
 //! | [`control`] | drive cycle, perception, speed controller |
 //! | [`closed_loop`] | the loop itself, and how it is built from a scenario |
@@ -42,6 +43,7 @@ pub mod error;
 pub mod plant;
 pub mod rail;
 pub mod record;
+pub mod road;
 pub mod sensors;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;

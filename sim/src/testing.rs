@@ -6,10 +6,10 @@
 use crate::config::scenario::Scenario;
 use crate::config::track::TrackFile;
 use crate::plant::rapier::World;
-use crate::plant::road::Car;
 use crate::plant::{Plant, PlantOptions};
 use crate::rail::Rail;
 use crate::rail::profile::Profile;
+use crate::road::Car;
 use crate::train::{Drive, Mount, Train};
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_estimators::api::vehicle::{Vehicle, VehicleData};

@@ -2,7 +2,7 @@
 
 use crate::metrics::series::{ErrorSample, Geometry, Tracking};
 use crate::metrics::statistics::Running;
-use monorig_sim::config::scenario::{Moment, MomentOf, Part, ScenarioFile};
+use monorig_sim::config::scenario::{Moment, MomentOf, ScenarioFile, VehiclePart};
 use std::collections::VecDeque;
 
 /// A stretch of time, both ends included.
@@ -36,9 +36,9 @@ impl End {
             Ok(MomentOf::Instant(t_s)) => Self::At(t_s),
             Ok(MomentOf::Passing(part, at_m, plus_s)) => {
                 let imu_from_part_m = match part {
-                    Part::Front => geometry.imu_offset_m,
-                    Part::Imu => 0.0,
-                    Part::Rear => geometry.imu_offset_m + geometry.length_m,
+                    VehiclePart::Front => geometry.imu_offset_m,
+                    VehiclePart::Imu => 0.0,
+                    VehiclePart::Rear => geometry.imu_offset_m + geometry.length_m,
                 };
                 Self::Passing {
                     imu_m: at_m + imu_from_part_m,

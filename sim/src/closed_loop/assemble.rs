@@ -1,24 +1,20 @@
 //! Assembles a simulation from what a builder holds: checks, sensors, estimators, plant, controller.
 
-use super::builder::{Moving, SimulationBuilder};
+use super::builder::SimulationBuilder;
 use super::end::EndCondition;
 use super::events::EventSchedule;
 use super::registry::Registry;
 use super::simulation::Simulation;
 use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
-use crate::control::{ControllerSetup, Cycle, PerceptionModel};
+use crate::control::{ControllerSetup, PerceptionModel};
 use crate::error::Error;
-use crate::plant::point_mass::PointMass;
-use crate::plant::rapier::World;
-use crate::plant::road::RoadPlant;
-use crate::plant::{Plant, PlantOptions};
+use crate::plant::PlantOptions;
 use crate::rail::Rail;
 use crate::sensors::Fitting;
 use crate::train::Train;
 use monorig_estimators::api::signals::Vehicle;
 use std::path::Path;
-use std::sync::Arc;
 
 impl SimulationBuilder {
     /// Check everything against each other, and build. The same seed gives the same run, bit for bit.
@@ -65,12 +61,8 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     } = builder;
     let s = &scenario.file;
     let (speed, gravity) = (s.start.speed_mps.get(), s.physics.gravity_mps2.get());
-    let car = matches!(moving, Moving::Car(_));
-    checks::track(&scenario, &rail, car)?;
-    let mut train = match &moving {
-        Moving::Car(car) => car.consist(),
-        Moving::Train(train) => train.as_ref().clone(),
-    };
+    checks::track(&scenario, &rail, moving.is_car())?;
+    let mut train = moving.consist();
     rail.check(&train.limits)
         .map_err(|e| e.in_file(&scenario.track))?;
     if let Some(kg) = s.load.mass_kg {
@@ -116,10 +108,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         obstacles: obstacles::place(&scenario, &rail)?,
     };
 
-    let vehicle = match &moving {
-        Moving::Car(car) => nominal_vehicle::of_car(&scenario, car),
-        Moving::Train(_) => nominal_vehicle::of_train(&scenario, &train, imu),
-    };
+    let vehicle = moving.nominal_vehicle(&scenario, &train, imu);
     let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";
@@ -144,11 +133,11 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     };
     let plant = match plant {
         Some(plant) => plant,
-        None => built_plant(&scenario, &moving, &train, &rail, &options)?,
+        None => moving.plant(s.plant(), train.clone(), rail.clone(), &options)?,
     };
     Ok(Simulation {
         imu_offset_m: plant.truth().chainage_m - front_m,
-        cycle: Cycle::new(&s.drive, speed),
+        cycle: s.drive.cycle(speed),
         events: EventSchedule::new(&s.events, drive.map_or(0.0, |d| d.clamp_mpa)),
         perception: PerceptionModel::new(s.drive.controller.feedforward, nominal_mass_kg, &vehicle),
         end: EndCondition {
@@ -183,21 +172,5 @@ fn loaded(scenario: &Scenario, train: Train, mass_kg: f64) -> Result<Train, Erro
             format!("the train cannot carry a load of {mass_kg} kg"),
             format!("a load from 0 to {limit} kg"),
         )
-    })
-}
-
-/// The plant that the scenario asks for.
-fn built_plant(
-    scenario: &Scenario,
-    moving: &Moving,
-    train: &Train,
-    rail: &Arc<Rail>,
-    options: &PlantOptions,
-) -> Result<Box<dyn Plant>, Error> {
-    let (train, rail) = (train.clone(), rail.clone());
-    Ok(match (moving, scenario.file.plant()) {
-        (Moving::Car(car), _) => Box::new(RoadPlant::new(car, rail, options)),
-        (Moving::Train(_), PlantKind::PointMass) => Box::new(PointMass::new(train, rail, options)),
-        (Moving::Train(_), _) => Box::new(World::new(train, rail, options)?),
     })
 }

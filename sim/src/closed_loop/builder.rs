@@ -1,5 +1,6 @@
 //! Builder of a simulation: from a scenario file, or from a rail and a train in code, with parts of one's own.
 
+use super::moving::Moving;
 use super::registry::{BoxedController, BoxedEstimator, Registry};
 use crate::config::scenario::{
     ControllerSettings, DriveCycle, Event, FeedForward, PlantKind, Scenario, ScenarioFile, Settings,
@@ -7,7 +8,6 @@ use crate::config::scenario::{
 use crate::config::sensor_sheet::Sheet;
 use crate::error::Error;
 use crate::plant::Plant;
-use crate::plant::road::Car;
 use crate::rail::Rail;
 use crate::sensors::Instrument;
 use crate::sensors::spec::InstrumentSpecs;
@@ -15,14 +15,6 @@ use crate::train::Train;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-
-/// What moves.
-pub(super) enum Moving {
-    /// A train on a rail.
-    Train(Box<Train>),
-    /// A car on a road.
-    Car(Box<Car>),
-}
 
 /// Builds a [`Simulation`](super::Simulation). Its methods change what the scenario says, or put in parts of one's own; what they are given is checked by
 /// [`SimulationBuilder::build`].
@@ -48,12 +40,6 @@ impl SimulationBuilder {
         Self::new(scenario, rail, Moving::Train(Box::new(train)), None)
     }
 
-    /// A car on a road, without a scenario file: sensors, drive cycle and end of the run are still to be given.
-    pub fn of_car(road: Rail, car: Car) -> Self {
-        let scenario = Scenario::in_code(&road.name, None, Some(&car.data.name));
-        Self::new(scenario, road, Moving::Car(Box::new(car)), None)
-    }
-
     /// Everything that a scenario says; reads the files it names.
     pub fn from_scenario(scenario: Scenario) -> Result<Self, Error> {
         let inputs = scenario.inputs().clone();
@@ -62,22 +48,13 @@ impl SimulationBuilder {
 
     fn read(scenario: Scenario) -> Result<Self, Error> {
         let rail = Rail::load_with(&scenario.track, &scenario.sets("track"))?;
-        let moving = match &scenario.file.car {
-            Some(_) => Moving::Car(Box::new(Car::load_with(
-                &scenario.vehicle,
-                &scenario.sets("car"),
-            )?)),
-            None => Moving::Train(Box::new(Train::load_with(
-                &scenario.vehicle,
-                &scenario.sets("train"),
-            )?)),
-        };
+        let moving = Moving::of_scenario(&scenario)?;
         let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
         let sensors = (sheet.specs(), sheet.file);
         Ok(Self::new(scenario, rail, moving, Some(sensors)))
     }
 
-    fn new(
+    pub(super) fn new(
         scenario: Scenario,
         rail: Rail,
         moving: Moving,

@@ -2,7 +2,7 @@
 
 use crate::config::scenario::{Event, Scenario};
 use crate::error::Error;
-use crate::plant::train::adhesion::Zone;
+use crate::plant::train::adhesion::AdhesionZone;
 use crate::rail::Rail;
 use crate::train::Train;
 
@@ -90,7 +90,7 @@ pub fn front(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Err
 }
 
 /// The zones of another adhesion, each on the track.
-pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
+pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<AdhesionZone>, Error> {
     let mut zones = Vec::new();
     for (i, e) in scenario.file.events.iter().enumerate() {
         if let Event::Adhesion {
@@ -100,7 +100,7 @@ pub fn zones(scenario: &Scenario, rail: &Rail) -> Result<Vec<Zone>, Error> {
             ..
         } = e
         {
-            let z = Zone {
+            let z = AdhesionZone {
                 from_m: from_m.get(),
                 to_m: to_m.get(),
                 adhesion: adhesion.get(),

@@ -15,6 +15,7 @@
 //! | `events` | the events of a scenario, applied when they are due |
 //! | `end` | when a run ends, and how |
 //! | `mass_layout` | where the masses sit, for estimators that use more than spans |
+//! | `moving` | a train or a car |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
@@ -26,6 +27,7 @@ pub mod estimators;
 pub mod events;
 mod instruments;
 mod mass_layout;
+mod moving;
 mod nominal_vehicle;
 mod observer;
 pub mod obstacles;

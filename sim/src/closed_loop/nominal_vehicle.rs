@@ -2,7 +2,6 @@
 
 use super::mass_layout;
 use crate::config::scenario::{PlantKind, Scenario};
-use crate::plant::road::Car;
 use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
 use crate::sensors::{accelerometer, gyro};
 use crate::train::Train;
@@ -100,20 +99,4 @@ fn bias_sd(spec: &InstrumentSpec) -> f64 {
         .switch_on_bias
         .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
     errors.bias_sd.hypot(switch_on)
-}
-
-/// Vehicle parameters of a car for the estimators: its data sheet, with the changes of the scenario.
-pub fn of_car(scenario: &Scenario, car: &Car) -> VehicleData {
-    let nominal = &scenario.file.vehicle;
-    let gravity = scenario.file.physics.gravity_mps2.get();
-    let sheet = car.nominal_vehicle(nominal.tare_kg.map(f64::from), gravity);
-    VehicleData {
-        wheel_radius_m: nominal
-            .wheel_radius_m
-            .map_or(sheet.wheel_radius_m, f64::from),
-        running_resistance: nominal
-            .running_resistance
-            .map_or(sheet.running_resistance, f64::from),
-        ..sheet
-    }
 }

@@ -2,17 +2,16 @@
 
 use super::end::EndCondition;
 use super::events::EventSchedule;
-use super::nominal_vehicle;
+use super::moving::Moving;
 use super::parts;
 use super::registry::{BoxedController, BoxedEstimator, Registry};
 use super::simulation::Simulation;
-use crate::config::file::{Document, input_error};
+use crate::config::file::Document;
 use crate::config::input_files::InputFiles;
 use crate::config::scenario::{LogScenario, NominalVehicle, Scenario};
-use crate::control::{Cycle, PerceptionModel};
+use crate::control::PerceptionModel;
 use crate::error::Error;
 use crate::plant::Plant;
-use crate::plant::road::Car;
 use crate::rail::alignment::Angle;
 use crate::rail::{Rail, Section};
 use crate::sensors::spec::InstrumentSpecs;
@@ -85,7 +84,7 @@ impl Simulation {
             sensors,
             estimators,
             in_loop: None,
-            cycle: Cycle::new(drive, 0.0),
+            cycle: drive.cycle(0.0),
             perception: PerceptionModel::new(drive.controller.feedforward, mass_kg, &vehicle),
             controller,
             events: EventSchedule::new(&[], 0.0),
@@ -125,22 +124,10 @@ fn no_rail() -> Rail {
 
 /// The nominal vehicle of a train or a car in a file, with the changes that a scenario could make to it.
 pub fn nominal_vehicle(file: &Path, changes: NominalVehicle) -> Result<VehicleData, Error> {
-    let keys = Document::read(file)?.keys();
-    let has = |key: &str| keys.iter().any(|k| k == key);
     let mut scenario = Scenario::in_code("", None, None);
     scenario.file.vehicle = changes;
-    if has("consist") {
-        let train = Train::load(file)?;
-        let imu = train.mount("imu_link").unwrap_or(0);
-        Ok(nominal_vehicle::of_train(&scenario, &train, imu))
-    } else if has("tyres") {
-        Ok(nominal_vehicle::of_car(&scenario, &Car::load(file)?))
-    } else {
-        Err(input_error(
-            file,
-            "",
-            "this is neither a train nor a car",
-            "a file with `consist` (a train) or with `tyres` (a car)",
-        ))
-    }
+    let moving = Moving::of_file(file)?;
+    let train = moving.consist();
+    let imu = train.mount("imu_link").unwrap_or(0);
+    Ok(moving.nominal_vehicle(&scenario, &train, imu))
 }

@@ -4,7 +4,7 @@ use super::end::Ended;
 pub use super::end::Outcome;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
-use crate::control::Perception;
+use crate::control::{Perception, Reference};
 use crate::error::Error;
 use monorig_estimators::api::signals::{Command, Measurements};
 
@@ -42,50 +42,92 @@ fn closed_loop(
 ) -> Result<Outcome, Error> {
     let (mut command, mut steps, mut last_sample_s) = (Command::default(), 0, 0.0);
     loop {
-        let (t_s, front_m) = (s.plant.truth().t_s, s.front_m());
-        if let Some(ended) = s.end.reached((t_s, s.dt_s), front_m, steps, go_on)? {
+        if let Some(ended) = s.ended(steps, go_on)? {
+            let t_s = s.plant.truth().t_s;
             return Ok(Outcome::new(ended, t_s, steps, &s.estimators));
         }
-        if s.plant.is_over() {
-            return Ok(Outcome::new(Ended::Finished, t_s, steps, &s.estimators));
-        }
-        let mut reference = s.cycle.at(t_s, front_m, s.dt_s);
-        let perception = perceive(s, &command);
-        s.events.apply(t_s, s.plant.as_mut(), &mut reference);
+        let perception = s.perceive(&command);
+        let reference = s.reference();
         command = s.controller.control(&reference, &perception, s.dt_s);
         s.plant.step(&command, s.dt_s)?;
         steps += 1;
-        let (mut z, t_s) = (Measurements::default(), s.plant.truth().t_s);
-        s.sensors.measure(s.plant.truth(), &mut z)?;
-        let sampled = z.any();
-        if sampled {
-            s.perception.measure(&z);
-            for estimator in &mut s.estimators {
-                estimator.step(&z, &command, t_s - last_sample_s);
-            }
+        let z = s.measure()?;
+        if z.any() {
+            let t_s = s.plant.truth().t_s;
+            s.estimate(&z, &command, t_s - last_sample_s);
             last_sample_s = t_s;
         }
-        if observers.iter().any(|o| o.wants_truth(z.t.ns())) {
-            s.plant.update_clearance();
-        }
-        let frame = StepFrame {
-            time_ns: z.t.ns(),
-            truth: s.plant.truth(),
-            measurements: &z,
-            sampled,
-            command: &command,
-            reference: &reference,
-            perception: &perception,
-            estimators: &s.estimators,
-            events: s.events.happened(),
-        };
-        observers.iter_mut().try_for_each(|o| o.on_step(&frame))?;
+        s.show(observers, &z, &command, &reference, &perception)?;
     }
 }
 
-/// What the controller sees before a step, given the command of the last one.
-fn perceive(s: &mut Simulation, last: &Command) -> Perception {
-    let estimator = s.in_loop.and_then(|i| s.estimators.get(i));
-    let estimate = estimator.map(|e| &e.estimate);
-    *s.perception.next(s.plant.truth(), estimate, last, s.dt_s)
+impl Simulation {
+    /// How the run has ended before step `steps`; none while it goes on. A recorded drive ends where its plant is over.
+    fn ended(
+        &self,
+        steps: u64,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Option<Ended>, Error> {
+        let now = (self.plant.truth().t_s, self.dt_s);
+        let ended = self.end.reached(now, self.front_m(), steps, go_on)?;
+        Ok(ended.or(self.plant.is_over().then_some(Ended::Finished)))
+    }
+
+    /// The input of the controller before a step, given the command of the last one.
+    fn perceive(&mut self, last: &Command) -> Perception {
+        let estimator = self.in_loop.and_then(|i| self.estimators.get(i));
+        let estimate = estimator.map(|e| &e.estimate);
+        let truth = self.plant.truth();
+        *self.perception.next(truth, estimate, last, self.dt_s)
+    }
+
+    /// The reference of this step. The events that are due act on it and on the plant.
+    fn reference(&mut self) -> Reference {
+        let t_s = self.plant.truth().t_s;
+        let mut reference = self.cycle.at(t_s, self.front_m(), self.dt_s);
+        self.events.apply(t_s, self.plant.as_mut(), &mut reference);
+        reference
+    }
+
+    /// The samples that arrive in this step.
+    fn measure(&mut self) -> Result<Measurements, Error> {
+        let mut z = Measurements::default();
+        self.sensors.measure(self.plant.truth(), &mut z)?;
+        Ok(z)
+    }
+
+    /// Gives the samples to the perception and to every estimator, `dt_s` (s) after the last ones.
+    fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
+        self.perception.measure(z);
+        for estimator in &mut self.estimators {
+            estimator.step(z, command, dt_s);
+        }
+    }
+
+    /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for it.
+    fn show(
+        &mut self,
+        observers: &mut [&mut dyn Observer],
+        z: &Measurements,
+        command: &Command,
+        reference: &Reference,
+        perception: &Perception,
+    ) -> Result<(), Error> {
+        let time_ns = z.t.ns();
+        if observers.iter().any(|o| o.wants_truth(time_ns)) {
+            self.plant.update_clearance();
+        }
+        let frame = StepFrame {
+            time_ns,
+            truth: self.plant.truth(),
+            measurements: z,
+            sampled: z.any(),
+            command,
+            reference,
+            perception,
+            estimators: &self.estimators,
+            events: self.events.happened(),
+        };
+        observers.iter_mut().try_for_each(|o| o.on_step(&frame))
+    }
 }

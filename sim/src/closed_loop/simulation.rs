@@ -24,7 +24,7 @@ pub struct Simulation {
     pub seed: u64,
     /// The rail.
     pub rail: Arc<Rail>,
-    /// The train as it starts; a car as [`Car::consist`](crate::plant::road::Car::consist) describes it.
+    /// The train as it starts; a car as [`Car::consist`](crate::road::Car::consist) describes it.
     pub train: Train,
     /// What moves.
     pub plant: Box<dyn Plant>,

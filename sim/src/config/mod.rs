@@ -9,12 +9,10 @@
 //! | `track` | the track file: elements or survey points, and how they become an alignment |
 //! | `rail_profile` | the profile file: the section of a rail |
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
-//! | `urdf` `urdf_file` `urdf_tree` `urdf_geometry` `urdf_limits` `urdf_diagnostics` `stl` | URDF files and the meshes they name |
-//! | `car_file` | the YAML file of a car |
+//! | `urdf` | URDF files and the meshes they name |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
 //! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
 
-pub mod car_file;
 pub mod checked;
 pub mod file;
 pub mod input_files;
@@ -24,12 +22,6 @@ pub mod scenario;
 pub mod sensor_sheet;
 pub mod sensor_sheet_file;
 pub mod sensor_world_file;
-pub mod stl;
 pub mod track;
 pub mod train;
 pub mod urdf;
-mod urdf_diagnostics;
-mod urdf_file;
-pub(crate) mod urdf_geometry;
-mod urdf_limits;
-mod urdf_tree;

@@ -19,14 +19,17 @@ pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use integrity::{Integrity, IntegrityLimits};
 pub use load::{LogScenario, Scenario};
-pub use moment::{Moment, MomentOf, Part};
+pub use moment::{Moment, MomentOf, VehiclePart};
 pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
 pub use published::Published;
 pub use seeds::Seeds;
 
+pub use crate::control::FeedForward;
+
 use crate::config::checked::{Finite, NonNegative, Positive, Version1};
 use crate::config::file::Document;
+use crate::control::Cycle;
 use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -234,6 +237,17 @@ impl DriveCycle {
         })
     }
 
+    /// The speed reference that the controller follows, starting at `speed_mps` (m/s).
+    pub fn cycle(&self, speed_mps: f64) -> Cycle {
+        let at = |p: &SpeedPoint| p.at_s.or(p.at_m).map_or(0.0, f64::from);
+        let points = self.speed.iter().map(|p| (at(p), p.mps.get())).collect();
+        let accel_mps2 = self.accel_mps2.map(f64::from);
+        match self.speed.iter().all(|p| p.at_s.is_some()) {
+            true => Cycle::by_time(points, self.every_s.map(f64::from), accel_mps2, speed_mps),
+            false => Cycle::by_chainage(points, accel_mps2, speed_mps),
+        }
+    }
+
     fn of_points(
         points: &[(f64, f64)],
         point: impl Fn(NonNegative, Finite) -> SpeedPoint,
@@ -263,18 +277,6 @@ pub struct SpeedPoint {
     /// Name of a point by time, for windows of expectations (`after: {event: drives_off}`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-}
-
-/// Where slope and mass of the feed-forward come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FeedForward {
-    /// None.
-    None,
-    /// The truth (an upper limit, not a real controller).
-    Truth,
-    /// The estimator in the loop.
-    Estimate,
 }
 
 /// Nominal values given to estimators and controller, where they differ from the train's data sheet.

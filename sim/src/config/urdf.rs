@@ -4,17 +4,23 @@
 //! A `continuous` joint marks a friction wheel: its spin is a state of the simulation, its mass rides on the body.
 //! Wheels that merely roll along (running wheels, guide wheels) are `fixed`.
 
-use super::urdf_file::File;
-use super::urdf_tree::{Branch, tree};
+mod diagnostics;
+mod file;
+mod geometry;
+mod limits;
+mod stl;
+mod tree;
+
+pub(crate) use geometry::half_turn;
+
 use crate::config::file::read_text;
-use crate::config::urdf_diagnostics;
-use crate::config::urdf_geometry;
-use crate::config::urdf_limits;
 use crate::error::Error;
 use crate::train::inertia::MassProperties;
 use crate::train::{Geometry, Shape};
+use file::File;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::path::Path;
+use tree::{Branch, tree};
 use urdf_rs::{Joint, JointType, Link, Robot};
 
 /// A URDF file as read.
@@ -23,7 +29,7 @@ pub struct UrdfUnit {
     /// Rigid bodies; the first holds the root link.
     pub bodies: Vec<UrdfBody>,
     /// Every link, parents before children.
-    pub places: Vec<Place>,
+    pub places: Vec<LinkPlace>,
     /// Links on continuous joints.
     pub friction_wheels: Vec<FrictionWheel>,
 }
@@ -43,7 +49,7 @@ pub struct UrdfBody {
 
 /// A link as a place on a body.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct LinkPlace {
     /// Link name.
     pub link: String,
     /// Index of the body.
@@ -78,15 +84,15 @@ impl UrdfUnit {
             path,
             text: read_text(path)?,
         };
-        urdf_limits::check(&file)?;
+        limits::check(&file)?;
         let robot = urdf_rs::read_from_string(&file.text)
-            .map_err(|e| urdf_diagnostics::diagnose(&file, &e.to_string()))?;
+            .map_err(|e| diagnostics::diagnose(&file, &e.to_string()))?;
         let order = tree(&file, &robot)?;
         lump(&file, &robot, &order)
     }
 
     /// The place of a link.
-    pub fn place(&self, link: &str) -> Option<&Place> {
+    pub fn place(&self, link: &str) -> Option<&LinkPlace> {
         self.places.iter().find(|p| p.link == link)
     }
 }
@@ -125,13 +131,13 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
         if let Some(m) = &mass {
             unit.bodies[body].mass = unit.bodies[body].mass.plus(m);
         }
-        let mut shapes = urdf_geometry::shapes(file, robot, link, &pose)?;
+        let mut shapes = geometry::shapes(file, robot, link, &pose)?;
         let radius_m = shapes.iter().find_map(|s| match s.geometry {
             Geometry::Cylinder(radius, _) => Some(radius),
             _ => None,
         });
         place_of[*l] = unit.places.len();
-        unit.places.push(Place {
+        unit.places.push(LinkPlace {
             link: link.name.clone(),
             body,
             pose,
@@ -145,7 +151,7 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
                 unit.places.len() - 1,
                 &unit.places[place_of[*l]],
             )?;
-            urdf_geometry::check_wheel(file, link, &shapes, &pose.translation.vector, &wheel.axle)?;
+            geometry::check_wheel(file, link, &shapes, &pose.translation.vector, &wheel.axle)?;
             let side = usize::from(pose.translation.y < 0.0);
             shapes.iter_mut().for_each(|s| s.spins = Some((0, side)));
             unit.friction_wheels.push(wheel);
@@ -227,7 +233,7 @@ fn friction_wheel(
     file: &File<'_>,
     joint: &Joint,
     index: usize,
-    place: &Place,
+    place: &LinkPlace,
 ) -> Result<FrictionWheel, Error> {
     let fault = |message: &str, help: &str| file.fault("joint", &joint.name, message, help);
     let axis = Vector3::from(joint.axis.xyz.0);

@@ -1,6 +1,5 @@
 //! Drive cycle: the speed reference by time or by chainage.
 
-use crate::config::scenario::DriveCycle;
 use monorig_estimators::api::signals::Command;
 
 /// What is asked of the controller now: speed by the drive cycle, brake and clamp pressure by the events of the scenario.
@@ -31,6 +30,7 @@ impl Reference {
 /// Speed reference from a drive cycle: rate-limited interpolation of its points.
 #[derive(Clone, Debug)]
 pub struct Cycle {
+    /// Time, s, or chainage, m; and speed, m/s.
     points: Vec<(f64, f64)>,
     by_time: bool,
     every_s: Option<f64>,
@@ -42,22 +42,31 @@ pub struct Cycle {
 const ACCEL: f64 = 0.3;
 
 impl Cycle {
-    /// A drive cycle from its checked form, starting at `speed`.
-    pub fn new(d: &DriveCycle, speed: f64) -> Self {
-        let by_time = d.speed.iter().all(|p| p.at_s.is_some());
-        let points = d
-            .speed
-            .iter()
-            .map(|p| (p.at_s.or(p.at_m).map_or(0.0, f64::from), p.mps.get()))
-            .collect();
-        let accel = d
-            .accel_mps2
-            .map_or(if by_time { f64::INFINITY } else { ACCEL }, f64::from);
+    /// Starts at `speed` (m/s). The points are times (s) and speeds (m/s), linear in between; they start over every `every_s` (s) if
+    /// it is given. The reference changes by at most `accel_mps2` (m/s²).
+    pub fn by_time(
+        points: Vec<(f64, f64)>,
+        every_s: Option<f64>,
+        accel_mps2: Option<f64>,
+        speed: f64,
+    ) -> Self {
         Self {
             points,
-            by_time,
-            every_s: d.every_s.map(f64::from),
-            accel,
+            by_time: true,
+            every_s,
+            accel: accel_mps2.unwrap_or(f64::INFINITY),
+            speed,
+        }
+    }
+
+    /// Starts at `speed` (m/s). The points are chainages (m) and speeds (m/s), held from point to point and approached within
+    /// `accel_mps2` (m/s²).
+    pub fn by_chainage(points: Vec<(f64, f64)>, accel_mps2: Option<f64>, speed: f64) -> Self {
+        Self {
+            points,
+            by_time: false,
+            every_s: None,
+            accel: accel_mps2.unwrap_or(ACCEL),
             speed,
         }
     }
@@ -116,31 +125,11 @@ impl Cycle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::checked::{Finite, NonNegative, Positive};
-    use crate::config::scenario::{ControllerSettings, SpeedPoint};
-
-    fn cycle(points: &[(f64, f64)], by_time: bool, accel: Option<f64>) -> Cycle {
-        let point = |&(at, mps): &(f64, f64)| {
-            let at = NonNegative::try_from(at).ok();
-            SpeedPoint {
-                at_s: at.filter(|_| by_time),
-                at_m: at.filter(|_| !by_time),
-                mps: Finite::try_from(mps).unwrap(),
-                name: None,
-            }
-        };
-        let d = DriveCycle {
-            speed: points.iter().map(point).collect(),
-            every_s: None,
-            accel_mps2: accel.map(|a| Positive::try_from(a).unwrap()),
-            controller: ControllerSettings::default(),
-        };
-        Cycle::new(&d, 0.0)
-    }
 
     #[test]
     fn by_time_the_reference_is_linear_between_points_and_its_slope_is_the_acceleration() {
-        let mut c = cycle(&[(0.0, 0.0), (2.0, 1.0), (6.0, -1.0)], true, None);
+        let points = vec![(0.0, 0.0), (2.0, 1.0), (6.0, -1.0)];
+        let mut c = Cycle::by_time(points, None, None, 0.0);
         let mut last = 0.0;
         for k in 1..800 {
             let t = k as f64 * 0.01;
@@ -158,7 +147,8 @@ mod tests {
 
     #[test]
     fn by_chainage_a_slower_stretch_is_reached_at_its_speed_and_the_limit_is_kept() {
-        let mut c = cycle(&[(0.0, 2.0), (50.0, 0.5), (70.0, 0.0)], false, Some(0.4));
+        let points = vec![(0.0, 2.0), (50.0, 0.5), (70.0, 0.0)];
+        let mut c = Cycle::by_chainage(points, Some(0.4), 0.0);
         let (mut s, mut last, dt) = (0.0, 0.0, 0.002);
         let (mut at_50, mut fastest) = (None, 0.0f64);
         for k in 0..60_000 {

@@ -15,5 +15,5 @@ mod speed_controller;
 
 pub use controller::{Controller, ControllerSetup};
 pub use drive_cycle::{Cycle, Reference};
-pub use perception::{Perception, PerceptionModel};
+pub use perception::{FeedForward, Perception, PerceptionModel};
 pub use speed_controller::{SpeedController, SpeedControllerParams};

@@ -1,11 +1,12 @@
 //! Perception: speed, slip, mass and grade as the controller sees them.
 
-use crate::config::scenario::FeedForward;
 use crate::plant::Truth;
 use monorig_estimators::api::signals::{
     Command, Estimate, MAX_DRIVES, Measurements, Value, Vehicle,
 };
 use monorig_estimators::preprocess::wheel_speed_vote::WheelSpeedVote;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Input of the controller: speed, slip, mass and grade of the train as measured and estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,6 +24,18 @@ pub struct Perception {
     pub slip_mps: [f64; MAX_DRIVES],
     /// The last estimate of the estimator in the loop as it is, if there is one.
     pub estimate: Option<Estimate>,
+}
+
+/// Where slope and mass of the feed-forward come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedForward {
+    /// None.
+    None,
+    /// The truth (an upper limit, not a real controller).
+    Truth,
+    /// The estimator in the loop.
+    Estimate,
 }
 
 /// Makes the perception of each step: holds the last wheel speeds, and the last mass and grade of the feed-forward.

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `rapier` | the train as rigid bodies |
 //! | `train` | forces on and in the train, one law a file |
-//! | `road` | a car on a road |
 //! | `point_mass` | the train as a point on the rail |
 //! | `options` | how a plant starts, and what surrounds it |
 //! | `obstacles` | boxes beside the rail |
@@ -13,7 +12,6 @@ pub mod obstacles;
 mod options;
 pub mod point_mass;
 pub mod rapier;
-pub mod road;
 pub mod train;
 
 pub use options::PlantOptions;

@@ -1,7 +1,7 @@
 //! How a plant starts, and what surrounds it.
 
 use super::obstacles::ObstacleBox;
-use super::train::adhesion::Zone;
+use super::train::adhesion::AdhesionZone;
 
 /// Start and surroundings of a plant.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ pub struct PlantOptions {
     /// Indices of all mounts that carry an instrument; the others in `Truth::mounts` stay as they were at the start.
     pub mounts: Vec<usize>,
     /// Slippery stretches.
-    pub zones: Vec<Zone>,
+    pub zones: Vec<AdhesionZone>,
     /// Obstacles and walls; only rigid bodies meet them.
     pub obstacles: Vec<ObstacleBox>,
 }

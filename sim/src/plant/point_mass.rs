@@ -7,7 +7,7 @@
 //! Liu et al. 2023, eq. 1–7, with the rotating masses free of the stray g, and resistance term by term as in the world.
 
 use crate::error::Error;
-use crate::plant::train::adhesion::{self, Zone};
+use crate::plant::train::adhesion::{self, AdhesionZone};
 use crate::plant::train::balance::ForceBalance;
 use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::plant::train::resistance;
@@ -48,7 +48,7 @@ const NO_DRIVE: Drive = Drive {
 pub struct PointMass {
     train: Train,
     rail: Arc<Rail>,
-    zones: Vec<Zone>,
+    zones: Vec<AdhesionZone>,
     mounts: Vec<usize>,
     gravity: f64,
     tare_kg: f64,

@@ -50,12 +50,12 @@ pub struct Layout<'a> {
     /// Boxes beside the rail: pose centre + quaternion + full sizes are in the world.
     pub obstacles: &'a [(nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>)],
     /// Stretches of the rail where an event acts.
-    pub zones: &'a [Zone],
+    pub zones: &'a [MarkedStretch],
 }
 
 /// A stretch of the rail where an event acts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Zone {
+pub struct MarkedStretch {
     /// Its chainages, m.
     pub from_m: f64,
     /// See above.

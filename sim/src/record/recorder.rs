@@ -2,7 +2,7 @@
 
 use super::channels::{self, ControlState, RowSource};
 use super::parquet::ParquetSink;
-use super::{Channel, Chunk, ExtraChannels, Layout, Sink, Zone};
+use super::{Channel, Chunk, ExtraChannels, Layout, MarkedStretch, Sink};
 use crate::closed_loop::Simulation;
 use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::{Event, Record};
@@ -168,7 +168,7 @@ pub fn channels(simulation: &Simulation) -> Vec<Channel> {
 }
 
 /// Where adhesion is another one.
-fn zones(events: &[Event]) -> Vec<Zone> {
+fn zones(events: &[Event]) -> Vec<MarkedStretch> {
     let zone = |event: &Event| match event {
         Event::Adhesion {
             from_m,
@@ -176,7 +176,7 @@ fn zones(events: &[Event]) -> Vec<Zone> {
             adhesion,
             name,
             ..
-        } => Some(Zone {
+        } => Some(MarkedStretch {
             from_m: from_m.get(),
             to_m: to_m.get(),
             what: match name {

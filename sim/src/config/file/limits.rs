@@ -61,7 +61,7 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
         ));
     }
     let spent = Spent::default();
-    let walk = Walk {
+    let walk = ValueCounter {
         depth: 0,
         spent: &spent,
     };
@@ -88,12 +88,12 @@ struct Spent {
 }
 
 /// Goes through all values without keeping them.
-struct Walk<'a> {
+struct ValueCounter<'a> {
     depth: usize,
     spent: &'a Spent,
 }
 
-impl Walk<'_> {
+impl ValueCounter<'_> {
     fn count<E: Error>(&self, bytes: usize) -> Result<(), E> {
         let spent = self.spent;
         spent.values.set(spent.values.get() + 1);
@@ -135,14 +135,14 @@ impl Walk<'_> {
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Walk<'_> {
+impl<'de> DeserializeSeed<'de> for ValueCounter<'_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, de: D) -> Result<(), D::Error> {
         de.deserialize_any(self)
     }
 }
 
-impl<'de> Visitor<'de> for Walk<'_> {
+impl<'de> Visitor<'de> for ValueCounter<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

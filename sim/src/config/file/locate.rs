@@ -59,7 +59,7 @@ pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, u
             Target::Key
         };
         let mut seen = 0;
-        let walk = Walk {
+        let walk = PathWalk {
             path: &all[..length],
             target,
             seen: &mut seen,
@@ -97,13 +97,13 @@ macro_rules! ignore_scalars {
     };
 }
 
-struct Walk<'a> {
+struct PathWalk<'a> {
     path: &'a [Segment],
     target: Target,
     seen: &'a mut usize,
 }
 
-impl<'de> DeserializeSeed<'de> for Walk<'_> {
+impl<'de> DeserializeSeed<'de> for PathWalk<'_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, de: D) -> Result<(), D::Error> {
         match self.path {
@@ -113,7 +113,7 @@ impl<'de> DeserializeSeed<'de> for Walk<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Walk<'_> {
+impl<'de> Visitor<'de> for PathWalk<'_> {
     type Value = ();
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a mapping or a list")
@@ -134,7 +134,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
             seen: &mut *self.seen,
         })? {
             if here && !raise {
-                map.next_value_seed(Walk {
+                map.next_value_seed(PathWalk {
                     path: rest,
                     target: self.target,
                     seen: &mut *self.seen,
@@ -152,7 +152,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
                     return Ok(());
                 }
             }
-            seq.next_element_seed(Walk {
+            seq.next_element_seed(PathWalk {
                 path: rest,
                 target: if rest.is_empty() {
                     Target::Value

@@ -50,7 +50,7 @@ pub struct Moment {
 
 /// A part of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum VehiclePart {
     /// Its front.
     Front,
     /// Its IMU.
@@ -63,7 +63,7 @@ pub enum Part {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentOf {
     /// A part of the vehicle comes to a chainage, m; so many seconds later.
-    Passing(Part, f64, f64),
+    Passing(VehiclePart, f64, f64),
     /// An instant, s.
     Instant(f64),
 }
@@ -118,9 +118,9 @@ impl Moment {
         }
         let (from_m, to_m) = place(file, places, name).map_err(|(m, h)| (key, m, h))?;
         let part = match key {
-            "front_enters" | "front_leaves" => Part::Front,
-            "imu_enters" | "imu_leaves" => Part::Imu,
-            _ => Part::Rear,
+            "front_enters" | "front_leaves" => VehiclePart::Front,
+            "imu_enters" | "imu_leaves" => VehiclePart::Imu,
+            _ => VehiclePart::Rear,
         };
         let at_m = if key.ends_with("enters") {
             from_m
@@ -248,15 +248,15 @@ mod tests {
             ("{event: stands}", MomentOf::Instant(12.0)),
             (
                 "{rear_enters: climb}",
-                MomentOf::Passing(Part::Rear, 10.0, 0.0),
+                MomentOf::Passing(VehiclePart::Rear, 10.0, 0.0),
             ),
             (
                 "{imu_leaves: climb, plus_s: 3}",
-                MomentOf::Passing(Part::Imu, 25.0, 3.0),
+                MomentOf::Passing(VehiclePart::Imu, 25.0, 3.0),
             ),
             (
                 "{front_leaves: wet}",
-                MomentOf::Passing(Part::Front, 40.0, 0.0),
+                MomentOf::Passing(VehiclePart::Front, 40.0, 0.0),
             ),
         ] {
             assert_eq!(find(text).unwrap(), is, "{text}");

@@ -4,7 +4,7 @@ use super::train_file::{Drawbar, TrainFile};
 use super::unit::{Unit, check_wheel_limits};
 use crate::config::checked::{NonNegative, Positive};
 use crate::config::file::{Sets, input_error, named, read_yaml_with, with_sets};
-use crate::config::urdf_geometry::half_turn;
+use crate::config::urdf::half_turn;
 use crate::error::Error;
 use crate::train::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use monorig_estimators::api::signals::MAX_DRIVES;

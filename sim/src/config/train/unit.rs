@@ -3,7 +3,7 @@
 use super::unit_file::UnitFile;
 use crate::config::checked::Fraction;
 use crate::config::file::{input_error, named, read_yaml};
-use crate::config::urdf::{Place, UrdfUnit};
+use crate::config::urdf::{LinkPlace, UrdfUnit};
 use crate::error::Error;
 use crate::train::inertia::MassProperties;
 use crate::train::{Drive, Station};
@@ -94,7 +94,7 @@ impl Unit {
     }
 
     /// A link that must be there.
-    pub fn link(&self, name: &str) -> Result<&Place, Error> {
+    pub fn link(&self, name: &str) -> Result<&LinkPlace, Error> {
         self.urdf
             .place(name)
             .ok_or_else(|| self.unknown_link("urdf".into(), name))
@@ -151,7 +151,7 @@ impl Unit {
                 .iter()
                 .filter(move |p| p.body == body && p.link.starts_with(prefix))
         };
-        let mut wheels: Vec<&Place> = named("running_wheel").collect();
+        let mut wheels: Vec<&LinkPlace> = named("running_wheel").collect();
         if wheels.is_empty() {
             return Ok(Vec::new());
         }
@@ -214,7 +214,7 @@ impl Unit {
         }
         let xs: Vec<f64> = stations.iter().map(|s| s.x_m).collect();
         for (i, station) in stations.iter_mut().enumerate() {
-            let here = |p: &&Place| {
+            let here = |p: &&LinkPlace| {
                 let away = |x: &f64| (x - p.pose.translation.x).abs();
                 xs.iter().all(|x| away(&xs[i]) <= away(x))
             };

@@ -1,4 +1,4 @@
-use super::super::urdf_file::rotation;
+use super::file::rotation;
 use super::*;
 use std::path::PathBuf;
 

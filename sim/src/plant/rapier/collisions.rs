@@ -38,7 +38,7 @@ const RAIL: Group = Group::GROUP_3;
 const OBSTACLES: Group = Group::GROUP_4;
 
 /// A part of the train that can touch something.
-struct Part {
+struct ContactPart {
     body: usize,
     pose: Pose,
     shape: SharedShape,
@@ -46,7 +46,7 @@ struct Part {
     suspended: bool,
 }
 
-impl Part {
+impl ContactPart {
     /// Where it is now.
     fn placed(&self, bodies: &[BodyState]) -> Pose {
         convert::pose(&bodies[self.body]) * self.pose
@@ -55,7 +55,7 @@ impl Part {
 
 /// Colliders of the train, and the fixed shapes it can touch.
 pub struct Collisions {
-    parts: Vec<Part>,
+    parts: Vec<ContactPart>,
     rail_hull: FixedShapes,
     obstacles: FixedShapes,
     enabled: bool,
@@ -107,7 +107,7 @@ impl Collisions {
                 physics
                     .colliders
                     .insert_with_parent(collider, handle, &mut physics.bodies);
-            self.parts.push(Part {
+            self.parts.push(ContactPart {
                 body: index,
                 pose,
                 shape: s,

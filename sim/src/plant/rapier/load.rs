@@ -5,7 +5,7 @@ use crate::train::inertia::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
 /// A part of a body: mass, centre of mass and inertia in the world, velocity and angular velocity.
-struct Part {
+struct MovingMass {
     mass: f64,
     c: Vector3<f64>,
     inertia: Matrix3<f64>,
@@ -33,7 +33,7 @@ impl World {
         };
         (body.mass_kg, body.com, body.inertia) = (now.mass_kg, now.com, now.inertia);
         let s = self.bodies.states()[i];
-        let part = |m: &MassProperties, v: Vector3<f64>, w: Vector3<f64>| Part {
+        let part = |m: &MassProperties, v: Vector3<f64>, w: Vector3<f64>| MovingMass {
             mass: m.mass_kg,
             c: s.point(&m.com),
             inertia: s.r * m.inertia * s.r.transpose(),
@@ -57,9 +57,9 @@ impl World {
 }
 
 /// Velocity and angular velocity of two parts that have become one body.
-fn joined(a: &Part, b: &Part, both: &Part) -> (Vector3<f64>, Vector3<f64>) {
+fn joined(a: &MovingMass, b: &MovingMass, both: &MovingMass) -> (Vector3<f64>, Vector3<f64>) {
     let v = (a.v * a.mass + b.v * b.mass) / both.mass;
-    let spin = |p: &Part| p.inertia * p.w + (p.c - both.c).cross(&((p.v - v) * p.mass));
+    let spin = |p: &MovingMass| p.inertia * p.w + (p.c - both.c).cross(&((p.v - v) * p.mass));
     let turning = spin(a) + spin(b);
     let w = both.inertia.cholesky().map_or(a.w, |j| j.solve(&turning));
     (v, w)

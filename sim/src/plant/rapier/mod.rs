@@ -53,14 +53,14 @@ pub struct World {
     drive_work_j: f64,
     lost_j: f64,
     rail_impulse: Vector3<f64>,
-    time: Clock,
+    time: SimulatedTime,
 }
 
 /// Time as a count of whole nanoseconds, so that a day of steps does not drift.
 #[derive(Clone, Copy, Debug, Default)]
-struct Clock(i64);
+struct SimulatedTime(i64);
 
-impl Clock {
+impl SimulatedTime {
     fn advance(&mut self, dt: f64) -> f64 {
         self.0 += libm::round(dt * 1e9) as i64;
         self.0 as f64 * 1e-9
@@ -89,7 +89,7 @@ impl World {
             drive_work_j: 0.0,
             lost_j: 0.0,
             rail_impulse: Vector3::zeros(),
-            time: Clock::default(),
+            time: SimulatedTime::default(),
         };
         world.settle(options.front_m, options.speed_mps)?;
         Ok(world)
@@ -150,7 +150,7 @@ impl World {
                 }
             }
         }
-        self.time = Clock::default();
+        self.time = SimulatedTime::default();
         self.truth = Truth {
             mounts: vec![
                 MountState {

@@ -2,7 +2,7 @@
 
 /// A stretch of rail with its own adhesion coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Zone {
+pub struct AdhesionZone {
     /// Start, m.
     pub from_m: f64,
     /// End, m.
@@ -12,7 +12,7 @@ pub struct Zone {
 }
 
 /// Coefficient at chainage `s`: that of the last zone which covers it, else `dry`.
-pub fn at(zones: &[Zone], s: f64, dry: f64) -> f64 {
+pub fn at(zones: &[AdhesionZone], s: f64, dry: f64) -> f64 {
     zones
         .iter()
         .rev()

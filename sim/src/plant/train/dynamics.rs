@@ -1,6 +1,6 @@
 //! All forces between train and rail and inside the train. Knows no physics engine: body states in, wrenches out.
 
-use super::adhesion::{self, Zone};
+use super::adhesion::{self, AdhesionZone};
 use super::balance::{Directions, ForceBalance};
 use super::body_state::{BodyState, Wrench};
 use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
@@ -85,7 +85,7 @@ pub struct Dynamics {
     /// Drive units.
     pub drives: Vec<DriveUnit>,
     /// Slippery stretches.
-    pub zones: Vec<Zone>,
+    pub zones: Vec<AdhesionZone>,
     /// Pressure the clamps can reach, MPa; below the command after a fault.
     pub clamp_limit_mpa: f64,
     /// Gravity, m/s².

@@ -49,7 +49,7 @@ pub fn natural_modes(
     command: &Command,
     dt: f64,
 ) -> Vec<Mode> {
-    let model = Model {
+    let model = Linearisation {
         dynamics,
         rail,
         bodies,
@@ -73,7 +73,7 @@ pub fn natural_modes(
     modes
 }
 
-struct Model<'a> {
+struct Linearisation<'a> {
     dynamics: &'a Dynamics,
     rail: &'a Rail,
     bodies: &'a [BodyState],
@@ -81,7 +81,7 @@ struct Model<'a> {
     dt: f64,
 }
 
-impl Model<'_> {
+impl Linearisation<'_> {
     fn jacobian(&self) -> DMatrix<f64> {
         let n = 12 * self.bodies.len() + self.dynamics.internals().len();
         let mut a = DMatrix::zeros(n, n);

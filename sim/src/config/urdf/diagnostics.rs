@@ -1,6 +1,6 @@
 //! Finds the line and column of the mistake in a URDF file that cannot be read: the URDF reader seldom gives it, so the text is searched.
 
-use super::urdf_file::File;
+use super::file::File;
 use crate::error::{Error, InputError};
 
 const HELP: &str = "see http://wiki.ros.org/urdf/XML";

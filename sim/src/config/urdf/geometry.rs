@@ -3,8 +3,8 @@
 //! A `<collision>` equal to a `<visual>` of the same link makes that visual touchable; any other becomes a shape of its
 //! own that is fully transparent (alpha 0): there to be touched, not to be drawn.
 
+use super::file::File;
 use super::stl;
-use super::urdf_file::File;
 use crate::error::Error;
 use crate::train::{Geometry, Shape};
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};

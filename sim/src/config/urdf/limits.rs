@@ -1,7 +1,7 @@
 //! Limits of URDF files, counted before the XML reader sees them: it calls itself once a level, and compares every attribute of a tag
 //! with every other (quick-xml 0.39, RUSTSEC-2026-0194 and -0195, which urdf-rs 0.10 still builds upon).
 
-use super::urdf_file::File;
+use super::file::File;
 use crate::error::Error;
 
 /// Longest file, bytes; meshes are files of their own.

@@ -12,20 +12,21 @@
 //! | `driver` | steers along the middle of the lane |
 //! | `body` | the equations of motion, put together |
 //! | `plant` | the [`Plant`](crate::plant::Plant): commands in, truth out |
-//! | `spec` | specification of a car |
+//! | `car_file` | the file of a car: its data sheet |
 //! | `car` | constants of the equations of motion and nominal vehicle that follow from it |
 //! | `shapes` | its visible shapes |
 
 pub mod body;
 pub mod car;
+pub mod car_file;
 pub mod driver;
 pub mod loads;
 pub mod plant;
 mod shapes;
-pub mod spec;
 pub mod surface;
 pub mod tyre;
 pub mod wheel;
 
 pub use car::Car;
+pub use car_file::CarFile;
 pub use plant::RoadPlant;

@@ -1,14 +1,10 @@
-//! The car file: its format, and how it becomes a [`Car`].
+//! The car file: the data of a car, with numbers whose range is checked while the file is read.
 
+use super::car::Car;
 use crate::config::checked::{Fraction, NonNegative, Positive, Version1};
 use crate::config::file::{Sets, read_yaml_with, with_sets};
 use crate::config::motor_file::MotorFile;
 use crate::error::Error;
-use crate::plant::road::car::Car;
-use crate::plant::road::spec::{
-    AirSpec, AxlesSpec, BodySpec, BrakesSpec, CarSpec, DriverSpec, LimitsSpec, MotorSpec,
-    MotorsSpec, SuspensionSpec, TyresSpec,
-};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -186,139 +182,6 @@ impl Car {
     /// The same with changes made to the file.
     pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let file: CarFile = read_yaml_with(path, sets)?;
-        Self::new(file.into()).map_err(|e| with_sets(e.in_file(path), sets))
-    }
-}
-
-impl From<CarFile> for CarSpec {
-    fn from(f: CarFile) -> Self {
-        Self {
-            name: f.name,
-            body: f.body.into(),
-            wheels: f.wheels.into(),
-            tyres: f.tyres.into(),
-            motors: f.motors.into(),
-            brakes: f.brakes.into(),
-            air: f.air.into(),
-            suspension: f.suspension.into(),
-            driver: f.driver.into(),
-            limits: f.limits.into(),
-        }
-    }
-}
-
-impl From<BodyFile> for BodySpec {
-    fn from(f: BodyFile) -> Self {
-        Self {
-            mass_kg: f.mass_kg.get(),
-            yaw_inertia_kgm2: f.yaw_inertia_kgm2.get(),
-            gravity_height_m: f.gravity_height_m.get(),
-            size_m: f.size_m.map(f64::from),
-        }
-    }
-}
-
-impl From<WheelsFile> for AxlesSpec {
-    fn from(f: WheelsFile) -> Self {
-        Self {
-            front_axle_m: f.front_axle_m.get(),
-            rear_axle_m: f.rear_axle_m.get(),
-            track_width_m: f.track_width_m.get(),
-            radius_m: f.radius_m.get(),
-            inertia_kgm2: f.inertia_kgm2.get(),
-            rolling_resistance: f.rolling_resistance.get(),
-            steering_max_deg: f.steering_max_deg.get(),
-        }
-    }
-}
-
-impl From<TyresFile> for TyresSpec {
-    fn from(f: TyresFile) -> Self {
-        Self {
-            slip_stiffness: f.slip_stiffness.get(),
-            cornering_stiffness_front: f.cornering_stiffness_front.get(),
-            cornering_stiffness_rear: f.cornering_stiffness_rear.get(),
-            load_loss: f.load_loss.get(),
-            adhesion_along: f.adhesion_along.get(),
-            adhesion_across: f.adhesion_across.get(),
-            relaxation_m: f.relaxation_m.get(),
-        }
-    }
-}
-
-impl From<MotorsFile> for MotorsSpec {
-    fn from(f: MotorsFile) -> Self {
-        Self {
-            front: f.front.into(),
-            rear: f.rear.into(),
-            ratio: f.ratio.get(),
-            efficiency: f.efficiency.get(),
-        }
-    }
-}
-
-impl From<MotorFile> for MotorSpec {
-    fn from(f: MotorFile) -> Self {
-        Self {
-            torque_max_nm: f.torque_max_nm.get(),
-            power_kw: f.power_kw.get(),
-            speed_max_rpm: f.speed_max_rpm.get(),
-            inertia_kgm2: f.inertia_kgm2.get(),
-            lag_s: f.lag_s.get(),
-            torque_rate_nmps: f.torque_rate_nmps.get(),
-        }
-    }
-}
-
-impl From<BrakesFile> for BrakesSpec {
-    fn from(f: BrakesFile) -> Self {
-        Self {
-            force_max_n: f.force_max_n.get(),
-            front_share: f.front_share.get(),
-            lag_s: f.lag_s.get(),
-        }
-    }
-}
-
-impl From<AirFile> for AirSpec {
-    fn from(f: AirFile) -> Self {
-        Self {
-            drag_coefficient: f.drag_coefficient.get(),
-            frontal_area_m2: f.frontal_area_m2.get(),
-            density_kgpm3: f.density_kgpm3.get(),
-        }
-    }
-}
-
-impl From<SuspensionFile> for SuspensionSpec {
-    fn from(f: SuspensionFile) -> Self {
-        Self {
-            pitch_deg_per_g: f.pitch_deg_per_g.get(),
-            roll_deg_per_g: f.roll_deg_per_g.get(),
-            front_roll_share: f.front_roll_share.get(),
-            frequency_hz: f.frequency_hz.get(),
-            damping: f.damping.get(),
-        }
-    }
-}
-
-impl From<DriverFile> for DriverSpec {
-    fn from(f: DriverFile) -> Self {
-        Self {
-            lookahead_m: f.lookahead_m.get(),
-            gain_radpm: f.gain_radpm.get(),
-            lag_s: f.lag_s.get(),
-        }
-    }
-}
-
-impl From<CarLimits> for LimitsSpec {
-    fn from(f: CarLimits) -> Self {
-        Self {
-            min_radius_horizontal_m: f.min_radius_horizontal_m.get(),
-            min_radius_vertical_m: f.min_radius_vertical_m.get(),
-            max_grade_deg: f.max_grade_deg.get(),
-            max_speed_mps: f.max_speed_mps.get(),
-        }
+        Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
     }
 }

@@ -15,11 +15,11 @@
 //! (forces first, then speeds, then places); the rotation of the velocity with the yaw rate is exact.
 
 use super::driver::{Driver, View};
-use super::loads::{ChassisGeometry, Lean, Suspension};
+use super::loads::{ChassisGeometry, LeanState, Suspension};
 use super::surface::{Finder, Surface};
 use super::tyre::Tyre;
 use super::wheel::{Acting, Wheel, WheelSpec};
-use crate::plant::train::adhesion::{self, Zone};
+use crate::plant::train::adhesion::{self, AdhesionZone};
 use crate::plant::train::motor::{Lag, TractionMotor, wheel_torque};
 use crate::rail::{Cursor, Rail};
 use crate::train::Drive;
@@ -30,7 +30,7 @@ const MAX_SUBSTEP_S: f64 = 5e-4;
 
 /// Constants of a car. Pairs are front and rear.
 #[derive(Clone, Copy, Debug)]
-pub struct Model {
+pub struct CarModel {
     /// Mass and lengths.
     pub geometry: ChassisGeometry,
     /// Springs and dampers.
@@ -73,9 +73,9 @@ pub struct State {
     /// Wheels.
     pub wheels: [Wheel; 4],
     /// Pitch and roll.
-    pub pitch: Lean,
+    pub pitch: LeanState,
     /// See above.
-    pub roll: Lean,
+    pub roll: LeanState,
     /// Motors.
     pub motors: [TractionMotor; 2],
     /// Share of the brake applied.
@@ -120,7 +120,7 @@ pub struct Work {
 #[derive(Clone, Debug)]
 pub struct CarBody {
     /// Constants.
-    pub model: Model,
+    pub model: CarModel,
     /// State.
     pub state: State,
     /// Last forces.
@@ -130,14 +130,14 @@ pub struct CarBody {
     /// The road under the car now.
     pub surface: Surface,
     /// Slippery stretches.
-    pub zones: Vec<Zone>,
+    pub zones: Vec<AdhesionZone>,
     finder: Finder,
     ahead: Cursor,
 }
 
 impl CarBody {
     /// In the middle of the lane at chainage `s` (m), at `speed` (m/s); a car that stands is held by its brake.
-    pub fn new(model: Model, rail: &Rail, s: f64, speed: f64, zones: Vec<Zone>) -> Self {
+    pub fn new(model: CarModel, rail: &Rail, s: f64, speed: f64, zones: Vec<AdhesionZone>) -> Self {
         let mut finder = Finder::default();
         let g = &model.geometry;
         let surface = finder.at(rail, s, g.front_m, g.rear_m);
@@ -150,7 +150,7 @@ impl CarBody {
             },
             ..State::default()
         };
-        state.pitch = Lean::settled(model.gravity * surface.sine);
+        state.pitch = LeanState::settled(model.gravity * surface.sine);
         for (i, w) in state.wheels.iter_mut().enumerate() {
             w.rate = speed / model.wheels[i / 2].radius_m;
         }
@@ -289,7 +289,7 @@ impl CarBody {
 }
 
 /// Place of a wheel, forward and left of the centre of gravity, m, and its steering angle, rad.
-fn wheel_place(m: &Model, x: &State, i: usize) -> ([f64; 2], f64) {
+fn wheel_place(m: &CarModel, x: &State, i: usize) -> ([f64; 2], f64) {
     let g = &m.geometry;
     let side = if i.is_multiple_of(2) { 0.5 } else { -0.5 };
     let left = side * g.track_width_m;
@@ -300,7 +300,7 @@ fn wheel_place(m: &Model, x: &State, i: usize) -> ([f64; 2], f64) {
 }
 
 /// Velocity of a wheel's centre, along the wheel and to its left, m/s.
-fn wheel_velocity(m: &Model, x: &State, i: usize) -> [f64; 2] {
+fn wheel_velocity(m: &CarModel, x: &State, i: usize) -> [f64; 2] {
     let ([ahead, left], angle) = wheel_place(m, x, i);
     let v = [x.v[0] - x.yaw_rate * left, x.v[1] + x.yaw_rate * ahead];
     let (s, c) = (libm::sin(angle), libm::cos(angle));
@@ -308,7 +308,7 @@ fn wheel_velocity(m: &Model, x: &State, i: usize) -> [f64; 2] {
 }
 
 /// Sum of the tyres' forces on the body, forward and to the left, N, and their moment about the normal, N·m.
-fn tyre_forces(m: &Model, x: &State) -> ([f64; 2], f64) {
+fn tyre_forces(m: &CarModel, x: &State) -> ([f64; 2], f64) {
     let (mut sum, mut moment) = ([0.0; 2], 0.0);
     for (i, w) in x.wheels.iter().enumerate() {
         let ([ahead, left], angle) = wheel_place(m, x, i);

@@ -1,6 +1,6 @@
 //! Visible shapes of a car.
 
-use super::spec::CarSpec;
+use super::car_file::CarFile;
 use crate::train::{Geometry, Shape};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
@@ -13,9 +13,9 @@ const RUBBER: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 const PROTRUSION_M: f64 = 0.02;
 
 /// A body, a cabin on it, and four wheels that turn. `nose_m`: from the car's origin to its front, m.
-pub(super) fn shapes(car: &CarSpec, nose_m: f64) -> Vec<Shape> {
-    let (w, [length, width, height]) = (&car.wheels, car.body.size_m);
-    let (radius, middle) = (w.radius_m, nose_m - 0.5 * length);
+pub(super) fn shapes(car: &CarFile, nose_m: f64) -> Vec<Shape> {
+    let (w, [length, width, height]) = (&car.wheels, car.body.size_m.map(f64::from));
+    let (radius, middle) = (w.radius_m.get(), nose_m - 0.5 * length);
     let block = |link: &str, at: [f64; 3], size: [f64; 3], rgba| Shape {
         link: link.into(),
         pose: Isometry3::translation(at[0], at[1], at[2]),
@@ -39,7 +39,7 @@ pub(super) fn shapes(car: &CarSpec, nose_m: f64) -> Vec<Shape> {
             GLASS,
         ),
     ];
-    let (tread, places) = (0.22, [w.front_axle_m, -w.rear_axle_m]);
+    let (tread, places) = (0.22, [w.front_axle_m.get(), -w.rear_axle_m.get()]);
     for (axle, x) in places.into_iter().enumerate() {
         for (side, y) in [0.5, -0.5].into_iter().enumerate() {
             shapes.push(Shape {

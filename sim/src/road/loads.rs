@@ -13,7 +13,7 @@
 
 /// One direction of lean: pitch or roll.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Lean {
+pub struct LeanState {
     /// Specific force taken up by the springs, m/s².
     pub q: f64,
     /// Its rate, m/s³.
@@ -35,7 +35,7 @@ pub struct Suspension {
     pub front_roll_share: f64,
 }
 
-impl Lean {
+impl LeanState {
     /// In balance with a specific force, m/s².
     pub fn settled(force: f64) -> Self {
         Self {
@@ -80,7 +80,13 @@ impl ChassisGeometry {
 
     /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is what the road carries in
     /// all. A wheel that lifts carries nothing.
-    pub fn loads(&self, s: &Suspension, normal: f64, pitch: &Lean, roll: &Lean) -> [f64; 4] {
+    pub fn loads(
+        &self,
+        s: &Suspension,
+        normal: f64,
+        pitch: &LeanState,
+        roll: &LeanState,
+    ) -> [f64; 4] {
         let moment = self.mass_kg * self.height_m;
         let back = moment * pitch.carried(s) / self.wheelbase_m();
         let right = moment * roll.carried(s) / self.track_width_m;
@@ -121,7 +127,7 @@ mod tests {
 
     #[test]
     fn lean_settles_at_the_specific_force() {
-        let mut lean = Lean::default();
+        let mut lean = LeanState::default();
         for _ in 0..20_000 {
             lean.step(&SPRINGS, 1.7, 5e-4);
         }
@@ -133,7 +139,12 @@ mod tests {
     fn settled_loads_balance_force_and_moments() {
         let normal = 2000.0 * 9.81;
         let (fx, fy) = (2.0, 3.0);
-        let l = CAR.loads(&SPRINGS, normal, &Lean::settled(fx), &Lean::settled(fy));
+        let l = CAR.loads(
+            &SPRINGS,
+            normal,
+            &LeanState::settled(fx),
+            &LeanState::settled(fy),
+        );
         assert!((l.iter().sum::<f64>() - normal).abs() < 1e-9);
         let front = l[0] + l[1];
         assert!((front * 2.7 - (normal * 1.5 - 2000.0 * fx * 0.6)).abs() < 1e-8);

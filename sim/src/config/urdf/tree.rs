@@ -1,6 +1,6 @@
 //! Checks that the links of a URDF file form one tree.
 
-use super::urdf_file::File;
+use super::file::File;
 use crate::error::Error;
 use std::collections::BTreeMap;
 use urdf_rs::Robot;
