@@ -7,8 +7,8 @@ use monorig_sim::plant::PlantOptions;
 use monorig_sim::plant::road::{Car, RoadPlant};
 use monorig_sim::plant::train::adhesion::Zone;
 use monorig_sim::rail::Rail;
-use monorig_sim::sensors::accelerometer::specific_force;
-use monorig_sim::sensors::mounted_instrument::MotionStep;
+use monorig_sim::sensors::instruments::MotionStep;
+use monorig_sim::sensors::instruments::accelerometer::specific_force;
 use monorig_tests::*;
 use std::sync::Arc;
 

@@ -39,12 +39,12 @@ pub struct SamplingInstant {
 impl Schedule {
     /// A schedule that begins at 0.
     pub fn new(sampling: &Sampling, seed: u64, name: &str) -> Self {
-        let rate_hz = sampling.rate_hz;
+        let rate_hz = sampling.rate_hz.get();
         let mut schedule = Self {
             rate_hz,
-            jitter_ns: sampling.jitter_ms * 1e6,
+            jitter_ns: sampling.jitter_ms.get() * 1e6,
             jitter_limit_ns: 0.49e9 / rate_hz,
-            dropout: sampling.dropout,
+            dropout: sampling.dropout.get(),
             jitter: Stream::new(seed, &format!("{name}/jitter")),
             loss: Stream::new(seed, &format!("{name}/loss")),
             k: 0,
@@ -107,11 +107,12 @@ impl Schedule {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Fraction, NonNegative};
 
     fn sampling(rate_hz: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {
-            jitter_ms,
-            dropout,
+            jitter_ms: NonNegative::new(jitter_ms),
+            dropout: Fraction::new(dropout),
             ..Sampling::at(rate_hz)
         }
     }

@@ -3,10 +3,11 @@
 //! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, at every physics step.
 
 use super::hits::Hits;
-use super::signal_path::{SamplingMode, StepInterval};
 use super::spec::Errors;
-use super::value_sampler::ValueSampler;
+use super::step_interval::StepInterval;
+use super::value_sampler::{SamplingMode, ValueSampler};
 use super::vibration::Vibration;
+use crate::checked::Positive;
 use crate::plant::Truth;
 
 /// Where an instrument is on the track, and how fast.
@@ -60,7 +61,7 @@ impl<const N: usize> Shake<N> {
                 .map(|h| Hits::new(&h, inertial, joints_m, seed, name)),
             shares,
             last: [0.0; N],
-            sampler: ValueSampler::new(mode, errors.bandwidth_hz),
+            sampler: ValueSampler::new(mode, errors.bandwidth_hz.map(Positive::get)),
         })
     }
 

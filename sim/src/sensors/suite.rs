@@ -1,11 +1,13 @@
 //! All instruments of a vehicle: their order, the checks of time and vehicle, faults by name.
 
-use super::accelerometer::IMU;
 use super::fault::{Fault, FaultWindow};
+use super::fitting::Fitting;
+use super::instrument::{Instrument, SensorChannel};
+use super::instruments::KINDS;
+use super::instruments::accelerometer::IMU;
 use super::sampling::to_ns;
-use super::signal_path::StepInterval;
 use super::spec::InstrumentSpecs;
-use super::{Fitting, Instrument, KINDS, SensorChannel};
+use super::step_interval::StepInterval;
 use crate::error::{DataError, Error};
 use crate::plant::Truth;
 use monorig_estimators::Time;
@@ -66,7 +68,7 @@ impl Suite {
             ));
         }
         let mut instruments = Vec::new();
-        for kind in &KINDS {
+        for kind in KINDS {
             if let Some(spec) = specs.get(kind.name) {
                 instruments.push((kind.build)(spec, on)?);
             }

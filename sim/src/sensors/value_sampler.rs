@@ -1,7 +1,16 @@
 //! Takes values of a signal that is linear between physics steps: at an instant, or as the mean since the instant before.
 
 use super::low_pass::LowPass;
-use super::signal_path::{SamplingMode, StepInterval};
+use super::step_interval::StepInterval;
+
+/// Sampling mode of an instrument: what one value stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SamplingMode {
+    /// The signal at the instant.
+    Instant,
+    /// The mean of the signal since the instant before.
+    Integrating,
+}
 
 /// Values of a signal of `N` axes at the instants of a schedule.
 #[derive(Clone, Debug)]

@@ -37,14 +37,14 @@ struct Factors {
 impl<const N: usize> Vibration<N> {
     /// The vibration of an instrument. Its processes begin stationary.
     pub fn new(spec: &VibrationSpec, seed: u64, name: &str) -> Self {
-        let corners_radps = spec.band_hz.map(|f| TAU * f);
+        let corners_radps = spec.band_hz.map(|f| TAU * f.get());
         let mut stream = Stream::new(seed, &format!("{name}/vibration"));
         // A step without end adds the stationary distribution.
         let stationary = Factors::new(corners_radps, f64::INFINITY);
         let axes = std::array::from_fn(|_| stationary.step([0.0; 2], &mut stream));
         Self {
-            sd: spec.sd,
-            full_mps: spec.full_mps,
+            sd: spec.sd.get(),
+            full_mps: spec.full_mps.get(),
             corners_radps,
             axes,
             stream,
@@ -100,14 +100,15 @@ impl Factors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{NonNegative, Positive};
 
     const DT: f64 = 0.002;
 
     fn vibration(speed_mps: f64, count: usize) -> Vec<f64> {
         let spec = VibrationSpec {
-            sd: 2.0,
-            full_mps: 0.5,
-            band_hz: [4.0, 15.0],
+            sd: NonNegative::new(2.0),
+            full_mps: Positive::new(0.5),
+            band_hz: [4.0, 15.0].map(Positive::new),
         };
         let mut v = Vibration::<1>::new(&spec, 3, "test");
         (0..count).map(|_| v.advance(DT, speed_mps)[0]).collect()

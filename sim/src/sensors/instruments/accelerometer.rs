@@ -7,10 +7,11 @@
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 
-use super::InstrumentKind;
 use super::mounted_instrument::{MotionStep, MountQuantity, MountedInstrument};
-use super::signal_path::SignalPath;
 use crate::plant::MountState;
+use crate::sensors::InstrumentKind;
+use crate::sensors::signal_path::SignalPath;
+use monorig_estimators::api::signals::Measurand;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// The three-axis accelerometer, as a data sheet names it.
@@ -26,14 +27,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 const QUANTITY: MountQuantity<3> = MountQuantity {
     name: "accelerometer",
     group: Some(IMU),
-    channels: [
-        ("imu/specific_force_x", "m/s²"),
-        ("imu/specific_force_y", "m/s²"),
-        ("imu/specific_force_z", "m/s²"),
-    ],
+    measurand: Measurand::SpecificForce,
     signal: |step| specific_force(step).map(Into::into),
-    put: |z, sample| z.specific_force_mps2 = sample,
-    take: |z| z.specific_force_mps2.map(|s| s.value),
 };
 
 /// Name in events of the accelerometer and the gyro together.
