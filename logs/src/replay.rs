@@ -9,7 +9,7 @@ use crate::wrong;
 use monorig_estimators::Real;
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::{Estimator, Internal};
-use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::api::signals::{Command, Estimate, Measurand, Measurements, Shape, Slot};
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_sim::Simulation;
 use monorig_sim::closed_loop::recorded::RecordedDrive;
@@ -174,69 +174,15 @@ impl Instrument for RecordedInstrument {
     fn add_fault(&mut self, _: Option<usize>, _: FaultWindow) {}
 
     fn channels(&self) -> Vec<SensorChannel> {
-        let mut all = Vec::new();
-        let axes = [("x", 0), ("y", 1), ("z", 2)];
-        let has = |wanted: fn(&Target) -> bool| self.targets.iter().any(wanted);
-        if has(|t| *t == Target::SpecificForce) {
-            all.extend(axes.map(|(axis, i)| {
-                let path = format!("imu/specific_force_{axis}");
-                SensorChannel::new(path, "m/s²", move |z| {
-                    z.specific_force_mps2.and_then(|s| s.value.get(i).copied())
-                })
-            }));
-        }
-        if has(|t| *t == Target::AngularRate) {
-            all.extend(axes.map(|(axis, i)| {
-                let path = format!("imu/angular_rate_{axis}");
-                SensorChannel::new(path, "rad/s", move |z| {
-                    z.angular_rate_radps.and_then(|s| s.value.get(i).copied())
-                })
-            }));
-        }
-        let torque = has(|t| matches!(t, Target::Torque(_) | Target::Force | Target::Power));
-        for drive in 0..self.drives {
-            let number = drive + 1;
-            if torque {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/motor_torque"),
-                    "N·m",
-                    move |z| sample(&z.motor_torque_nm, drive),
-                ));
-            }
-            if self.targets.contains(&Target::Wheel(drive)) {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/wheel_speed"),
-                    "m/s",
-                    move |z| sample(&z.wheel_speed_mps, drive),
-                ));
-            }
-            if self.targets.contains(&Target::Clamp(drive)) {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/clamp_pressure"),
-                    "MPa",
-                    move |z| sample(&z.clamp_pressure_mpa, drive),
-                ));
-            }
-        }
-        if has(|t| *t == Target::Steering) {
-            all.push(SensorChannel::new("steering_angle", "rad", |z| {
-                z.steering_angle_rad.map(|s| s.value)
-            }));
-        }
-        if has(|t| *t == Target::Inclination) {
-            all.push(SensorChannel::new("inclinometer", "rad", |z| {
-                z.inclination_rad.map(|s| s.value)
-            }));
-        }
-        for i in 0..4 {
-            if self.targets.contains(&Target::Auxiliary(i)) {
-                all.push(SensorChannel::new(
-                    format!("auxiliary_{}", i + 1),
-                    "1",
-                    move |z| sample(&z.auxiliary, i),
-                ));
-            }
-        }
+        let traction = self.targets.iter().any(|t| t.is_traction());
+        let is_there = |slot: &Slot| match slot.measurand {
+            Measurand::MotorTorque => traction,
+            _ => self.targets.contains(&Target::Measured(*slot)),
+        };
+        let on_vehicle =
+            |slot: &Slot| slot.measurand.shape() != Shape::PerDrive || slot.index < self.drives;
+        let slots = Slot::all().filter(is_there).filter(on_vehicle);
+        let mut all: Vec<SensorChannel> = slots.flat_map(SensorChannel::of).collect();
         if self.ghost {
             let shared = self.shared.clone();
             all.extend(ghost::channels(move |of| {
@@ -245,13 +191,6 @@ impl Instrument for RecordedInstrument {
         }
         all
     }
-}
-
-fn sample(
-    slots: &[Option<monorig_estimators::api::signals::Sample<f64>>],
-    i: usize,
-) -> Option<f64> {
-    slots.get(i).copied().flatten().map(|s| s.value)
 }
 
 /// The controller of a replay: the command that was recorded, else what was measured of the torque.
