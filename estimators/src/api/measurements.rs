@@ -1,7 +1,8 @@
 //! The table of measured quantities, and the measurements of a step.
 //!
-//! A row of the table `measurements!` makes the field of [`Measurements`], the [`Measurand`] and its [`Slot`]s. Data sheets, faults, replays,
-//! recorded logs, exports and recorded columns go through [`Measurand::ALL`] or [`Slot::all`], so a new row reaches all of them.
+//! A row of the table `measurements!` makes the field of [`Measurements`], the [`Measurand`] and its [`Slot`]s. Data
+//! sheets, faults, replays, recorded logs, exports and recorded columns go through [`Measurand::ALL`] or [`Slot::all`],
+//! so a new row reaches all of them.
 
 use crate::{Real, Time};
 
@@ -72,9 +73,11 @@ macro_rules! samples {
 
 macro_rules! measurements {
     ($($(#[doc = $about:literal])+ $measurand:ident $name:literal: $shape:tt $field:ident, $unit:literal;)+) => {
-        /// New samples since the last call. `None` = no new sample: rates differ, samples drop out, samples arrive late.
+        /// New samples since the last call. `None` = no new sample: rates differ, samples drop out, samples arrive
+        /// late.
         ///
-        /// IMU axes: x forward (growing chainage), y left, z up, so a grade that grows shows as a *negative* rate about y.
+        /// IMU axes: x forward (growing chainage), y left, z up, so a grade that grows shows as a *negative* rate about
+        /// y.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct Measurements {
             /// Now.
@@ -131,7 +134,7 @@ macro_rules! measurements {
         }
 
         impl Measurements {
-            /// Whether there is any sample.
+            /// True if there is any sample.
             pub fn any(&self) -> bool {
                 $(self.$field.any())||+
             }
@@ -144,7 +147,8 @@ macro_rules! measurements {
     };
 }
 
-// A row: description; name of the measurand, and as text; form, field with the unit in its name; unit. Vectors stand first.
+// A row: description; name of the measurand, and as text; form, field with the unit in its name; unit. Vectors stand
+// first.
 measurements! {
     /// Specific force (acceleration minus gravity) in IMU axes: at rest on the level it is 1 g upwards.
     SpecificForce "specific_force": Vector specific_force_mps2, "m/s²";
@@ -197,7 +201,7 @@ impl Measurand {
 /// Place of one sample in the measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Slot {
-    /// What is measured.
+    /// The measured quantity.
     pub measurand: Measurand,
     /// Number among the slots of the measurand, such as that of the drive unit.
     pub index: usize,
@@ -298,7 +302,7 @@ mod tests {
         Some(Sample { t, value })
     }
 
-    /// What is set in a slot is got there and nowhere else, and is a sample of the measurements.
+    /// A sample that is set in a slot is got there and nowhere else, and is one of the measurements.
     #[test]
     fn every_slot_holds_a_sample_of_its_own() {
         let all: Vec<Slot> = Slot::all().collect();

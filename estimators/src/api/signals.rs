@@ -1,4 +1,4 @@
-//! What crosses the border between the rig and an estimator: measurements and commands in, estimates out.
+//! Signals between the rig and an estimator: measurements and commands in, estimates out.
 
 pub use crate::api::measurements::{
     MAX_AUXILIARY, MAX_DRIVES, Measurand, Measurements, Sample, Shape, Slot,
@@ -7,7 +7,7 @@ use crate::api::snapshot::state;
 pub use crate::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
 use crate::{Real, Time};
 
-/// What the controller asks of the train.
+/// Command of the controller to the train.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// Motor torque of each drive unit, N·m at the motor shaft, + drives towards growing chainage.
@@ -25,14 +25,14 @@ pub struct Value {
     pub value: Real,
     /// Its standard deviation, same unit. Always finite and not negative.
     pub sd: Real,
-    /// Whether it is fit for use, by the one validity rule of all supervised estimators ([`crate::detect::validity`]): initialised, its
-    /// inputs fresh, its standard deviation below the limit of its quantity, no clamp acting on it, the windowed NIS of its sources on the
-    /// un-adapted noise within its χ² limit, its instruments plausible. Published methods without supervision mark what they have found at
-    /// all.
+    /// True if it is fit for use, by the one validity rule of all supervised estimators ([`crate::detect::validity`]):
+    /// initialised, its inputs fresh, its standard deviation below the limit of its quantity, no clamp acting on it,
+    /// the windowed NIS of its sources on the un-adapted noise within its χ² limit, its instruments plausible.
+    /// Published methods without supervision mark what they have found at all.
     pub valid: bool,
 }
 
-/// What an estimator says about its own working.
+/// Status of an estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags {
     /// The train moves fast enough for the force balance to hold.
@@ -52,8 +52,8 @@ pub struct Estimate {
     pub total_mass_kg: Value,
     /// Grade angle at the IMU, rad, + uphill towards growing chainage.
     pub grade_rad: Value,
-    /// Grade angle that the train as a whole feels, asin(Σ mᵢ sin θᵢ / Σ mᵢ), rad: what a speed control needs. The same as
-    /// [`Estimate::grade_rad`] from an estimator that takes the train for a point.
+    /// Grade angle that the train as a whole feels, asin(Σ mᵢ sin θᵢ / Σ mᵢ), rad: what a speed control needs. The same
+    /// as [`Estimate::grade_rad`] from an estimator that takes the train for a point.
     pub effective_grade_rad: Value,
     /// Speed along the rail, m/s.
     pub speed_mps: Value,
@@ -74,7 +74,7 @@ impl Estimate {
         }
     }
 
-    /// Whether every number of it is finite.
+    /// True if every number of it is finite.
     pub fn is_finite(&self) -> bool {
         let values = [
             self.total_mass_kg,

@@ -23,9 +23,9 @@ const MAX_MISALIGNMENT_DEG: f64 = 30.0;
 /// A sensor sheet and the file it came from.
 #[derive(Clone, Debug)]
 pub struct Sheet {
-    /// Where it was read.
+    /// The file it was read from.
     pub file: PathBuf,
-    /// Its contents.
+    /// The contents.
     pub data: SheetFile,
 }
 

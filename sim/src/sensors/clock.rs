@@ -11,7 +11,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Offset and drift of a run: what is known of them, and what is drawn.
+    /// Offset and drift of a run: the known parts plus those drawn.
     pub fn new(spec: &ClockSpec, seed: u64, name: &str) -> Self {
         let mut stream = Stream::new(seed, &format!("{name}/clock"));
         let offset_ms = spec.offset_ms.get() + spec.offset_sd_ms.get() * stream.normal();
@@ -21,7 +21,7 @@ impl Clock {
         }
     }
 
-    /// What it stamps at `t_ns`, ns.
+    /// The stamp of the instant `t_ns`, ns.
     pub fn stamp_ns(&self, t_ns: i64) -> i64 {
         t_ns + self.offset_ns + libm::round(self.drift * t_ns as f64) as i64
     }

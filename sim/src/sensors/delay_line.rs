@@ -1,8 +1,8 @@
-//! When samples arrive, in which order, and what is handed over when several have.
+//! Arrival of samples: when, in which order, and which is handed over when several have arrived.
 //!
-//! A sample arrives at the instant it was taken plus the latency plus a time drawn from the arrival jitter, but not before the one
-//! sent before it (a bus keeps the order); then it waits for the next multiple of the bunching time. A share of the samples is held
-//! up on top of that, and others overtake it. Stamps stay as they are.
+//! A sample arrives at the instant it was taken plus the latency plus a time drawn from the arrival jitter, but not
+//! before the one sent before it (a bus keeps the order); then it waits for the next multiple of the bunching time. A
+//! share of the samples is held up on top of that, and others overtake it. Stamps stay as they are.
 
 use super::sampling::to_ns;
 use super::spec::{ArrivalJitter, DelayDistribution, Many, Sampling};
@@ -69,7 +69,8 @@ impl<const N: usize> DelayLine<N> {
         self.queue.insert(after, (arrival_ns, reading));
     }
 
-    /// What has arrived by `now_ns` since the last call, if anything: one reading, or what [`Many`] makes of several.
+    /// Takes the readings that have arrived by `now_ns` since the last call: none, one, or the one that [`Many`] makes
+    /// of several.
     pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
         if self.queue.front().is_none_or(|(ns, _)| *ns > now_ns) {
             return None; // most steps bring nothing

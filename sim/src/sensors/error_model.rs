@@ -1,9 +1,10 @@
 //! How one axis of an instrument differs from the truth, effect by effect, in the order of the signal path:
 //!
 //! 1. `x₁ = (1 + s + s_warm) x`: scale, known part + part drawn once a run + part that comes with warming up;
-//! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at zero
-//!    and at full scale, off by L·R half-way (the definition of IEC 61298-2);
-//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov + b_warm`: biases, constant (known + drawn once a run), wandering, and warming up;
+//! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at
+//!    zero and at full scale, off by L·R half-way (the definition of IEC 61298-2);
+//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov + b_warm`: biases, constant (known + drawn once a run), wandering, and
+//!    warming up;
 //! 4. `x₄ = x₃ + w`: white noise, absolute and relative to the reading;
 //! 5. quantisation, 6. saturation (between 4 and 5: faults, see `fault`).
 //!

@@ -1,8 +1,8 @@
-//! What an instrument is fitted to.
+//! The vehicle and the track that an instrument is fitted to.
 
 use crate::train::Train;
 
-/// What an instrument is fitted to, the track it rides on, and the seed of its errors.
+/// Vehicle that an instrument is fitted to, track under it, and seed of its errors.
 pub struct Fitting<'a> {
     /// The vehicle.
     pub train: &'a Train,
@@ -15,7 +15,7 @@ pub struct Fitting<'a> {
 }
 
 impl<'a> Fitting<'a> {
-    /// To this vehicle, on a rail without joints.
+    /// Fits to this vehicle, on a rail without joints.
     pub fn new(train: &'a Train, gravity_mps2: f64, seed: u64) -> Self {
         Self {
             train,

@@ -1,8 +1,8 @@
 //! Hits: short disturbances where the track has a joint or a bump.
 //!
-//! A hit begins at the end of the step in which the instrument passes the place, forwards or backwards. On the axes of an
-//! accelerometer or gyro it is one period of a sine, so that it leaves no velocity behind; any other reading jumps for as long as it
-//! lasts. Random places follow each other at exponential distances of travel.
+//! A hit begins at the end of the step in which the instrument passes the place, forwards or backwards. On the axes of
+//! an accelerometer or gyro it is one period of a sine, so that it leaves no velocity behind; any other reading jumps
+//! for as long as it lasts. Random places follow each other at exponential distances of travel.
 
 use super::spec::HitSpec;
 use super::step_interval::StepInterval;
@@ -37,7 +37,8 @@ struct Bumps {
 }
 
 impl<const N: usize> Hits<N> {
-    /// The hits of an instrument on a track with joints at `joints_m`, ascending. `inertial` = its hits are swings, not jumps.
+    /// The hits of an instrument on a track with joints at `joints_m`, ascending. `inertial` = its hits are swings, not
+    /// jumps.
     pub fn new(spec: &HitSpec, inertial: bool, joints_m: &[f64], seed: u64, name: &str) -> Self {
         let bumps = (spec.per_m.get() > 0.0).then(|| {
             let stream = Stream::new(seed, &format!("{name}/bumps"));

@@ -16,17 +16,19 @@ pub trait Instrument {
     fn group(&self) -> Option<&str> {
         None
     }
-    /// How many readings it has that an event can name one by one, as `name[0]`, `name[1]`, …; 0 if it is one whole.
+    /// Number of readings that an event can name one by one, as `name[0]`, `name[1]`, …; 0 if it is one whole.
     fn units(&self) -> usize {
         0
     }
     /// Samples per second, Hz; at most one per physics step.
     fn rate_hz(&self) -> f64;
-    /// Index in [`Truth::mounts`] of the mount it sits on. Plants keep the motion of these mounts up to date, and of no others.
+    /// Index in [`Truth::mounts`] of the mount it sits on. Plants keep the motion of these mounts up to date, and of no
+    /// others.
     fn mount(&self) -> Option<usize> {
         None
     }
-    /// Takes the samples that are due in `step`, at whose end the truth is `truth`; puts what has arrived by then into `z`.
+    /// Takes the samples that are due in `step`, at whose end the truth is `truth`; puts what has arrived by then into
+    /// `z`.
     fn measure(
         &mut self,
         step: StepInterval,
@@ -37,7 +39,7 @@ pub trait Instrument {
     fn ideal(&self, _z: &mut Measurements) {}
     /// Adds a fault to reading number `unit`, or to all of them.
     fn add_fault(&mut self, unit: Option<usize>, fault: FaultWindow);
-    /// What is recorded of it.
+    /// Its recorded columns.
     fn channels(&self) -> Vec<SensorChannel>;
 }
 
@@ -72,7 +74,8 @@ impl SensorChannel {
         }
     }
 
-    /// The columns of a slot of the measurements: of a vector one for each axis, under `imu/`; of a drive unit one under `drive_N/`.
+    /// The columns of a slot of the measurements: of a vector one for each axis, under `imu/`; of a drive unit one
+    /// under `drive_N/`.
     pub fn of(slot: Slot) -> Vec<Self> {
         let (name, number) = (slot.name(), slot.index + 1);
         let paths = match slot.measurand.shape() {
@@ -97,7 +100,7 @@ impl SensorChannel {
 pub struct InstrumentKind {
     /// Name in data sheets, events and errors.
     pub name: &'static str,
-    /// Why it cannot be fitted to a car (`true`) or to a train (`false`); `None` if it can.
+    /// Reason against fitting it to a car (`true`) or to a train (`false`); `None` if it can be fitted.
     pub unsuited: fn(car: bool) -> Option<&'static str>,
     /// Builds one from its specification.
     pub build: BuildInstrument,

@@ -1,7 +1,7 @@
 //! Lean: a sprung body pitches under acceleration and turns the instruments that are bolted to it.
 //!
-//! φ̈ = ω₀²(k a/g₀ − φ) − 2ζω₀ φ̇, φ the pitch against where the mount is without it (+ nose up), a the acceleration along the track,
-//! g₀ = 9.80665 m/s². An accelerometer then reads g sin φ forward, a gyro −φ̇ about left.
+//! φ̈ = ω₀²(k a/g₀ − φ) − 2ζω₀ φ̇, φ the pitch against where the mount is without it (+ nose up), a the acceleration
+//! along the track, g₀ = 9.80665 m/s². An accelerometer then reads g sin φ forward, a gyro −φ̇ about left.
 
 use super::spec::LeanSpec;
 use crate::plant::MountState;
@@ -109,7 +109,8 @@ mod tests {
         assert!(angle > 0.0);
     }
 
-    /// Overshoot of a step of a second-order lag: exp(−πζ/√(1 − ζ²)); implicit steps of 2 ms add ω dt/2 = 0.01 to the damping.
+    /// Overshoot of a step of a second-order lag: exp(−πζ/√(1 − ζ²)); implicit steps of 2 ms add ω dt/2 = 0.01 to the
+    /// damping.
     #[test]
     fn a_step_overshoots_as_its_damping_says() {
         let mut lean = lean(0.35);

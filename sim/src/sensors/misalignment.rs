@@ -1,6 +1,7 @@
 //! Misalignment: the sensor's axes are turned against the mount's by a small rotation vector φ.
 //!
-//! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues 1840).
+//! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues
+//! 1840).
 
 use super::spec::InstrumentSpec;
 use super::stream::Stream;

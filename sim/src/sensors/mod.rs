@@ -9,7 +9,7 @@
 //! | `signal_path` | what all have in common: the signal path from ideal value to sample |
 //! | `value_sampler` `low_pass` `misalignment` `error_model` `noise` `fault` | the stations of that path |
 //! | `shake` `vibration` `hits` `lean` | what the track and a sprung mount do to it |
-//! | `step_interval` `sampling` `clock` `delay_line` | when values are taken, what is stamped on them, when they arrive |
+//! | `step_interval` `sampling` `clock` `delay_line` | the instants of values, their stamps, their arrival |
 //! | `stream` | a seeded random stream for every use |
 //! | `suite` | all instruments of a vehicle |
 //!

@@ -1,7 +1,7 @@
-//! When values are taken.
+//! The instants at which values are taken.
 //!
-//! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The value
-//! is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
+//! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The
+//! value is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
 
 use super::spec::Sampling;
 use super::stream::Stream;
@@ -32,7 +32,7 @@ pub struct SamplingInstant {
     pub stamp_ns: i64,
     /// The instant the value is taken, ns.
     pub taken_ns: i64,
-    /// Whether the sample is lost on its way.
+    /// True if the sample is lost on its way.
     pub lost: bool,
 }
 
@@ -72,7 +72,7 @@ impl Schedule {
         self.plan(start_ns);
     }
 
-    /// When the next value is taken, ns.
+    /// The instant at which the next value is taken, ns.
     pub fn next_ns(&self) -> i64 {
         self.next.taken_ns
     }

@@ -1,5 +1,5 @@
-//! Signal path of an instrument: ideal signal (+ vibration and hits) → bandwidth → sampling → misalignment → errors → faults → stamp →
-//! arrival.
+//! Signal path of an instrument: ideal signal (+ vibration and hits) → bandwidth → sampling → misalignment → errors →
+//! faults → stamp → arrival.
 //!
 //! Between two physics steps the ideal signal is taken as linear, so a value can be taken at any instant between steps.
 //! An instrument either reads the signal *at* an instant, or its *mean* since the instant before (integrating sensors:
@@ -40,8 +40,8 @@ pub struct SignalPath<const N: usize> {
 }
 
 impl<const N: usize> SignalPath<N> {
-    /// The path of the instrument `name`, whose random streams start with that name; `axes` = a name and a known bias for
-    /// each axis.
+    /// The path of the instrument `name`, whose random streams start with that name; `axes` = a name and a known bias
+    /// for each axis.
     pub fn new(
         name: &str,
         mode: SamplingMode,
@@ -82,8 +82,8 @@ impl<const N: usize> SignalPath<N> {
         self.faults.add(fault);
     }
 
-    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`, at whose end the instrument
-    /// is where `ride` says. Spans follow each other without gap; the first may be empty.
+    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`, at whose end the
+    /// instrument is at `ride`. Spans follow each other without gap; the first may be empty.
     pub fn observe(
         &mut self,
         span: StepInterval,
@@ -148,8 +148,8 @@ impl<const N: usize> SignalPath<N> {
         Ok(())
     }
 
-    /// Delivers what has arrived by `now_ns` since the last call: nothing, a sample, or what the sheet's `many` makes of several. A
-    /// sample of one value has zeros behind it, as a slot of the measurements takes it.
+    /// Delivers what has arrived by `now_ns` since the last call: nothing, a sample, or what the sheet's `many` makes
+    /// of several. A sample of one value has zeros behind it, as a slot of the measurements takes it.
     pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; 3]>> {
         self.delivered = self.line.receive(now_ns);
         self.delivered.map(|r| sample(r.stamp_ns, r.measured))
@@ -170,8 +170,8 @@ fn sample<const N: usize>(stamp_ns: i64, values: [f64; N]) -> Sample<[f64; 3]> {
 }
 
 impl SignalPath<3> {
-    /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment of
-    /// the run.
+    /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment
+    /// of the run.
     pub fn inertial(name: &str, spec: &InstrumentSpec, on: &Fitting<'_>) -> Self {
         let [x, y, z] = spec.axis_bias.unwrap_or_default().map(Finite::get);
         let axes = [(".x", x), (".y", y), (".z", z)];
@@ -327,8 +327,8 @@ mod tests {
         );
     }
 
-    /// Jitter may put two instants into one step: then their mean is handed over, with the mean of their stamps. None is left out, none
-    /// changes places.
+    /// Jitter may put two instants into one step: then their mean is handed over, with the mean of their stamps. None
+    /// is left out, none changes places.
     #[test]
     fn two_samples_of_a_step_come_as_their_mean() {
         let seen = run(

@@ -13,7 +13,8 @@ use crate::plant::Truth;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 
-/// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be exchanged.
+/// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be
+/// exchanged.
 fn check_fault(instrument: &dyn Instrument, fault: &Fault) -> Result<(), DataError> {
     let name = instrument.name();
     let channels = instrument.channels();
@@ -127,7 +128,8 @@ impl Suite {
         Ok(())
     }
 
-    /// Adds a fault to the sensor of this name: an instrument, a group such as `imu`, or one unit such as `wheel_speed[2]`.
+    /// Adds a fault to the sensor of this name: an instrument, a group such as `imu`, or one unit such as
+    /// `wheel_speed[2]`.
     pub fn add_fault(&mut self, sensor: &str, fault: FaultWindow) -> Result<(), DataError> {
         let mut found = false;
         for instrument in &mut self.instruments {
@@ -178,7 +180,7 @@ impl Suite {
         channels
     }
 
-    /// What `measure` would have put out last without errors of the sensors: same samples, same stamps.
+    /// The last output of `measure` without errors of the sensors: same samples, same stamps.
     pub fn ideal(&self) -> Measurements {
         let mut z = Measurements {
             t: Time::from_ns(self.last_ns.unwrap_or(0)),

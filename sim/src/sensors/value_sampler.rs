@@ -1,4 +1,5 @@
-//! Takes values of a signal that is linear between physics steps: at an instant, or as the mean since the instant before.
+//! Takes values of a signal that is linear between physics steps: at an instant, or as the mean since the instant
+//! before.
 
 use super::low_pass::LowPass;
 use super::step_interval::StepInterval;
@@ -45,7 +46,7 @@ impl<const N: usize> ValueSampler<N> {
         }
     }
 
-    /// Whether a span without an instant leaves no trace: nothing is filtered, nothing integrated.
+    /// True if a span without an instant leaves no trace: nothing is filtered, nothing integrated.
     pub fn has_no_memory(&self) -> bool {
         self.mode == SamplingMode::Instant && self.low_pass.is_none()
     }

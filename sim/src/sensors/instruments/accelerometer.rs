@@ -1,9 +1,9 @@
 //! Accelerometer: specific force at the mount, in mount axes (x forward, y left, z up), m/s².
 //!
-//! Over a physics step: f_M(t) = R_WM(mid-step)ᵀ Δv_W/Δt − R_WM(t)ᵀ g_W, g_W = (0, 0, −g), from the velocity of the mount in
-//! the world; the second term is linear between the ends of the step, so that a turning body shows no steps of gravity.
-//! A sample is the mean of f_M since the sample before, that is, Δv/T − g with v linear between steps, turned piece by
-//! piece into the mount frame (velocity increments in body axes, as strapdown sensors give them: Savage 1998,
+//! Over a physics step: f_M(t) = R_WM(mid-step)ᵀ Δv_W/Δt − R_WM(t)ᵀ g_W, g_W = (0, 0, −g), from the velocity of the
+//! mount in the world; the second term is linear between the ends of the step, so that a turning body shows no steps of
+//! gravity. A sample is the mean of f_M since the sample before, that is, Δv/T − g with v linear between steps, turned
+//! piece by piece into the mount frame (velocity increments in body axes, as strapdown sensors give them: Savage 1998,
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 

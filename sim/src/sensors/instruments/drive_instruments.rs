@@ -16,7 +16,7 @@ use monorig_estimators::api::signals::{Measurand, Measurements};
 pub struct DriveQuantity {
     /// Name in data sheets, events and channels; single units are `name[0]`, `name[1]`, ….
     pub name: &'static str,
-    /// Where its samples stand in the measurements.
+    /// The place of its samples in the measurements.
     pub measurand: Measurand,
     /// The ideal value from the state of a drive unit and its nominal data.
     pub ideal: fn(&DriveState, &Drive) -> f64,

@@ -1,7 +1,7 @@
 //! Gyro: angular rate of the body at the mount, in mount axes (x forward, y left, z up), rad/s.
 //!
-//! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between steps.
-//! A grade that grows shows as a negative rate about y.
+//! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between
+//! steps. A grade that grows shows as a negative rate about y.
 
 use super::accelerometer::IMU;
 use super::mounted_instrument::{MountQuantity, MountedInstrument};

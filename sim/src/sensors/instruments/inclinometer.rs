@@ -1,14 +1,14 @@
 //! Inclinometer: pitch of its mount against the apparent vertical, rad, + nose up.
 //!
-//! ψ = atan2(f_x, √(f_y² + f_z²)) of the specific force f in mount axes (x forward, y left, z up), the pitch equation of a
-//! three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is the mean of
-//! ψ since the sample before, as these instruments filter what they read.
+//! ψ = atan2(f_x, √(f_y² + f_z²)) of the specific force f in mount axes (x forward, y left, z up), the pitch equation
+//! of a three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is
+//! the mean of ψ since the sample before, as these instruments filter what they read.
 //!
 //! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), as most are: gravity and
 //! acceleration act on it alike. At rest on a grade θ it reads θ; under an acceleration a along the rail
-//! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little. "Dynamic"
-//! inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments; here that
-//! filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.
+//! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little.
+//! "Dynamic" inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments;
+//! here that filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.
 
 use super::accelerometer::specific_force;
 use super::mounted_instrument::{MountQuantity, MountedInstrument};
@@ -48,7 +48,8 @@ mod tests {
     use crate::sensors::tests::{DT, G, look, moving, suite, train};
     use nalgebra::UnitQuaternion;
 
-    /// Readings of one second of a body of pitch θ and roll φ, rad, under a constant acceleration (forward, left, up), m/s².
+    /// Readings of one second of a body of pitch θ and roll φ, rad, under a constant acceleration (forward, left, up),
+    /// m/s².
     fn readings(theta: f64, roll: f64, acceleration_m: [f64; 3], errors: Errors) -> Vec<f64> {
         let train = train(1);
         let spec = InstrumentSpec {

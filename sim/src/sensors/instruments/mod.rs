@@ -1,10 +1,10 @@
 //! Our instruments, one a file: ideal physics, the measurand, construction. The list makes the data sheet too.
 //!
-//! `mounted_instrument` holds what is alike of instruments bolted to a link, `drive_instruments` of those on every drive unit, and
+//! `mounted_instrument` is common to instruments bolted to a link, `drive_instruments` to those on every drive unit.
 //! `mount` finds the link of the vehicle that a data sheet names.
 //!
-//! A further instrument is a row of the table of measured quantities (`measurements!` in the estimators' crate), a file here with
-//! its [`InstrumentKind`], and a row of the list below.
+//! A further instrument is a row of the table of measured quantities (`measurements!` in the estimators' crate), a file
+//! here with its [`InstrumentKind`], and a row of the list below.
 
 pub mod accelerometer;
 pub mod clamp_pressure;
@@ -39,7 +39,7 @@ macro_rules! instruments {
         pub struct SheetFile {
             /// Format version, 1.
             pub version: Version1,
-            /// Where the figures come from.
+            /// Source of the figures.
             pub source: String,
             $($(#[doc = $about])+ #[serde(default)] pub $name: Option<$block>,)+
         }
@@ -55,7 +55,8 @@ macro_rules! instruments {
     };
 }
 
-// A row: description, name, and block of the data sheet: with axes (`InstrumentSpec`), bolted to a link, or without a place of its own.
+// A row: description, name, and block of the data sheet: with axes (`InstrumentSpec`), bolted to a link, or without a
+// place of its own.
 instruments! {
     /// Three-axis accelerometer, m/s².
     accelerometer: InstrumentSpec;

@@ -18,7 +18,7 @@ pub struct MountQuantity<const N: usize> {
     pub name: &'static str,
     /// Name of a group of instruments in events.
     pub group: Option<&'static str>,
-    /// Where its samples stand in the measurements.
+    /// The place of its samples in the measurements.
     pub measurand: Measurand,
     /// The ideal signal at both ends of a step, from the motion of the mount there.
     pub signal: fn(&MotionStep<'_>) -> [[f64; N]; 2],

@@ -1,11 +1,11 @@
-//! How the values of an instrument differ from the truth.
+//! Differences of an instrument's values from the truth.
 
 use crate::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How values differ from the truth. `unit` is the instrument's SI unit; the order of effects is that of the signal path
-/// (see `error_model`).
+/// Differences of the values from the truth. `unit` is the instrument's SI unit. The order of effects is that of the
+/// signal path (see `error_model`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Errors {
@@ -21,7 +21,8 @@ pub struct Errors {
     pub bias: Finite,
     /// Standard deviation of a bias drawn once a run (turn-on repeatability, zero drift), unit.
     pub bias_sd: NonNegative,
-    /// Bias of an instrument that is not calibrated, drawn once a run for each axis: [least, greatest] magnitude, sign at random, unit.
+    /// Bias of an instrument that is not calibrated, drawn once a run for each axis: [least, greatest] magnitude, sign
+    /// at random, unit.
     pub switch_on_bias: Option<[NonNegative; 2]>,
     /// Growth of a wandering bias, unit/√s.
     pub bias_random_walk: NonNegative,
@@ -48,7 +49,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Root mean square of the biases drawn once a run, unit: a magnitude evenly distributed from a to b has (a² + ab + b²)/3.
+    /// Root mean square of the biases drawn once a run, unit: a magnitude evenly distributed from a to b has (a² + ab +
+    /// b²)/3.
     pub fn drawn_bias_sd(&self) -> f64 {
         let switch_on = self.switch_on_bias.map_or(0.0, |limits| {
             let [a, b] = limits.map(NonNegative::get);
@@ -95,20 +97,20 @@ pub struct VibrationSpec {
     pub band_hz: [Positive; 2],
 }
 
-/// Short disturbances at places of the track: one period of a sine on the axes of an accelerometer or gyro, a jump of any other
-/// reading.
+/// Short disturbances at places of the track: one period of a sine on the axes of an accelerometer or gyro, a jump of
+/// any other reading.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Hits")] // the name in the JSON schema
 pub struct HitSpec {
-    /// One at every rail joint of the track.
+    /// A hit at every rail joint of the track.
     #[serde(default)]
     pub at_joints: bool,
-    /// So many more at random places, per metre travelled.
+    /// Number of further hits at random places, per metre travelled.
     #[serde(default)]
     pub per_m: NonNegative,
     /// [least, greatest] magnitude, sign at random, unit.
     pub size: [NonNegative; 2],
-    /// How long one lasts, ms.
+    /// Duration of one, ms.
     pub duration_ms: Positive,
 }

@@ -1,9 +1,9 @@
 //! Specification of an instrument, as a data sheet holds it; every number is checked while it is read.
 //!
-//! An instrument has three blocks: where it sits (`mount`, not of instruments that belong to a part of the vehicle), `sampling`
-//! (when values are taken and arrive) and `errors` (how they differ from the truth). A block left out means "none of it". Values
-//! are in the unit of the instrument: m/s² (accelerometer), rad/s (gyro), N·m (motor torque), m/s (wheel speed), MPa (clamp
-//! pressure), rad (steering angle, inclinometer).
+//! An instrument has three blocks: where it sits (`mount`, not of instruments that belong to a part of the vehicle),
+//! `sampling` (when values are taken and arrive) and `errors` (how they differ from the truth). A block left out means
+//! "none of it". Values are in the unit of the instrument: m/s² (accelerometer), rad/s (gyro), N·m (motor torque), m/s
+//! (wheel speed), MPa (clamp pressure), rad (steering angle, inclinometer).
 
 mod errors;
 mod sampling;
@@ -22,7 +22,8 @@ pub type InstrumentSpecs = BTreeMap<&'static str, InstrumentSpec>;
 // The first comment is that of the block of a data sheet, as the JSON schema shows it.
 /// An instrument with three axes, bolted to a link.
 ///
-/// It is the form of every other instrument too: [`MountedSensor`] and [`PlainSensor`] leave the keys out that they do not have.
+/// Every other instrument has this form too: [`MountedSensor`] and [`PlainSensor`] lack some of its keys in a data
+/// sheet.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(
@@ -32,9 +33,9 @@ pub type InstrumentSpecs = BTreeMap<&'static str, InstrumentSpec>;
 pub struct InstrumentSpec {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
-    /// When values are taken and arrive.
+    /// Times at which values are taken and arrive.
     pub sampling: Sampling,
-    /// How each axis differs from the truth.
+    /// Differences of each axis from the truth.
     #[serde(default)]
     pub errors: Errors,
     /// Known bias of x, y, z, unit; adds to `errors.bias`.
@@ -60,9 +61,9 @@ pub struct InstrumentSpec {
 pub struct MountedSensor {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
-    /// When values are taken and arrive.
+    /// Times at which values are taken and arrive.
     pub sampling: Sampling,
-    /// How values differ from the truth.
+    /// Differences of the values from the truth.
     #[serde(default)]
     pub errors: Errors,
     /// Lean of the body that carries it.
@@ -74,9 +75,9 @@ pub struct MountedSensor {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlainSensor {
-    /// When values are taken and arrive.
+    /// Times at which values are taken and arrive.
     pub sampling: Sampling,
-    /// How values differ from the truth.
+    /// Differences of the values from the truth.
     #[serde(default)]
     pub errors: Errors,
 }
@@ -108,7 +109,8 @@ impl From<PlainSensor> for InstrumentSpec {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Lean")] // the name in the JSON schema
 pub struct LeanSpec {
-    /// Static pitch, degrees of nose up per standard gravity of forward acceleration. Adds to what the vehicle's own suspension does.
+    /// Static pitch, degrees of nose up per standard gravity of forward acceleration. Adds to what the vehicle's own
+    /// suspension does.
     pub pitch_deg_per_g: Finite,
     /// Natural frequency, Hz.
     pub frequency_hz: Positive,

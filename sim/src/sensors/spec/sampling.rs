@@ -1,10 +1,10 @@
-//! When an instrument takes values and when they arrive, and the clock that stamps them.
+//! Times at which an instrument takes values and at which they arrive, and the clock that stamps them.
 
 use crate::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// When values are taken and when they arrive.
+/// Times at which values are taken and at which they arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sampling {
@@ -31,7 +31,7 @@ pub struct Sampling {
     /// Error of the clock that stamps the samples.
     #[serde(default)]
     pub clock: ClockSpec,
-    /// What is handed over when several samples have arrived within a step.
+    /// Sample that is handed over when several have arrived within a step.
     #[serde(default)]
     pub many: Many,
 }
@@ -64,7 +64,7 @@ impl Default for Sampling {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArrivalJitter {
-    /// How it is distributed.
+    /// Its distribution.
     pub distribution: DelayDistribution,
     /// Longest time (uniform: from 0 to this) or mean time (exponential, cut off at ten times this), ms.
     pub ms: Positive,
@@ -115,7 +115,7 @@ pub struct ClockSpec {
     pub drift_sd_ppm: NonNegative,
 }
 
-/// What is handed over when several samples have arrived since the last step.
+/// Sample that is handed over when several have arrived since the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Many {

@@ -107,7 +107,8 @@ fn the_huainan_sheet_says_what_the_print_says() {
     assert_eq!(gyro.sampling.rate_hz.get(), 100.0);
 }
 
-/// Time of one step at the full train, printed: `cargo test --release -p monorig-sim -- --ignored --nocapture time_of_a_step`.
+/// Time of one step at the full train, printed: `cargo test --release -p monorig-sim -- --ignored --nocapture
+/// time_of_a_step`.
 #[test]
 #[ignore = "a measurement, not a law"]
 fn time_of_a_step() {

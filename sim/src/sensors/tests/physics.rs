@@ -139,7 +139,8 @@ fn bandwidth_shows_as_a_lag_of_the_reading() {
         .filter_map(|z| z.clamp_pressure_mpa[0])
         .filter(|s| s.t.s() > 1.001)
     {
-        // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is left.
+        // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is
+        // left.
         let left = 8.0 * f64::exp(-(s.t.s() - 0.999) / tau);
         // A stamp between two steps is read on the chord of the exponential: off by at most (dt/τ)²/8 of what is left.
         assert!(
