@@ -245,7 +245,10 @@ fn parameter_row(key: &Key) -> String {
         Kind::Choice { default, choices } => ("", default.to_owned(), choices.join(", ")),
     };
     let meaning = key.doc.replace('|', "\\|");
-    format!("| `{}` | {unit} | {default} | {range} | {meaning} |\n", key.name)
+    format!(
+        "| `{}` | {unit} | {default} | {range} | {meaning} |\n",
+        key.name
+    )
 }
 
 /// The page of the parameters: a table for each group, with the estimators that have it.

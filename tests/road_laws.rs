@@ -8,8 +8,8 @@ use monorig_sim::plant::PlantOptions;
 use monorig_sim::plant::train::adhesion::AdhesionZone;
 use monorig_sim::rail::Rail;
 use monorig_sim::road::{Car, RoadPlant};
-use monorig_sim::sensors::accelerometer::specific_force;
-use monorig_sim::sensors::mounted_instrument::MotionStep;
+use monorig_sim::sensors::instruments::MotionStep;
+use monorig_sim::sensors::instruments::accelerometer::specific_force;
 use monorig_tests::*;
 use std::sync::Arc;
 

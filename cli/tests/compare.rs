@@ -90,10 +90,7 @@ fn the_table_says_what_the_runs_say() {
             common[0].as_f64().unwrap() - common[1].as_f64().unwrap()
         }),
     );
-    close(
-        &row["valid"]["mean"],
-        mean(&|r| valid(r, "imm_stf_robust")),
-    );
+    close(&row["valid"]["mean"], mean(&|r| valid(r, "imm_stf_robust")));
     for (samples, share) in [("valid", "of all"), ("common", "common valid")] {
         assert!(
             row[samples]["share"]

@@ -7,7 +7,7 @@ use common::Random;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::params::{Kind, Setting};
-use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample, Slot};
 use monorig_estimators::registry::{self, AnyEstimator};
 use monorig_estimators::{Real, Time, Vehicle, VehicleData};
 
@@ -330,11 +330,13 @@ fn nothing_that_passes_the_input_check_makes_a_nan() {
                 }
             };
             if (k / 2_000) % 2 == 1 {
-                for vector in z.vectors_mut().into_iter().flatten() {
-                    vector.value.iter_mut().for_each(&mut wild);
-                }
-                for scalar in z.scalars_mut().flatten() {
-                    wild(&mut scalar.value);
+                for slot in Slot::all() {
+                    let Some(mut sample) = slot.get(&z) else {
+                        continue;
+                    };
+                    let values = slot.measurand.shape().values();
+                    sample.value.iter_mut().take(values).for_each(&mut wild);
+                    slot.set(&mut z, Some(sample));
                 }
                 u.motor_torque_nm.iter_mut().for_each(&mut wild);
             }

@@ -7,7 +7,7 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators as double;
 use monorig_estimators::api::estimator::Estimator as _;
-use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Slot, Vehicle};
 use monorig_estimators::registry;
 use monorig_estimators_f32::{
     self as single, api::estimator::Estimator as _, registry as registry32,
@@ -39,25 +39,15 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
 }
 
 fn narrow(z: &Measurements) -> single::api::signals::Measurements {
-    let one = |s: Sample<f64>| single::api::signals::Sample {
-        t: single::Time::from_ns(s.t.ns()),
-        value: s.value as f32,
-    };
-    let three = |s: Sample<[f64; 3]>| single::api::signals::Sample {
-        t: single::Time::from_ns(s.t.ns()),
-        value: s.value.map(|v| v as f32),
-    };
-    single::api::signals::Measurements {
-        t: single::Time::from_ns(z.t.ns()),
-        specific_force_mps2: z.specific_force_mps2.map(three),
-        angular_rate_radps: z.angular_rate_radps.map(three),
-        motor_torque_nm: z.motor_torque_nm.map(|s| s.map(one)),
-        wheel_speed_mps: z.wheel_speed_mps.map(|s| s.map(one)),
-        clamp_pressure_mpa: z.clamp_pressure_mpa.map(|s| s.map(one)),
-        steering_angle_rad: z.steering_angle_rad.map(one),
-        inclination_rad: z.inclination_rad.map(one),
-        auxiliary: z.auxiliary.map(|s| s.map(one)),
+    let mut narrow = single::api::signals::Measurements::at(single::Time::from_ns(z.t.ns()));
+    for (wide, single) in Slot::all().zip(single::api::signals::Slot::all()) {
+        let sample = wide.get(z).map(|s| single::api::signals::Sample {
+            t: single::Time::from_ns(s.t.ns()),
+            value: s.value.map(|v| v as f32),
+        });
+        single.set(&mut narrow, sample);
     }
+    narrow
 }
 
 /// Twenty minutes of starts, stops and grades. All axes have noise: of one without, a stuck detector sees other repetitions in single

@@ -5,6 +5,7 @@
 use monorig_lab::recordings::allan::overlapping;
 use monorig_lab::recordings::columns::{Selection, Wanted, read};
 use monorig_lab::recordings::{ColumnFit, fit};
+use monorig_sim::config::checked::{NonNegative, Positive};
 use monorig_sim::config::sensor_sheet::Sheet;
 use monorig_sim::sensors::spec::InstrumentSpecs;
 use std::path::{Path, PathBuf};
@@ -73,7 +74,7 @@ fn the_noise_of_the_uncalibrated_sheet_is_that_of_the_standing_train() {
     let fits = standstill();
     for f in &fits[..3] {
         let density = f.noise.unwrap().density();
-        let stated = specs["accelerometer"].errors.noise_density;
+        let stated = specs["accelerometer"].errors.noise_density.get();
         assert!(
             (density / stated - 1.0).abs() < 0.34,
             "{}: {density}",
@@ -82,7 +83,7 @@ fn the_noise_of_the_uncalibrated_sheet_is_that_of_the_standing_train() {
     }
     for f in &fits[3..] {
         let walk = f.noise.unwrap().white;
-        let stated = specs["gyro"].errors.random_walk_of_integral;
+        let stated = specs["gyro"].errors.random_walk_of_integral.get();
         assert!((walk / stated - 1.0).abs() < 0.34, "{}: {walk}", f.name);
     }
 }
@@ -92,8 +93,8 @@ fn the_noise_of_the_uncalibrated_sheet_is_that_of_the_standing_train() {
 fn the_switch_on_bias_of_the_sheet_covers_the_standing_gyros() {
     let specs = sheet("mems_uncalibrated.yaml");
     let errors = &specs["gyro"].errors;
-    let [least, greatest] = errors.switch_on_bias.unwrap();
-    let slack = 3.0 * errors.bias_sd;
+    let [least, greatest] = errors.switch_on_bias.unwrap().map(NonNegative::get);
+    let slack = 3.0 * errors.bias_sd.get();
     for f in &standstill()[3..] {
         assert_eq!(f.means.len(), 3);
         for mean in &f.means {
@@ -119,10 +120,10 @@ fn the_vibration_of_the_harsh_sheet_is_that_of_the_robot() {
         let found = f.vibration.as_ref().unwrap();
         let stated = specs[name].errors.vibration.unwrap();
         assert!(
-            (found.robust_sd / stated.sd - 1.0).abs() < 0.25,
+            (found.robust_sd / stated.sd.get() - 1.0).abs() < 0.25,
             "{name}: {found:?}"
         );
-        for (edge, wanted) in found.band_hz.iter().zip(stated.band_hz) {
+        for (edge, wanted) in found.band_hz.iter().zip(stated.band_hz.map(Positive::get)) {
             assert!((edge / wanted - 1.0).abs() < 0.30, "{name}: {found:?}");
         }
         assert!(found.colours());

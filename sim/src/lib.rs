@@ -26,6 +26,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
+//! | [`checked`] | numbers whose range is checked while a file is read |
 //! | [`config`] | the files of a scenario: YAML, URDF, CSV and STL, read and checked |
 //! | [`rail`] | geometry of the rail |
 //! | [`train`] | data model of the train: bodies, connections, drives |
@@ -36,6 +37,7 @@
 //! | [`closed_loop`] | the loop itself, and how it is built from a scenario |
 //! | [`record`] | channels of a run, written to and read from files |
 
+pub mod checked;
 pub mod closed_loop;
 pub mod config;
 pub mod control;

@@ -12,15 +12,15 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
-use monorig_sim::config::sensor_sheet_file::SheetFile;
 use monorig_sim::config::track::TrackFile;
 use monorig_sim::config::train::train_file::TrainFile;
 use monorig_sim::config::train::unit::Unit;
 use monorig_sim::config::train::unit_file::UnitFile;
 use monorig_sim::error::Error;
-use monorig_sim::road::{Car, CarFile};
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::Profile;
+use monorig_sim::road::{Car, CarFile};
+use monorig_sim::sensors::instruments::{SHEET_KEYS, SheetFile};
 use monorig_sim::train::Train;
 use schemars::{Schema, schema_for};
 use serde_json::Value;
@@ -168,16 +168,7 @@ pub const KINDS: &[FileFormat] = &[
         kind: FileKind::Sensors,
         name: "sensors",
         about: "a sensor data sheet: rates, errors, mounts",
-        telling: &[
-            "source",
-            "accelerometer",
-            "gyro",
-            "motor_torque",
-            "wheel_speed",
-            "clamp_pressure",
-            "steering_angle",
-            "inclinometer",
-        ],
+        telling: SHEET_KEYS,
         schema: || schema_for!(SheetFile),
         names: &[],
         check: |path, _| Sheet::load(path).map(drop),

@@ -5,6 +5,7 @@ pub mod error;
 pub mod estimator;
 pub(crate) mod fingerprint;
 pub mod mass_layout;
+pub mod measurements;
 pub mod params;
 pub mod real;
 pub mod signals;

@@ -1,7 +1,8 @@
 //! What a sensor sheet says of noise, as the bound needs it.
 
+use monorig_sim::config::checked::Positive;
+use monorig_sim::sensors::instruments::{accelerometer, gyro, motor_torque, wheel_speed};
 use monorig_sim::sensors::spec::{InstrumentSpec, InstrumentSpecs};
-use monorig_sim::sensors::{accelerometer, gyro, motor_torque, wheel_speed};
 
 /// Noise of one instrument.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,29 +48,30 @@ impl SheetNoise {
 }
 
 fn noise(spec: &InstrumentSpec) -> InstrumentNoise {
-    let (errors, rate_hz) = (&spec.errors, spec.sampling.rate_hz);
+    let (errors, rate_hz) = (&spec.errors, spec.sampling.rate_hz.get());
+    let (density, walk) = (
+        errors.noise_density.get(),
+        errors.random_walk_of_integral.get(),
+    );
     // of a sample: σ² = noise_sd² + density²·rate/2 + walk²·rate + quantisation²/12
-    let by_rate = errors.noise_density * errors.noise_density / 2.0
-        + errors.random_walk_of_integral * errors.random_walk_of_integral;
-    let step = errors.quantisation.unwrap_or(0.0);
-    let variance = errors.noise_sd * errors.noise_sd + by_rate * rate_hz + step * step / 12.0;
-    // an even distribution of the magnitude between a and b
-    let switch_on = errors
-        .switch_on_bias
-        .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
+    let by_rate = density * density / 2.0 + walk * walk;
+    let step = errors.quantisation.map_or(0.0, Positive::get);
+    let noise_sd = errors.noise_sd.get();
+    let variance = noise_sd * noise_sd + by_rate * rate_hz + step * step / 12.0;
     InstrumentNoise {
         rate_hz,
         white_sd: variance.sqrt(),
-        white_rel: errors.noise_sd_rel,
-        bias_sd: errors.bias_sd.hypot(switch_on),
-        bias_walk: errors.bias_random_walk,
-        scale_sd: errors.scale_error_sd,
+        white_rel: errors.noise_sd_rel.get(),
+        bias_sd: errors.drawn_bias_sd(),
+        bias_walk: errors.bias_random_walk.get(),
+        scale_sd: errors.scale_error_sd.get(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_sim::config::checked::NonNegative;
     use monorig_sim::sensors::spec::{Errors, Sampling};
 
     /// A one-sided density N over the band up to half the rate, and a walk of the integral of N/√2, are the same noise.
@@ -81,11 +83,11 @@ mod tests {
             ..InstrumentSpec::default()
         };
         let density = noise(&spec(Errors {
-            noise_density: 9.81e-4,
+            noise_density: NonNegative::new(9.81e-4),
             ..Errors::default()
         }));
         let walk = noise(&spec(Errors {
-            random_walk_of_integral: 9.81e-4 / 2f64.sqrt(),
+            random_walk_of_integral: NonNegative::new(9.81e-4 / 2f64.sqrt()),
             ..Errors::default()
         }));
         assert!((density.white_sd - 9.81e-4 * 10.0).abs() < 1e-12);

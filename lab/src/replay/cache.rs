@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 4";
+const MAGIC: &[u8; 16] = b"monorig replay 5";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ pub fn load(place: &Path) -> Option<ReplayData> {
 
 fn encode(columns: &ReplayData) -> Vec<u8> {
     let (steps, values, stamps) = (columns.len(), columns.values.len(), columns.stamps.len());
-    let mut body = Vec::with_capacity(88 * steps + 8 * (values + stamps) + 256);
+    let mut body = Vec::with_capacity(96 * steps + 8 * (values + stamps) + 256);
     for count in [steps, values, stamps] {
         body.extend((count as u64).to_le_bytes());
     }
@@ -150,7 +150,8 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     columns.values = numbers.take(values).collect();
     let ns = words.by_ref().map(u64::cast_signed);
     columns.stamps = ns.take(stamps).map(Time::from_ns).collect();
-    columns.masks = words.collect();
+    let mut halves = || words.next().map(u128::from);
+    columns.masks = std::iter::from_fn(|| Some(halves()? | halves()? << 64)).collect();
     let lengths = [
         columns.masks.len(),
         columns.values.len(),

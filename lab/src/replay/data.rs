@@ -2,7 +2,7 @@
 
 use crate::metrics::series::Target;
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Slot, Vehicle};
 
 /// Everything an estimator is given in a run, step by step, and the truth beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub struct ReplayData {
     /// The vehicle as the estimators are given it.
     pub vehicle: Vehicle,
     /// Per step: the samples it has, one bit each; see [`COMMAND`].
-    pub(super) masks: Vec<u64>,
+    pub(super) masks: Vec<u128>,
     /// The values of all steps one after another, in the order of the bits.
     pub(super) values: Vec<f64>,
     /// The stamps of all samples, in the same order.
@@ -19,9 +19,10 @@ pub struct ReplayData {
     pub(super) truth: Vec<Target>,
 }
 
-/// Bit of a mask for a command; samples count from bit 0, in the order of [`Measurements::vectors`] and
-/// [`Measurements::scalars`].
-const COMMAND: u32 = 63;
+/// Bit of a mask for a command; samples count from bit 0, in the order of [`Slot::all`].
+const COMMAND: usize = 127;
+
+const _: () = assert!(Slot::COUNT <= COMMAND, "a mask has too few bits");
 
 impl ReplayData {
     /// Nothing recorded yet.
@@ -49,25 +50,17 @@ impl ReplayData {
     pub fn push(&mut self, z: &Measurements, command: Option<&Command>, truth: Target) {
         let mut mask = 0;
         let (values, stamps) = (&mut self.values, &mut self.stamps);
-        let vectors = z.vectors();
-        for (bit, sample) in (0..).zip(vectors) {
-            if let Some(s) = sample {
+        for (bit, slot) in Slot::all().enumerate() {
+            if let Some(s) = slot.get(z) {
                 mask |= 1 << bit;
                 stamps.push(s.t);
-                values.extend(s.value);
+                values.extend(&s.value[..slot.measurand.shape().values()]);
             }
         }
         if let Some(command) = command {
             mask |= 1 << COMMAND;
             values.extend(command.motor_torque_nm);
             values.extend([command.clamp_pressure_mpa, command.brake]);
-        }
-        for (bit, sample) in (vectors.len()..).zip(z.scalars()) {
-            if let Some(s) = sample {
-                mask |= 1 << bit;
-                stamps.push(s.t);
-                values.push(s.value);
-            }
         }
         self.masks.push(mask);
         self.truth.push(truth);
@@ -80,6 +73,7 @@ impl ReplayData {
             step: 0,
             values: self.values.iter(),
             stamps: self.stamps.iter(),
+            slots: Slot::all().collect(),
             there: 0,
             z: Measurements::default(),
             command: Command::default(),
@@ -93,8 +87,10 @@ pub struct Steps<'a> {
     step: usize,
     values: std::slice::Iter<'a, f64>,
     stamps: std::slice::Iter<'a, Time>,
+    /// The slot of each bit.
+    slots: Vec<Slot>,
     /// Samples of the step before, one bit each.
-    there: u64,
+    there: u128,
     z: Measurements,
     command: Command,
 }
@@ -105,61 +101,36 @@ impl Steps<'_> {
         let mask = *self.columns.masks.get(self.step)?;
         let truth = self.columns.truth.get(self.step)?;
         self.step += 1;
-        let has = |bit: u32| mask & (1 << bit) != 0;
         let mut next = || self.values.next().copied();
-        let mut stamp = || self.stamps.next().copied();
         let z = &mut self.z;
         z.t = Time::from_s(truth.t_s);
-        let vectors = z.vectors_mut();
-        let first_scalar = vectors.len() as u32;
-        for (bit, sample) in (0..).zip(vectors) {
-            *sample = match has(bit) {
-                true => Some(Sample {
-                    t: stamp()?,
-                    value: [next()?, next()?, next()?],
-                }),
-                false => None,
-            };
+        // Only what there is now, or was in the step before.
+        let samples = mask & !(1 << COMMAND);
+        let mut touched = samples | self.there;
+        while touched != 0 {
+            let bit = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            let slot = self.slots.get(bit)?;
+            let mut sample = None;
+            if samples & (1 << bit) != 0 {
+                let t = *self.stamps.next()?;
+                let mut value = [0.0; 3];
+                for x in value.iter_mut().take(slot.measurand.shape().values()) {
+                    *x = next()?;
+                }
+                sample = Some(Sample { t, value });
+            }
+            slot.set(z, sample);
         }
-        if has(COMMAND) {
+        if mask & (1 << COMMAND) != 0 {
             for torque in &mut self.command.motor_torque_nm {
                 *torque = next()?;
             }
             self.command.clamp_pressure_mpa = next()?;
             self.command.brake = next()?;
         }
-        // Only what there is now, or was in the step before.
-        let samples = mask & !(1 << COMMAND) & (u64::MAX << first_scalar);
-        let mut touched = samples | self.there;
-        while touched != 0 {
-            let bit = touched.trailing_zeros();
-            touched &= touched - 1;
-            let place = scalar_mut(z, (bit - first_scalar) as usize)?;
-            *place = match has(bit) {
-                true => Some(Sample {
-                    t: stamp()?,
-                    value: next()?,
-                }),
-                false => None,
-            };
-        }
         self.there = samples;
         Some((&self.z, &self.command, truth))
-    }
-}
-
-/// A slot with one value by its place in [`Measurements::scalars_mut`].
-fn scalar_mut(z: &mut Measurements, place: usize) -> Option<&mut Option<Sample<f64>>> {
-    let i = place % MAX_DRIVES;
-    match place / MAX_DRIVES {
-        0 => z.motor_torque_nm.get_mut(i),
-        1 => z.wheel_speed_mps.get_mut(i),
-        2 => z.clamp_pressure_mpa.get_mut(i),
-        _ => match i {
-            0 => Some(&mut z.steering_angle_rad),
-            1 => Some(&mut z.inclination_rad),
-            _ => z.auxiliary.get_mut(i - 2),
-        },
     }
 }
 
@@ -177,32 +148,18 @@ mod tests {
         for k in 0..200_u32 {
             let x = |i: u32| f64::from(k) + f64::from(i) / 64.0;
             let some = |i: u32| !(k * 7 + i * 3).is_multiple_of(i + 2);
-            let scalar = |i: u32| {
-                some(i).then(|| Sample {
-                    t: Time::from_s(x(i)),
-                    value: -x(i + 1),
-                })
-            };
-            let vector = |i: u32| {
-                some(i).then(|| Sample {
-                    t: Time::from_s(x(i)),
-                    value: [x(i), x(i + 1), x(i + 2)],
-                })
-            };
-            let z = Measurements {
-                t: Time::from_s(f64::from(k) * 0.005),
-                specific_force_mps2: vector(0),
-                angular_rate_radps: vector(1),
-                motor_torque_nm: std::array::from_fn(|i| scalar(i as u32 + 3)),
-                wheel_speed_mps: std::array::from_fn(|i| scalar(i as u32 + 20)),
-                clamp_pressure_mpa: std::array::from_fn(|i| scalar(i as u32 + 40)),
-                steering_angle_rad: scalar(2),
-                inclination_rad: scalar(60),
-                auxiliary: std::array::from_fn(|i| scalar(i as u32 + 61)),
-            };
+            let mut z = Measurements::at(Time::from_s(f64::from(k) * 0.005));
+            for (i, slot) in (0..).zip(Slot::all()) {
+                let mut value = [-x(i + 1), 0.0, 0.0];
+                if slot.measurand.shape().values() == 3 {
+                    value = [x(i), x(i + 1), x(i + 2)];
+                }
+                let t = Time::from_s(x(i));
+                slot.set(&mut z, some(i).then_some(Sample { t, value }));
+            }
             let change = k % 3 == 0;
             if change {
-                command.motor_torque_nm[k as usize % MAX_DRIVES] += 1.5;
+                command.motor_torque_nm[k as usize % 16] += 1.5;
                 command.brake = f64::from(k % 2);
             }
             let truth = Target {
@@ -221,19 +178,5 @@ mod tests {
             assert_eq!(steps.advance(), Some((z, command, truth)));
         }
         assert_eq!(steps.advance(), None);
-    }
-
-    #[test]
-    fn every_sample_has_its_bit() {
-        let mut z = Measurements::default();
-        let places: Vec<*const _> = z.scalars().map(std::ptr::from_ref).collect();
-        for (i, place) in places.iter().enumerate() {
-            assert_eq!(
-                scalar_mut(&mut z, i).map(|p| std::ptr::from_ref(p)),
-                Some(*place)
-            );
-        }
-        assert!(scalar_mut(&mut z, places.len()).is_none());
-        assert!(z.vectors().len() + z.scalars().count() <= COMMAND as usize);
     }
 }

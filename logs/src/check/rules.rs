@@ -5,6 +5,7 @@ use super::statistics::{Line, line};
 use super::{Check, Verdict};
 use crate::drive::{Plan, Target};
 use crate::map::Map;
+use monorig_estimators::api::signals::Measurand;
 
 /// Standard gravity, m/s².
 const G: f64 = 9.80665;
@@ -21,10 +22,10 @@ const SLOPE_STEP: usize = 5;
 /// All of them.
 pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     let mut all = vec![channels(series)];
-    let has = |t: Target| plan.targets().any(|x| x == t);
+    let has = |m: Measurand| plan.targets().any(|x| x == Target::Measured(m.slot(0)));
     let (force, rate, wheels) = (
-        has(Target::SpecificForce),
-        has(Target::AngularRate),
+        has(Measurand::SpecificForce),
+        has(Measurand::AngularRate),
         plan.wheels > 0,
     );
     if force {
@@ -42,9 +43,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if plan.wheels > 1 {
         all.push(axles(series));
     }
-    let traction = plan
-        .targets()
-        .any(|t| matches!(t, Target::Torque(_) | Target::Force | Target::Power));
+    let traction = plan.targets().any(Target::is_traction);
     if traction && force && wheels {
         all.push(power(plan, series));
     }

@@ -4,6 +4,7 @@ use super::channel::Target;
 use super::plan::{Plan, turned};
 use super::steps::Drive;
 use crate::map::{Calibrate, Many, Map};
+use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::checked::Finite;
 use monorig_sim::error::Error;
 use nalgebra::Vector3;
@@ -58,8 +59,8 @@ impl Sums {
 /// Finds what the map asks for, and puts it into the plan.
 pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
     let c = &map.file.channels;
-    let of = |v: &Option<crate::map::VectorChannel>| v.as_ref().and_then(|v| v.calibrate);
-    let (force, rate) = (of(&c.specific_force), of(&c.angular_rate));
+    let of = |measurand| c.vector(measurand).and_then(|v| v.calibrate);
+    let (force, rate) = (of(Measurand::SpecificForce), of(Measurand::AngularRate));
     let longest = [force, rate]
         .iter()
         .flatten()
@@ -127,7 +128,7 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
                 sd.max()
             )));
         }
-        put(plan, Target::AngularRate, |path| path.found_bias = mean);
+        put(plan, Measurand::AngularRate, |path| path.found_bias = mean);
         for (axis, i) in [("forward", 0), ("left", 1), ("up", 2)] {
             found.push(Found {
                 what: format!("angular_rate bias {axis}"),
@@ -149,7 +150,7 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
         let (f, sd) = (forces.mean(), forces.sd());
         let roll = f.y.atan2(f.z);
         let pitch = f.x.atan2(f.y.hypot(f.z)) - slope;
-        put(plan, Target::SpecificForce, |path| {
+        put(plan, Measurand::SpecificForce, |path| {
             path.turn = turned(roll, pitch, 0.0).matrix() * path.turn
         });
         let g = f.norm();
@@ -166,7 +167,8 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
     Ok(found)
 }
 
-fn put(plan: &mut Plan, target: Target, change: impl FnOnce(&mut super::channel::VectorPath)) {
+fn put(plan: &mut Plan, vector: Measurand, change: impl FnOnce(&mut super::channel::VectorPath)) {
+    let target = Target::Measured(vector.slot(0));
     let channel = plan.channels.iter_mut().find(|c| c.target == target);
     if let Some(path) = channel.and_then(|c| c.vector.as_mut()) {
         change(path);

@@ -6,38 +6,35 @@ use crate::notation::Expression;
 use crate::notation::Unit;
 use crate::read::full_name;
 use crate::read::merge::MergedRow;
+use monorig_estimators::api::signals::{Measurand, Slot};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// Which measurement a channel is.
+/// Purpose of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
-    /// Specific force, m/s².
-    SpecificForce,
-    /// Angular rate, rad/s.
-    AngularRate,
-    /// Speed of a wheel, m/s.
-    Wheel(usize),
-    /// Torque of a motor, N·m, at the vehicle's gear ratio.
-    Torque(usize),
+    /// A sample of the measurements, in its unit. A motor torque is at the vehicle's gear ratio.
+    Measured(Slot),
     /// Force at the rims, N.
     Force,
     /// Power of the motors that reaches the rims, W.
     Power,
-    /// Clamp cylinder pressure of a drive unit, MPa.
-    Clamp(usize),
-    /// Steering angle, rad.
-    Steering,
-    /// Pitch of the inclinometer, rad.
-    Inclination,
-    /// A reading for an estimator of one's own.
-    Auxiliary(usize),
     /// Torque asked of a motor, N·m.
     CommandTorque(usize),
     /// Clamp pressure asked for, MPa.
     CommandClamp,
     /// Share of the brake force asked for.
     CommandBrake,
+}
+
+impl Target {
+    /// Whether motor torques are made of it.
+    pub fn is_traction(self) -> bool {
+        match self {
+            Self::Measured(slot) => slot.measurand == Measurand::MotorTorque,
+            target => matches!(target, Self::Force | Self::Power),
+        }
+    }
 }
 
 /// What becomes of three columns: bias off, unit, axes and mount in one matrix, lean.

@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, Target};
 use crate::map::{FaultedChannel, LogFault, Map};
+use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::scenario::Event;
 use monorig_sim::error::Error;
 use monorig_sim::sensors::fault::Faults;
@@ -82,7 +83,7 @@ pub(super) fn add(map: &Map, channels: &mut [Channel]) -> Result<(), Error> {
         let mut found = false;
         for channel in channels.iter_mut().filter(|c| hits(fault, c.target)) {
             found = true;
-            let name = format!("{:?}", channel.target);
+            let name = stream_name(channel.target);
             let faults = channel
                 .faults
                 .get_or_insert_with(|| ChannelFaults::new(&name));
@@ -101,22 +102,37 @@ pub(super) fn add(map: &Map, channels: &mut [Channel]) -> Result<(), Error> {
 
 /// Whether a fault is one of this channel.
 fn hits(fault: &LogFault, target: Target) -> bool {
-    use FaultedChannel as C;
-    let (channel, index) = match target {
-        Target::SpecificForce => (C::SpecificForce, 0),
-        Target::AngularRate => (C::AngularRate, 0),
-        Target::Wheel(i) => (C::WheelSpeed, i),
-        Target::Torque(i) => (C::Traction, i),
-        Target::Force | Target::Power => (C::Traction, 0),
-        Target::Clamp(i) => (C::ClampPressure, i),
-        Target::Steering => (C::SteeringAngle, 0),
-        Target::Inclination => (C::Inclination, 0),
-        Target::Auxiliary(i) => (C::Auxiliary, i),
+    let (measurand, index) = match target {
+        Target::Measured(slot) => (slot.measurand, slot.index),
+        Target::Force | Target::Power => (Measurand::MotorTorque, 0),
         Target::CommandTorque(_) | Target::CommandClamp | Target::CommandBrake => return false,
     };
-    let imu = matches!(channel, C::SpecificForce | C::AngularRate);
-    (fault.channel == channel || (fault.channel == C::Imu && imu))
-        && fault.index.is_none_or(|wanted| wanted == index)
+    let is_hit = match fault.channel {
+        FaultedChannel::Imu => {
+            matches!(measurand, Measurand::SpecificForce | Measurand::AngularRate)
+        }
+        FaultedChannel::Traction => measurand == Measurand::MotorTorque,
+        FaultedChannel::Measured(wanted) => measurand == wanted,
+    };
+    is_hit && fault.index.is_none_or(|wanted| wanted == index)
+}
+
+/// Name of the random stream of a channel's faults. Another name would be other draws.
+fn stream_name(target: Target) -> String {
+    let Target::Measured(slot) = target else {
+        return format!("{target:?}");
+    };
+    let name = match slot.measurand {
+        Measurand::WheelSpeed => "Wheel".to_owned(),
+        Measurand::MotorTorque => "Torque".to_owned(),
+        Measurand::ClampPressure => "Clamp".to_owned(),
+        Measurand::SteeringAngle => "Steering".to_owned(),
+        measurand => format!("{measurand:?}"),
+    };
+    match slot.measurand.shape().slots() {
+        1 => name,
+        _ => format!("{name}({})", slot.index),
+    }
 }
 
 impl ChannelFaults {

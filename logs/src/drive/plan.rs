@@ -1,10 +1,13 @@
 //! The channels of a map, and the vehicle as estimators are told it.
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
-use crate::map::{Axis, CommandChannel, Formula, Map, Mount, Traction, VectorChannel};
+use crate::map::{
+    Axis, CommandChannel, Formula, Map, MeasuredChannel, Mount, ScalarChannel, Traction,
+    VectorChannel, key, quantity,
+};
 use crate::notation::Expression;
 use crate::notation::{Quantity, Unit, UnitName};
-use monorig_estimators::api::signals::{Vehicle, VehicleData};
+use monorig_estimators::api::signals::{Measurand, Slot, Vehicle, VehicleData};
 use monorig_sim::closed_loop::recorded::nominal_vehicle;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
 use monorig_sim::config::file::named;
@@ -12,6 +15,7 @@ use monorig_sim::config::scenario::NominalVehicle;
 use monorig_sim::error::Error;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
+use std::slice;
 
 /// What is made of a log's columns.
 #[derive(Clone, Debug)]
@@ -35,28 +39,9 @@ impl Plan {
     pub fn new(map: &Map) -> Result<Self, Error> {
         let c = &map.file.channels;
         let mut channels = Vec::new();
-        for (name, target, channel, quantity) in [
-            (
-                "specific_force",
-                Target::SpecificForce,
-                &c.specific_force,
-                Quantity::Acceleration,
-            ),
-            (
-                "angular_rate",
-                Target::AngularRate,
-                &c.angular_rate,
-                Quantity::AngularRate,
-            ),
-        ] {
-            if let Some(channel) = channel {
-                channels.push(vector(
-                    map,
-                    &format!("channels.{name}"),
-                    target,
-                    channel,
-                    quantity,
-                )?);
+        for (measurand, channel) in &c.measured {
+            if let MeasuredChannel::Vector(channel) = channel {
+                channels.push(vector(map, *measurand, channel)?);
             }
         }
         // wheels that are not driven do not slip: where there are some, the others are left out
@@ -73,7 +58,7 @@ impl Plan {
                 let mut channel = Channel::of(
                     map,
                     &key,
-                    Target::Wheel(wheels),
+                    Target::Measured(Measurand::WheelSpeed.slot(wheels)),
                     w.file.as_deref(),
                     &[column],
                     &w.unit,
@@ -92,69 +77,28 @@ impl Plan {
         if let Some(t) = &c.traction {
             motors = traction(map, t, &vehicle, &mut channels)?;
         }
-        let scalar = |channels: &mut Vec<Channel>,
-                      key: &str,
-                      target: Target,
-                      s: &crate::map::ScalarChannel,
-                      quantity: Quantity| {
-            let mut channel = Channel::of(
-                map,
-                key,
-                target,
-                s.file.as_deref(),
-                &[&s.column],
-                &s.unit,
-                quantity,
-            )?;
-            channel.settle(map, s.valid_if.as_ref().map(|c| &c.0), s.latency_ms, s.sign)?;
-            channels.push(channel);
-            Ok::<(), Error>(())
-        };
-        for (i, s) in c.clamp_pressure.iter().enumerate() {
-            scalar(
-                &mut channels,
-                &format!("channels.clamp_pressure[{i}]"),
-                Target::Clamp(i),
-                s,
-                Quantity::Pressure,
-            )?;
-        }
-        if let Some(s) = &c.steering_angle {
-            scalar(
-                &mut channels,
-                "channels.steering_angle",
-                Target::Steering,
-                s,
-                Quantity::Angle,
-            )?;
-        }
-        if let Some(s) = &c.inclination {
-            scalar(
-                &mut channels,
-                "channels.inclination",
-                Target::Inclination,
-                s,
-                Quantity::Angle,
-            )?;
-        }
-        for (i, s) in c.auxiliary.iter().enumerate() {
-            scalar(
-                &mut channels,
-                &format!("channels.auxiliary[{i}]"),
-                Target::Auxiliary(i),
-                s,
-                Quantity::Number,
-            )?;
+        for (measurand, channel) in &c.measured {
+            let list = match channel {
+                MeasuredChannel::Vector(_) => &[],
+                MeasuredChannel::Scalar(one) => slice::from_ref(one),
+                MeasuredChannel::List(list) => list.as_slice(),
+            };
+            for (i, s) in list.iter().enumerate() {
+                channels.push(scalar(map, measurand.slot(i), s)?);
+            }
         }
         if let Some(command) = &c.command {
             commands(map, command, &mut channels)?;
         }
         super::faults::add(map, &mut channels)?;
-        let bias =
-            |v: &Option<VectorChannel>| v.as_ref().and_then(|v| v.bias_sd).map(Positive::get);
+        let bias = |measurand| {
+            c.vector(measurand)
+                .and_then(|v| v.bias_sd)
+                .map(Positive::get)
+        };
         let told = VehicleData {
-            accel_bias_sd_mps2: bias(&c.specific_force).or(vehicle.accel_bias_sd_mps2),
-            gyro_bias_sd_radps: bias(&c.angular_rate).or(vehicle.gyro_bias_sd_radps),
+            accel_bias_sd_mps2: bias(Measurand::SpecificForce).or(vehicle.accel_bias_sd_mps2),
+            gyro_bias_sd_radps: bias(Measurand::AngularRate).or(vehicle.gyro_bias_sd_radps),
             ..vehicle
         };
         let vehicle = Vehicle::new(told).map_err(|e| {
@@ -277,22 +221,32 @@ impl Channel {
     }
 }
 
-fn vector(
-    map: &Map,
-    key: &str,
-    target: Target,
-    v: &VectorChannel,
-    quantity: Quantity,
-) -> Result<Channel, Error> {
+/// The channel of a quantity of one value.
+fn scalar(map: &Map, slot: Slot, s: &ScalarChannel) -> Result<Channel, Error> {
+    let mut channel = Channel::of(
+        map,
+        &key(slot.measurand, slot.index),
+        Target::Measured(slot),
+        s.file.as_deref(),
+        &[&s.column],
+        &s.unit,
+        quantity(slot.measurand),
+    )?;
+    channel.settle(map, s.valid_if.as_ref().map(|c| &c.0), s.latency_ms, s.sign)?;
+    Ok(channel)
+}
+
+/// The channel of a vector.
+fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel, Error> {
     let [a, b, c] = &v.columns;
     let mut channel = Channel::of(
         map,
-        key,
-        target,
+        &key(measurand, 0),
+        Target::Measured(measurand.slot(0)),
         v.file.as_deref(),
         &[a, b, c],
         &v.unit,
-        quantity,
+        quantity(measurand),
     )?;
     channel.settle(
         map,
@@ -378,7 +332,11 @@ fn traction(
         channels.push(channel);
     }
     for (i, torque) in t.torque.iter().flatten().enumerate() {
-        let mut channel = one(Target::Torque(i), torque, Quantity::Torque)?;
+        let mut channel = one(
+            Target::Measured(Measurand::MotorTorque.slot(i)),
+            torque,
+            Quantity::Torque,
+        )?;
         if let Some(ratio) = &t.gear_ratio {
             let compiled = channel.compile(map, &ratio.expression)?;
             channel.formulas.push(compiled);

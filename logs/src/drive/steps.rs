@@ -5,7 +5,7 @@ use super::plan::Plan;
 use crate::map::{Many, Map, Origin};
 use crate::read::merge::{Merged, MergedRow};
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurand, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
 
 /// Below this speed a power says nothing of a force, m/s.
@@ -259,29 +259,20 @@ impl Drive {
             };
             let t = Time::from_ns(w.stamp_ns);
             let [x, ..] = w.value;
-            let one = Some(Sample { t, value: x });
-            let vector = Some(Sample { t, value: w.value });
-            let put = |slots: &mut [Option<Sample<f64>>], i: usize| {
-                if let Some(slot) = slots.get_mut(i) {
-                    *slot = one;
-                }
-            };
             match channel.target {
-                Target::SpecificForce => z.specific_force_mps2 = vector,
-                Target::AngularRate => z.angular_rate_radps = vector,
-                Target::Wheel(i) => {
-                    put(&mut z.wheel_speed_mps, i);
-                    if let Some(wheel) = self.wheels_mps.get_mut(i) {
-                        *wheel = x;
+                Target::Measured(slot) => {
+                    let measured = match slot.measurand {
+                        Measurand::WheelSpeed => self.wheels_mps.get_mut(slot.index),
+                        Measurand::MotorTorque => self.torques_nm.get_mut(slot.index),
+                        _ => None,
+                    };
+                    if let Some(measured) = measured {
+                        *measured = x;
                     }
-                }
-                Target::Torque(i) => {
-                    if let Some(torque) = self.torques_nm.get_mut(i) {
-                        *torque = x;
-                    }
-                    match self.torques_nm.len() == drives {
-                        true => put(&mut z.motor_torque_nm, i),
-                        false => shared_torque = Some((t, self.torques_nm.iter().sum::<f64>())),
+                    let is_torque = slot.measurand == Measurand::MotorTorque;
+                    match is_torque && self.torques_nm.len() != drives {
+                        true => shared_torque = Some((t, self.torques_nm.iter().sum::<f64>())),
+                        false => slot.set(z, Some(Sample { t, value: w.value })),
                     }
                 }
                 Target::Force => {
@@ -294,10 +285,6 @@ impl Drive {
                             Some((t, torque_of(&self.vehicle, x / v, &self.wheels_mps)));
                     }
                 }
-                Target::Clamp(i) => put(&mut z.clamp_pressure_mpa, i),
-                Target::Steering => z.steering_angle_rad = one,
-                Target::Inclination => z.inclination_rad = one,
-                Target::Auxiliary(i) => put(&mut z.auxiliary, i),
                 Target::CommandTorque(i) => {
                     if let Some(torque) = self.commanded_nm.get_mut(i) {
                         *torque = x;

@@ -1,10 +1,9 @@
 //! The map file of an export: replaying it gives the estimators of the run what they were given in the run.
 
-use super::tables::{
-    AUXILIARY, CLAMP, COMMAND, FORCE, INCLINATION, RATE, STEERING, TORQUE, TRUTH, WHEEL,
-};
+use super::tables::{COMMAND, TRUTH};
 use super::{ExportFormat, Samples, Table, can};
 use crate::io;
+use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
 use serde_json::{Map, Value, json};
@@ -154,37 +153,32 @@ impl Names<'_> {
     fn channels(&self) -> Value {
         let mut channels = Map::new();
         let unit = |t: &Table| t.units.first().copied().unwrap_or_default();
-        for (key, index) in [("specific_force", FORCE), ("angular_rate", RATE)] {
-            if let Some(t) = self.table(index) {
-                let channel =
-                    json!({"file": self.file(t), "columns": self.columns(t), "unit": unit(t)});
-                channels.insert(key.into(), channel);
-            }
-        }
-        if let Some(t) = self.table(WHEEL) {
-            let wheels =
-                json!([{"file": self.file(t), "columns": self.columns(t), "unit": unit(t)}]);
-            channels.insert("wheel_speed".into(), wheels);
-        }
-        if let Some(t) = self.table(TORQUE) {
-            let traction =
-                json!({"file": self.file(t), "torque": self.columns(t), "unit": unit(t)});
-            channels.insert("traction".into(), traction);
-        }
-        for (key, index) in [("clamp_pressure", CLAMP), ("auxiliary", AUXILIARY)] {
-            if let Some(t) = self.table(index) {
-                let each = self.columns(t).into_iter();
-                let each =
-                    each.map(|c| json!({"file": self.file(t), "column": c, "unit": unit(t)}));
-                channels.insert(key.into(), each.collect());
-            }
-        }
-        for (key, index) in [("steering_angle", STEERING), ("inclination", INCLINATION)] {
-            if let Some(t) = self.table(index) {
-                let one =
-                    json!({"file": self.file(t), "column": self.column(t, 0), "unit": unit(t)});
-                channels.insert(key.into(), one);
-            }
+        for (index, measurand) in Measurand::ALL.iter().enumerate() {
+            let Some(t) = self.table(index) else {
+                continue;
+            };
+            let (file, unit, all) = (self.file(t), unit(t), self.columns(t));
+            let each = || {
+                let columns = all.iter();
+                columns.map(|c| json!({"file": file, "column": c, "unit": unit}))
+            };
+            let (key, channel) = match (measurand, measurand.shape()) {
+                (Measurand::MotorTorque, _) => (
+                    "traction",
+                    json!({"file": file, "torque": all, "unit": unit}),
+                ),
+                (Measurand::WheelSpeed, _) => (
+                    measurand.name(),
+                    json!([{"file": file, "columns": all, "unit": unit}]),
+                ),
+                (_, Shape::Vector) => (
+                    measurand.name(),
+                    json!({"file": file, "columns": all, "unit": unit}),
+                ),
+                (_, Shape::Scalar) => (measurand.name(), each().next().unwrap_or_default()),
+                (_, Shape::PerDrive | Shape::Auxiliary) => (measurand.name(), each().collect()),
+            };
+            channels.insert(key.into(), channel);
         }
         if let Some(t) = self.table(COMMAND) {
             let mut torques = self.columns(t);

@@ -12,7 +12,7 @@ use arrow::array::{Array, ArrayRef, AsArray, Float64Builder, Int64Builder};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
 use arrow::record_batch::RecordBatch;
 use monorig_estimators::Time;
-use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Sample, Shape, Slot, Vehicle};
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
@@ -54,20 +54,15 @@ pub struct KeptStep {
     pub effective_slope_rad: f64,
 }
 
-/// Calls `each` with every number of a step in the order of the columns: its name, whether it is whole (a stamp), and how it is got and set.
-/// The one place that knows which columns there are.
+/// All columns, in their order: a stamp and the values of every slot that a vehicle with so many drive units has, the command, the truth.
 fn columns(drives: usize) -> Vec<Column> {
     let mut all = vec![Column::Arrival];
-    all.extend((0..2).flat_map(|v| {
-        std::iter::once(Column::VectorStamp(v))
-            .chain((0..3).map(move |axis| Column::Vector(v, axis)))
-    }));
-    let z = Measurements::default();
-    let per_drive = z.motor_torque_nm.len();
-    // motor torque, wheel speed and clamp pressure of each drive unit there can be, then the others
-    let fitted = |i: &usize| *i >= 3 * per_drive || i % per_drive < drives;
-    let scalars = (0..z.scalars().count()).filter(fitted);
-    all.extend(scalars.flat_map(|i| [Column::ScalarStamp(i), Column::Scalar(i)]));
+    let on_vehicle = |s: &Slot| s.measurand.shape() != Shape::PerDrive || s.index < drives;
+    for slot in Slot::all().filter(on_vehicle) {
+        all.push(Column::Stamp(slot));
+        let axes = 0..slot.measurand.shape().values();
+        all.extend(axes.map(|axis| Column::Value(slot, axis)));
+    }
     all.extend((0..drives).map(Column::CommandTorque));
     all.extend([
         Column::CommandClamp,
@@ -83,10 +78,8 @@ fn columns(drives: usize) -> Vec<Column> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Column {
     Arrival,
-    VectorStamp(usize),
-    Vector(usize, usize),
-    ScalarStamp(usize),
-    Scalar(usize),
+    Stamp(Slot),
+    Value(Slot, usize),
     CommandTorque(usize),
     CommandClamp,
     CommandBrake,
@@ -104,33 +97,18 @@ enum Cell {
 
 impl Column {
     fn name(self) -> String {
-        let vector = |v: usize| {
-            ["specific_force", "angular_rate"]
-                .get(v)
-                .copied()
-                .unwrap_or_default()
-        };
-        let scalar = |i: usize| {
-            let per_drive = Measurements::default().motor_torque_nm.len();
-            match (i / per_drive, i % per_drive) {
-                (0, d) => format!("motor_torque_{}", d + 1),
-                (1, d) => format!("wheel_speed_{}", d + 1),
-                (2, d) => format!("clamp_pressure_{}", d + 1),
-                (_, 0) => "steering_angle".into(),
-                (_, 1) => "inclination".into(),
-                (_, k) => format!("auxiliary_{}", k - 1),
-            }
+        let of = |slot: Slot| match slot.measurand.shape() {
+            Shape::Vector | Shape::Scalar => slot.name().to_owned(),
+            Shape::PerDrive | Shape::Auxiliary => format!("{}_{}", slot.name(), slot.index + 1),
         };
         match self {
             Self::Arrival => "arrival_ns".into(),
-            Self::VectorStamp(v) => format!("{}.stamp_ns", vector(v)),
-            Self::Vector(v, axis) => format!(
-                "{}.{}",
-                vector(v),
-                ["x", "y", "z"].get(axis).copied().unwrap_or_default()
-            ),
-            Self::ScalarStamp(i) => format!("{}.stamp_ns", scalar(i)),
-            Self::Scalar(i) => scalar(i),
+            Self::Stamp(slot) => format!("{}.stamp_ns", of(slot)),
+            Self::Value(slot, axis) if slot.measurand.shape() == Shape::Vector => {
+                let axes = ["x", "y", "z"];
+                format!("{}.{}", of(slot), axes.get(axis).unwrap_or(&""))
+            }
+            Self::Value(slot, _) => of(slot),
             Self::CommandTorque(i) => format!("command.torque_{}", i + 1),
             Self::CommandClamp => "command.clamp_pressure".into(),
             Self::CommandBrake => "command.brake".into(),
@@ -141,25 +119,18 @@ impl Column {
     }
 
     fn is_whole(self) -> bool {
-        matches!(
-            self,
-            Self::Arrival | Self::VectorStamp(_) | Self::ScalarStamp(_)
-        )
+        matches!(self, Self::Arrival | Self::Stamp(_))
     }
 
     fn get(self, step: &KeptStep) -> Cell {
         let z = &step.z;
-        let vector = |v: usize| z.vectors().get(v).copied().copied().flatten();
-        let scalar = |i: usize| z.scalars().nth(i).copied().flatten();
         let known = |x: f64| Cell::Number((!x.is_nan()).then_some(x));
         match self {
             Self::Arrival => Cell::Whole(Some(step.arrival_ns)),
-            Self::VectorStamp(v) => Cell::Whole(vector(v).map(|s| s.t.ns())),
-            Self::Vector(v, axis) => {
-                Cell::Number(vector(v).and_then(|s| s.value.get(axis).copied()))
+            Self::Stamp(slot) => Cell::Whole(slot.get(z).map(|s| s.t.ns())),
+            Self::Value(slot, axis) => {
+                Cell::Number(slot.get(z).and_then(|s| s.value.get(axis).copied()))
             }
-            Self::ScalarStamp(i) => Cell::Whole(scalar(i).map(|s| s.t.ns())),
-            Self::Scalar(i) => Cell::Number(scalar(i).map(|s| s.value)),
             Self::CommandTorque(i) => {
                 Cell::Number(step.command.and_then(|c| c.motor_torque_nm.get(i).copied()))
             }
@@ -177,26 +148,13 @@ impl Column {
         let t = Time::from_ns(whole);
         match self {
             Self::Arrival => step.arrival_ns = whole,
-            Self::VectorStamp(v) => {
-                if let Some(slot) = z.vectors_mut().into_iter().nth(v) {
-                    *slot = Some(Sample { t, value: [0.0; 3] });
-                }
-            }
-            Self::Vector(v, axis) => {
-                let slot = z.vectors_mut().into_iter().nth(v).and_then(Option::as_mut);
-                if let Some(x) = slot.and_then(|s| s.value.get_mut(axis)) {
+            Self::Stamp(slot) => slot.set(z, Some(Sample { t, value: [0.0; 3] })),
+            Self::Value(slot, axis) => {
+                let mut sample = slot.get(z);
+                if let Some(x) = sample.as_mut().and_then(|s| s.value.get_mut(axis)) {
                     *x = number;
                 }
-            }
-            Self::ScalarStamp(i) => {
-                if let Some(slot) = z.scalars_mut().nth(i) {
-                    *slot = Some(Sample { t, value: 0.0 });
-                }
-            }
-            Self::Scalar(i) => {
-                if let Some(sample) = z.scalars_mut().nth(i).and_then(Option::as_mut) {
-                    sample.value = number;
-                }
+                slot.set(z, sample);
             }
             Self::CommandTorque(i) => {
                 let command = step.command.get_or_insert_default();
@@ -445,12 +403,6 @@ mod tests {
     #[test]
     fn a_step_survives_its_columns() {
         let drives = 3;
-        let sample = |k: usize| {
-            Some(Sample {
-                t: Time::from_ns(-7 * k as i64),
-                value: 0.1 * k as f64,
-            })
-        };
         let mut step = KeptStep {
             arrival_ns: 42,
             command: Some(Command::default()),
@@ -459,16 +411,17 @@ mod tests {
             effective_slope_rad: 0.3,
             ..KeptStep::default()
         };
-        for (k, slot) in step.z.scalars_mut().enumerate() {
-            if k >= 48 || k % 16 < drives {
-                *slot = sample(k);
+        for (k, slot) in Slot::all().enumerate() {
+            if slot.measurand.shape() == Shape::PerDrive && slot.index >= drives {
+                continue;
             }
-        }
-        for (k, slot) in step.z.vectors_mut().into_iter().enumerate() {
-            *slot = Some(Sample {
-                t: Time::from_ns(k as i64),
-                value: [1.0, 2.0, 3.0 + k as f64],
-            });
+            let (x, is_vector) = (0.1 * k as f64, slot.measurand.shape().values() == 3);
+            let rest = if is_vector { [2.0, 3.0] } else { [0.0; 2] };
+            let sample = Sample {
+                t: Time::from_ns(-7 * k as i64),
+                value: [x, rest[0], rest[1]],
+            };
+            slot.set(&mut step.z, Some(sample));
         }
         if let Some(command) = &mut step.command {
             command.motor_torque_nm[2] = 4.0;

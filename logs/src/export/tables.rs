@@ -1,7 +1,9 @@
 //! A step of a run as rows of tables.
 
 use super::{Instants, KeptStep};
-use monorig_estimators::api::signals::{MAX_AUXILIARY, Sample};
+use crate::map::quantity;
+use crate::notation::Quantity;
+use monorig_estimators::api::signals::{Measurand, Sample, Shape};
 use monorig_sim::error::Error;
 
 /// A table of the export.
@@ -27,16 +29,19 @@ pub(super) struct Tables {
     drives: usize,
 }
 
-pub(super) const FORCE: usize = 0;
-pub(super) const RATE: usize = 1;
-pub(super) const TORQUE: usize = 2;
-pub(super) const WHEEL: usize = 3;
-pub(super) const CLAMP: usize = 4;
-pub(super) const STEERING: usize = 5;
-pub(super) const INCLINATION: usize = 6;
-pub(super) const AUXILIARY: usize = 7;
-pub(super) const COMMAND: usize = 8;
-pub(super) const TRUTH: usize = 9;
+/// Index of the table of commands: behind those of the measured quantities, which stand in the order of their own table.
+pub(super) const COMMAND: usize = Measurand::ALL.len();
+/// Index of the table of the truth.
+pub(super) const TRUTH: usize = COMMAND + 1;
+
+/// Step of a quantity in CAN signals, in its SI unit.
+fn step_of(quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::AngularRate | Quantity::Angle => 1e-6,
+        Quantity::Torque | Quantity::Number => 1e-3,
+        _ => 1e-5,
+    }
+}
 
 /// Takes rows.
 type Sink<'a> = dyn FnMut(usize, Instants, &[f64]) -> Result<(), Error> + 'a;
@@ -44,7 +49,6 @@ type Sink<'a> = dyn FnMut(usize, Instants, &[f64]) -> Result<(), Error> + 'a;
 impl Tables {
     /// Those of a vehicle with so many drive units.
     pub fn new(drives: usize) -> Self {
-        let axes = || ["x", "y", "z"].map(str::to_owned).to_vec();
         let of_drives = || -> Vec<String> { (1..=drives).map(|i| format!("drive_{i}")).collect() };
         let table = |name, columns: Vec<String>, unit, step: f64| Table {
             name,
@@ -54,36 +58,33 @@ impl Tables {
             is_vector: false,
             is_used: false,
         };
-        let vector = |name, unit, step| Table {
-            is_vector: true,
-            ..table(name, axes(), unit, step)
+        let measured = |measurand: &Measurand| {
+            let shape = measurand.shape();
+            let columns = match shape {
+                Shape::Vector => ["x", "y", "z"].map(str::to_owned).to_vec(),
+                Shape::Scalar => vec!["value".to_owned()],
+                Shape::PerDrive => of_drives(),
+                Shape::Auxiliary => (1..=shape.slots())
+                    .map(|i| format!("reading_{i}"))
+                    .collect(),
+            };
+            let quantity = quantity(*measurand);
+            let (unit, step) = (quantity.si_name(), step_of(quantity));
+            Table {
+                is_vector: shape == Shape::Vector,
+                ..table(measurand.name(), columns, unit, step)
+            }
         };
-        let value = || vec!["value".to_owned()];
         let mut command = table("command", of_drives(), "Nm", 1e-3);
         for (column, unit, step) in [("clamp_pressure", "MPa", 1e-5), ("brake", "1", 1e-6)] {
             command.columns.push(column.into());
             command.units.push(unit);
             command.steps.push(step);
         }
-        let auxiliary = (1..=MAX_AUXILIARY)
-            .map(|i| format!("reading_{i}"))
-            .collect();
         let truth = ["slope", "effective_slope"].map(str::to_owned).to_vec();
-        Self {
-            all: vec![
-                vector("specific_force", "m/s2", 1e-5),
-                vector("angular_rate", "rad/s", 1e-6),
-                table("motor_torque", of_drives(), "Nm", 1e-3),
-                table("wheel_speed", of_drives(), "m/s", 1e-5),
-                table("clamp_pressure", of_drives(), "MPa", 1e-5),
-                table("steering_angle", value(), "rad", 1e-6),
-                table("inclination", value(), "rad", 1e-6),
-                table("auxiliary", auxiliary, "1", 1e-3),
-                command,
-                table("truth", truth, "rad", 1e-6),
-            ],
-            drives,
-        }
+        let mut all: Vec<Table> = Measurand::ALL.iter().map(measured).collect();
+        all.extend([command, table("truth", truth, "rad", 1e-6)]);
+        Self { all, drives }
     }
 
     /// All tables with a row; the others without columns, so that an index means the same everywhere.
@@ -116,27 +117,30 @@ impl Tables {
     pub fn rows(&self, step: &KeptStep, sink: &mut Sink<'_>) -> Result<(), Error> {
         let arrival_ns = step.arrival_ns;
         let z = &step.z;
-        for (table, sample) in [(FORCE, z.specific_force_mps2), (RATE, z.angular_rate_radps)] {
-            if let Some(sample) = sample {
-                let at = Instants {
-                    stamp_ns: sample.t.ns(),
-                    arrival_ns,
-                };
-                sink(table, at, &sample.value)?;
+        for (table, measurand) in Measurand::ALL.iter().enumerate() {
+            if measurand.shape() == Shape::Vector {
+                if let Some(sample) = measurand.slot(0).get(z) {
+                    let stamp_ns = sample.t.ns();
+                    let at = Instants {
+                        stamp_ns,
+                        arrival_ns,
+                    };
+                    sink(table, at, &sample.value)?;
+                }
+                continue;
             }
-        }
-        let of_drives = |slots: &[Option<Sample<f64>>]| {
-            slots.iter().take(self.drives).copied().collect::<Vec<_>>()
-        };
-        for (table, slots) in [
-            (TORQUE, of_drives(&z.motor_torque_nm)),
-            (WHEEL, of_drives(&z.wheel_speed_mps)),
-            (CLAMP, of_drives(&z.clamp_pressure_mpa)),
-            (STEERING, vec![z.steering_angle_rad]),
-            (INCLINATION, vec![z.inclination_rad]),
-            (AUXILIARY, z.auxiliary.to_vec()),
-        ] {
-            by_stamp(&slots, &mut |stamp_ns, values| {
+            let is_per_drive = measurand.shape() == Shape::PerDrive;
+            let most = if is_per_drive {
+                self.drives
+            } else {
+                usize::MAX
+            };
+            let samples: Vec<_> = measurand
+                .slots()
+                .take(most)
+                .map(|slot| slot.get(z))
+                .collect();
+            by_stamp(&samples, &mut |stamp_ns, values| {
                 let at = Instants {
                     stamp_ns,
                     arrival_ns,
@@ -161,14 +165,14 @@ impl Tables {
 type Rows<'a> = dyn FnMut(i64, &[f64]) -> Result<(), Error> + 'a;
 
 /// A row for each stamp of these samples, with those that were taken then.
-fn by_stamp(slots: &[Option<Sample<f64>>], sink: &mut Rows<'_>) -> Result<(), Error> {
+fn by_stamp(slots: &[Option<Sample<[f64; 3]>>], sink: &mut Rows<'_>) -> Result<(), Error> {
     let mut stamps: Vec<i64> = slots.iter().flatten().map(|s| s.t.ns()).collect();
     stamps.sort_unstable();
     stamps.dedup();
     for stamp in stamps {
-        let value = |slot: &Option<Sample<f64>>| {
+        let value = |slot: &Option<Sample<[f64; 3]>>| {
             slot.filter(|s| s.t.ns() == stamp)
-                .map_or(f64::NAN, |s| s.value)
+                .map_or(f64::NAN, |s| s.value[0])
         };
         let values: Vec<f64> = slots.iter().map(value).collect();
         sink(stamp, &values)?;

@@ -1,40 +1,10 @@
-//! Keys of the map file under `channels`.
+//! Keys of a single channel of the map file.
 
 use super::formula::{Condition, Formula};
 use crate::notation::UnitName;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// What the columns of a log measure. What is not there, estimators do without.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Channels {
-    /// Specific force (acceleration minus gravity: at rest on the level it is 1 g upwards).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub specific_force: Option<VectorChannel>,
-    /// Angular rate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub angular_rate: Option<VectorChannel>,
-    /// Speeds of wheels at their circumference.
-    pub wheel_speed: Vec<WheelChannel>,
-    /// What drives the vehicle.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub traction: Option<Traction>,
-    /// Clamp cylinder pressure of each drive unit.
-    pub clamp_pressure: Vec<ScalarChannel>,
-    /// What the controller asked for. Without it the measured torque stands for it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub command: Option<CommandChannel>,
-    /// Steering angle of a car, + left.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steering_angle: Option<ScalarChannel>,
-    /// Pitch of an inclinometer, + nose up.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inclination: Option<ScalarChannel>,
-    /// Readings for an estimator of one's own, at most four, in the unit `1`.
-    pub auxiliary: Vec<ScalarChannel>,
-}
 
 /// Where an axis of an instrument points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,10 +1,11 @@
 //! What a map file must keep to beyond the type of each value: key, what is wrong, what would be right.
 
-use super::channel_keys::{Channels, Traction, VectorChannel};
+use super::channel_keys::{ScalarChannel, Traction, VectorChannel};
+use super::channels::{Channels, MeasuredChannel, key, quantity};
 use super::file::MapFile;
 use super::reference_keys::{References, SlopeReference};
 use crate::notation::{Quantity, UnitName};
-use monorig_estimators::api::signals::{MAX_AUXILIARY, MAX_DRIVES};
+use monorig_estimators::api::signals::{MAX_DRIVES, Measurand, Shape};
 
 pub(super) type Wrong = (String, String, String);
 
@@ -60,21 +61,13 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
 }
 
 fn channels(c: &Channels) -> Result<(), Wrong> {
-    let vectors = [
-        ("specific_force", &c.specific_force, Quantity::Acceleration),
-        ("angular_rate", &c.angular_rate, Quantity::AngularRate),
-    ];
-    for (name, channel, quantity) in vectors {
-        if let Some(channel) = channel {
-            vector(&format!("channels.{name}"), channel, quantity)?;
+    for (measurand, channel) in &c.measured {
+        if let MeasuredChannel::Vector(channel) = channel {
+            vector(&key(*measurand, 0), channel, quantity(*measurand))?;
         }
     }
-    if c.specific_force.is_none()
-        && c.angular_rate.is_none()
-        && c.wheel_speed.is_empty()
-        && c.traction.is_none()
-        && c.auxiliary.is_empty()
-    {
+    let of_use = |m: &Measurand| matches!(m.shape(), Shape::Vector | Shape::Auxiliary);
+    if !c.measured.keys().any(of_use) && c.wheel_speed.is_empty() && c.traction.is_none() {
         return wrong(
             "channels",
             "nothing of the log is used",
@@ -110,39 +103,32 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
             );
         }
     }
-    let lists = [
-        (
-            "clamp_pressure",
-            &c.clamp_pressure,
-            Quantity::Pressure,
-            MAX_DRIVES,
-        ),
-        ("auxiliary", &c.auxiliary, Quantity::Number, MAX_AUXILIARY),
-    ];
-    for (name, list, quantity, most) in lists {
-        if list.len() > most {
-            return wrong(
-                format!("channels.{name}"),
-                format!("there are {} of them", list.len()),
-                format!("at most {most}"),
-            );
-        }
-        for (i, s) in list.iter().enumerate() {
-            let key = format!("channels.{name}[{i}]");
-            unit(&key, &s.unit, quantity)?;
-            sign(&key, s.sign.get())?;
-        }
-    }
-    for (name, s) in [
-        ("steering_angle", &c.steering_angle),
-        ("inclination", &c.inclination),
-    ] {
-        if let Some(s) = s {
-            unit(&format!("channels.{name}"), &s.unit, Quantity::Angle)?;
-            sign(&format!("channels.{name}"), s.sign.get())?;
+    for (measurand, channel) in &c.measured {
+        match channel {
+            MeasuredChannel::Vector(_) => {}
+            MeasuredChannel::Scalar(s) => scalar(*measurand, 0, s)?,
+            MeasuredChannel::List(list) => {
+                let most = measurand.shape().slots();
+                if list.len() > most {
+                    return wrong(
+                        format!("channels.{}", measurand.name()),
+                        format!("there are {} of them", list.len()),
+                        format!("at most {most}"),
+                    );
+                }
+                for (i, s) in list.iter().enumerate() {
+                    scalar(*measurand, i, s)?;
+                }
+            }
         }
     }
     Ok(())
+}
+
+fn scalar(measurand: Measurand, index: usize, s: &ScalarChannel) -> Result<(), Wrong> {
+    let key = key(measurand, index);
+    unit(&key, &s.unit, quantity(measurand))?;
+    sign(&key, s.sign.get())
 }
 
 fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong> {

@@ -1,6 +1,7 @@
 //! The keys of a map file.
 
-use super::channel_keys::Channels;
+use super::channels::Channels;
+use super::faulted_channel::FaultedChannel;
 use super::reference_keys::References;
 use crate::notation::TimeUnit;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
@@ -242,30 +243,6 @@ pub struct LogFault {
     /// Size of the fault, in the unit that it needs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<Finite>,
-}
-
-/// A channel that a fault can be put on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultedChannel {
-    /// Specific force and angular rate.
-    Imu,
-    /// Specific force.
-    SpecificForce,
-    /// Angular rate.
-    AngularRate,
-    /// Wheel speeds.
-    WheelSpeed,
-    /// Torque, force or power.
-    Traction,
-    /// Clamp pressures.
-    ClampPressure,
-    /// Steering angle.
-    SteeringAngle,
-    /// Inclinometer.
-    Inclination,
-    /// Readings of one's own.
-    Auxiliary,
 }
 
 /// What can fail on a channel.

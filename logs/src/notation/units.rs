@@ -128,6 +128,17 @@ pub const UNITS: &[Unit] = &[
 ];
 
 impl Quantity {
+    /// The quantity whose SI unit (of a pressure MPa) is called so; of an angle and a slope it is the angle.
+    pub fn of_si(unit: &str) -> Option<Self> {
+        let is_si = |u: &&Unit| u.is_called(unit) && u.to_si == ToSi::Factor(1.0);
+        UNITS.iter().find(is_si).map(|u| u.quantity)
+    }
+
+    /// Name of its SI unit.
+    pub fn si_name(self) -> &'static str {
+        self.units().next().map_or("1", |u| u.name)
+    }
+
     /// The units of this quantity.
     pub fn units(self) -> impl Iterator<Item = &'static Unit> {
         UNITS.iter().filter(move |u| u.quantity == self)

@@ -3,12 +3,11 @@
 use super::ghost;
 use super::playback::{Shared, lock};
 use crate::drive::Target;
-use monorig_estimators::api::signals::{Measurements, Sample};
+use monorig_estimators::api::signals::{Measurand, Measurements, Shape, Slot};
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
 use monorig_sim::sensors::fault::FaultWindow;
-use monorig_sim::sensors::signal_path::StepInterval;
-use monorig_sim::sensors::{Instrument, SensorChannel};
+use monorig_sim::sensors::{Instrument, SensorChannel, StepInterval};
 
 /// The instrument of a replay: the samples of the step.
 pub(super) struct RecordedInstrument {
@@ -40,69 +39,15 @@ impl Instrument for RecordedInstrument {
     fn add_fault(&mut self, _: Option<usize>, _: FaultWindow) {}
 
     fn channels(&self) -> Vec<SensorChannel> {
-        let mut all = Vec::new();
-        let axes = [("x", 0), ("y", 1), ("z", 2)];
-        let has = |wanted: fn(&Target) -> bool| self.targets.iter().any(wanted);
-        if has(|t| *t == Target::SpecificForce) {
-            all.extend(axes.map(|(axis, i)| {
-                let path = format!("imu/specific_force_{axis}");
-                SensorChannel::new(path, "m/s²", move |z| {
-                    z.specific_force_mps2.and_then(|s| s.value.get(i).copied())
-                })
-            }));
-        }
-        if has(|t| *t == Target::AngularRate) {
-            all.extend(axes.map(|(axis, i)| {
-                let path = format!("imu/angular_rate_{axis}");
-                SensorChannel::new(path, "rad/s", move |z| {
-                    z.angular_rate_radps.and_then(|s| s.value.get(i).copied())
-                })
-            }));
-        }
-        let torque = has(|t| matches!(t, Target::Torque(_) | Target::Force | Target::Power));
-        for drive in 0..self.drives {
-            let number = drive + 1;
-            if torque {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/motor_torque"),
-                    "N·m",
-                    move |z| sample(&z.motor_torque_nm, drive),
-                ));
-            }
-            if self.targets.contains(&Target::Wheel(drive)) {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/wheel_speed"),
-                    "m/s",
-                    move |z| sample(&z.wheel_speed_mps, drive),
-                ));
-            }
-            if self.targets.contains(&Target::Clamp(drive)) {
-                all.push(SensorChannel::new(
-                    format!("drive_{number}/clamp_pressure"),
-                    "MPa",
-                    move |z| sample(&z.clamp_pressure_mpa, drive),
-                ));
-            }
-        }
-        if has(|t| *t == Target::Steering) {
-            all.push(SensorChannel::new("steering_angle", "rad", |z| {
-                z.steering_angle_rad.map(|s| s.value)
-            }));
-        }
-        if has(|t| *t == Target::Inclination) {
-            all.push(SensorChannel::new("inclinometer", "rad", |z| {
-                z.inclination_rad.map(|s| s.value)
-            }));
-        }
-        for i in 0..4 {
-            if self.targets.contains(&Target::Auxiliary(i)) {
-                all.push(SensorChannel::new(
-                    format!("auxiliary_{}", i + 1),
-                    "1",
-                    move |z| sample(&z.auxiliary, i),
-                ));
-            }
-        }
+        let traction = self.targets.iter().any(|t| t.is_traction());
+        let is_there = |slot: &Slot| match slot.measurand {
+            Measurand::MotorTorque => traction,
+            _ => self.targets.contains(&Target::Measured(*slot)),
+        };
+        let on_vehicle =
+            |slot: &Slot| slot.measurand.shape() != Shape::PerDrive || slot.index < self.drives;
+        let slots = Slot::all().filter(is_there).filter(on_vehicle);
+        let mut all: Vec<SensorChannel> = slots.flat_map(SensorChannel::of).collect();
         if self.ghost {
             let shared = self.shared.clone();
             all.extend(ghost::channels(move |of| {
@@ -111,8 +56,4 @@ impl Instrument for RecordedInstrument {
         }
         all
     }
-}
-
-fn sample(slots: &[Option<Sample<f64>>], i: usize) -> Option<f64> {
-    slots.get(i).copied().flatten().map(|s| s.value)
 }

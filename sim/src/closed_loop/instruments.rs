@@ -2,8 +2,9 @@
 
 use crate::config::scenario::Scenario;
 use crate::error::{DataError, Error};
+use crate::sensors::instruments::KINDS;
 use crate::sensors::spec::InstrumentSpecs;
-use crate::sensors::{Fitting, Instrument, KINDS, Suite};
+use crate::sensors::{Fitting, Instrument, Suite};
 use std::path::Path;
 
 /// What cannot be fitted: said by the data sheet, or by the scenario.

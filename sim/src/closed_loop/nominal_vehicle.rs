@@ -1,9 +1,10 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
 use super::mass_layout;
+use crate::checked::NonNegative;
 use crate::config::scenario::{PlantKind, Scenario};
+use crate::sensors::instruments::{accelerometer, gyro};
 use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
-use crate::sensors::{accelerometer, gyro};
 use crate::train::Train;
 use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::VehicleData;
@@ -82,21 +83,16 @@ pub fn with_biases(vehicle: VehicleData, specs: &InstrumentSpecs, gravity: f64) 
     let accelerometer = specs.get(accelerometer::KIND.name);
     let gyro = specs.get(gyro::KIND.name);
     let tilted = |spec: &InstrumentSpec| {
-        let tilt = gravity * spec.mounting.misalignment_sd_deg.to_radians();
-        bias_sd(spec).hypot(tilt).max(MIN_ACCEL_BIAS_SD_MPS2)
+        let tilt_deg = spec.misalignment_sd_deg.map_or(0.0, NonNegative::get);
+        let tilt = gravity * tilt_deg.to_radians();
+        spec.errors
+            .drawn_bias_sd()
+            .hypot(tilt)
+            .max(MIN_ACCEL_BIAS_SD_MPS2)
     };
     VehicleData {
         accel_bias_sd_mps2: accelerometer.map(tilted),
-        gyro_bias_sd_radps: gyro.map(bias_sd),
+        gyro_bias_sd_radps: gyro.map(|spec| spec.errors.drawn_bias_sd()),
         ..vehicle
     }
-}
-
-/// Root mean square of the biases that a sheet says are drawn.
-fn bias_sd(spec: &InstrumentSpec) -> f64 {
-    let errors = &spec.errors;
-    let switch_on = errors
-        .switch_on_bias
-        .map_or(0.0, |[a, b]| ((a * a + a * b + b * b) / 3.0).sqrt());
-    errors.bias_sd.hypot(switch_on)
 }

@@ -200,7 +200,9 @@ impl Registry {
     /// Whether this type of estimator is a published method as it stands in its source, without supervision. It is shown beside the
     /// others, and is not for use. An estimator that a program adds is none.
     pub fn is_reference(&self, name: &str) -> bool {
-        self.estimators.iter().any(|e| e.name == name && e.reference)
+        self.estimators
+            .iter()
+            .any(|e| e.name == name && e.reference)
     }
 
     /// The type of controller of this name.
@@ -286,6 +288,7 @@ impl<B: ?Sized> Clone for PartType<B> {
             name: self.name.clone(),
             about: self.about.clone(),
             groups: self.groups,
+            reference: self.reference,
             build: self.build.clone(),
         }
     }
@@ -313,6 +316,7 @@ where
         name: name.into(),
         about: String::new(),
         groups: P::GROUPS,
+        reference: false,
         build: Arc::new(build),
     }
 }

@@ -4,24 +4,22 @@
 //! |---|---|
 //! | `file` | reading a YAML file: errors with file, line, column, key and help; `--set path=value` |
 //! | `input_files` | every input file read once, with its check sum |
-//! | `checked` | numbers whose range is checked while a file is read |
 //! | `scenario` | the scenario file, and the files it names |
 //! | `track` | the track file: elements or survey points, and how they become an alignment |
 //! | `rail_profile` | the profile file: the section of a rail |
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
 //! | `urdf` | URDF files and the meshes they name |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
-//! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
+//! | `sensor_sheet` | reads and checks the data sheet of the sensors; its format is that of [`sensors::spec`](crate::sensors::spec) |
 
-pub mod checked;
 pub mod file;
 pub mod input_files;
 pub mod motor_file;
 pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;
-pub mod sensor_sheet_file;
-pub mod sensor_world_file;
 pub mod track;
 pub mod train;
 pub mod urdf;
+
+pub use crate::checked;

@@ -11,17 +11,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Offset and drift of a run: what is known of them, and what is drawn.
+    /// Offset and drift of a run: the known parts plus those drawn.
     pub fn new(spec: &ClockSpec, seed: u64, name: &str) -> Self {
         let mut stream = Stream::new(seed, &format!("{name}/clock"));
-        let offset_ms = spec.offset_ms + spec.offset_sd_ms * stream.normal();
+        let offset_ms = spec.offset_ms.get() + spec.offset_sd_ms.get() * stream.normal();
         Self {
             offset_ns: libm::round(offset_ms * 1e6) as i64,
-            drift: 1e-6 * (spec.drift_ppm + spec.drift_sd_ppm * stream.normal()),
+            drift: 1e-6 * (spec.drift_ppm.get() + spec.drift_sd_ppm.get() * stream.normal()),
         }
     }
 
-    /// What it stamps at `t_ns`, ns.
+    /// The stamp of the instant `t_ns`, ns.
     pub fn stamp_ns(&self, t_ns: i64) -> i64 {
         t_ns + self.offset_ns + libm::round(self.drift * t_ns as f64) as i64
     }
@@ -30,12 +30,13 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Finite, NonNegative};
 
     #[test]
     fn it_is_off_by_its_offset_and_by_its_drift_times_the_time() {
         let spec = ClockSpec {
-            offset_ms: -30.0,
-            drift_ppm: 100.0,
+            offset_ms: Finite::new(-30.0),
+            drift_ppm: Finite::new(100.0),
             ..ClockSpec::default()
         };
         let clock = Clock::new(&spec, 1, "s");
@@ -56,8 +57,8 @@ mod tests {
     #[test]
     fn drawn_offsets_and_drifts_have_their_spread() {
         let spec = ClockSpec {
-            offset_sd_ms: 20.0,
-            drift_sd_ppm: 50.0,
+            offset_sd_ms: NonNegative::new(20.0),
+            drift_sd_ppm: NonNegative::new(50.0),
             ..ClockSpec::default()
         };
         let runs = 10_000;

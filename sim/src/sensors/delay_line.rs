@@ -1,11 +1,11 @@
-//! When samples arrive, in which order, and what is handed over when several have.
+//! Arrival of samples: when, in which order, and which is handed over when several have arrived.
 //!
-//! A sample arrives at the instant it was taken plus the latency plus a time drawn from the arrival jitter, but not before the one
-//! sent before it (a bus keeps the order); then it waits for the next multiple of the bunching time. A share of the samples is held
-//! up on top of that, and others overtake it. Stamps stay as they are.
+//! A sample arrives at the instant it was taken plus the latency plus a time drawn from the arrival jitter, but not
+//! before the one sent before it (a bus keeps the order); then it waits for the next multiple of the bunching time. A
+//! share of the samples is held up on top of that, and others overtake it. Stamps stay as they are.
 
 use super::sampling::to_ns;
-use super::spec::{ArrivalJitter, Many, Sampling};
+use super::spec::{ArrivalJitter, DelayDistribution, Many, Sampling};
 use super::stream::Stream;
 use std::collections::VecDeque;
 
@@ -39,19 +39,19 @@ impl<const N: usize> DelayLine<N> {
     pub fn new(sampling: &Sampling, seed: u64, name: &str) -> Self {
         let jitter = sampling.arrival_jitter;
         let reordering = sampling.reordering;
-        let longest_ms = sampling.latency_ms
+        let longest_ms = sampling.latency_ms.get()
             + jitter.map_or(0.0, ArrivalJitter::longest_ms)
-            + sampling.bunching_ms
-            + reordering.map_or(0.0, |r| r.delay_ms);
+            + sampling.bunching_ms.get()
+            + reordering.map_or(0.0, |r| r.delay_ms.get());
         // Kept below 2²⁰: a rate this absurd is refused by `check_step` before the first step.
-        let room = (longest_ms * 1e-3 * sampling.rate_hz).min(1e6) as usize + 4;
+        let room = (longest_ms * 1e-3 * sampling.rate_hz.get()).min(1e6) as usize + 4;
         Self {
-            latency_ns: to_ns(sampling.latency_ms * 1e-3),
+            latency_ns: to_ns(sampling.latency_ms.get() * 1e-3),
             jitter: jitter.map(|j| (j, Stream::new(seed, &format!("{name}/arrival")))),
-            bunching_ns: to_ns(sampling.bunching_ms * 1e-3),
+            bunching_ns: to_ns(sampling.bunching_ms.get() * 1e-3),
             reordering: reordering.map(|r| {
                 let stream = Stream::new(seed, &format!("{name}/reordering"));
-                (r.share, to_ns(r.delay_ms * 1e-3), stream)
+                (r.share.get(), to_ns(r.delay_ms.get() * 1e-3), stream)
             }),
             many: sampling.many,
             last_ns: i64::MIN,
@@ -69,7 +69,8 @@ impl<const N: usize> DelayLine<N> {
         self.queue.insert(after, (arrival_ns, reading));
     }
 
-    /// What has arrived by `now_ns` since the last call, if anything: one reading, or what [`Many`] makes of several.
+    /// Takes the readings that have arrived by `now_ns` since the last call: none, one, or the one that [`Many`] makes
+    /// of several.
     pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
         if self.queue.front().is_none_or(|(ns, _)| *ns > now_ns) {
             return None; // most steps bring nothing
@@ -89,9 +90,9 @@ impl<const N: usize> DelayLine<N> {
         let mut arrival_ns = taken_ns + self.latency_ns;
         if let Some((jitter, stream)) = &mut self.jitter {
             let u = stream.uniform();
-            let ms = match *jitter {
-                ArrivalJitter::Uniform(ms) => ms * u,
-                ArrivalJitter::Exponential(mean) => -mean * libm::log(1.0 - u),
+            let ms = match jitter.distribution {
+                DelayDistribution::Uniform => jitter.ms.get() * u,
+                DelayDistribution::Exponential => -jitter.ms.get() * libm::log(1.0 - u),
             };
             arrival_ns += to_ns(1e-3 * ms.min(jitter.longest_ms()));
         }
@@ -136,9 +137,24 @@ fn mean<'a, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Fraction, NonNegative, Positive};
     use crate::sensors::spec::Reordering;
 
     const MS: i64 = 1_000_000;
+
+    fn uniform(ms: f64) -> ArrivalJitter {
+        ArrivalJitter {
+            distribution: DelayDistribution::Uniform,
+            ms: Positive::new(ms),
+        }
+    }
+
+    fn exponential(mean_ms: f64) -> ArrivalJitter {
+        ArrivalJitter {
+            distribution: DelayDistribution::Exponential,
+            ms: Positive::new(mean_ms),
+        }
+    }
 
     fn reading(stamp_ns: i64) -> Reading<1> {
         Reading {
@@ -167,7 +183,7 @@ mod tests {
     fn a_reading_arrives_after_the_latency_and_in_order() {
         let mut line = DelayLine::new(
             &Sampling {
-                latency_ms: 25.0,
+                latency_ms: NonNegative::new(25.0),
                 ..Sampling::at(100.0)
             },
             1,
@@ -214,24 +230,24 @@ mod tests {
         let bound = 5.0 / f64::sqrt(n as f64);
         let share =
             |x: &[f64], below: f64| x.iter().filter(|d| **d < below).count() as f64 / n as f64;
-        let uniform = delays(ArrivalJitter::Uniform(50.0));
+        let even = delays(uniform(50.0));
         for ms in [5.0, 25.0, 45.0] {
-            assert!((share(&uniform, ms) - ms / 50.0).abs() < bound, "{ms}");
+            assert!((share(&even, ms) - ms / 50.0).abs() < bound, "{ms}");
         }
-        assert!(uniform.iter().all(|d| (0.0..=50.0).contains(d)));
-        let exponential = delays(ArrivalJitter::Exponential(20.0));
+        assert!(even.iter().all(|d| (0.0..=50.0).contains(d)));
+        let rare = delays(exponential(20.0));
         for ms in [2.0_f64, 20.0, 80.0] {
             let expected = 1.0 - (-ms / 20.0).exp();
-            assert!((share(&exponential, ms) - expected).abs() < bound, "{ms}");
+            assert!((share(&rare, ms) - expected).abs() < bound, "{ms}");
         }
-        assert!(exponential.iter().all(|d| *d <= 200.0));
+        assert!(rare.iter().all(|d| *d <= 200.0));
     }
 
     /// A bus keeps the order however long one sample takes: newest stamps never fall, and none is lost.
     #[test]
     fn jitter_alone_keeps_the_order_and_loses_none() {
         let sampling = Sampling {
-            arrival_jitter: Some(ArrivalJitter::Uniform(50.0)),
+            arrival_jitter: Some(uniform(50.0)),
             many: Many::Newest,
             ..Sampling::at(100.0)
         };
@@ -248,7 +264,7 @@ mod tests {
     #[test]
     fn bunched_samples_arrive_at_multiples_as_their_mean() {
         let sampling = Sampling {
-            bunching_ms: 40.0,
+            bunching_ms: NonNegative::new(40.0),
             ..Sampling::at(100.0)
         };
         // Sent at 0; at 10, 20, 30, 40; at 50, 60, 70, 80; ….
@@ -263,8 +279,8 @@ mod tests {
     fn reordered_samples_are_overtaken() {
         let sampling = Sampling {
             reordering: Some(Reordering {
-                share: 0.1,
-                delay_ms: 65.0,
+                share: Fraction::new(0.1),
+                delay_ms: Positive::new(65.0),
             }),
             ..Sampling::at(100.0)
         };

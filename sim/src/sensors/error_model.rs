@@ -1,9 +1,10 @@
 //! How one axis of an instrument differs from the truth, effect by effect, in the order of the signal path:
 //!
 //! 1. `x₁ = (1 + s + s_warm) x`: scale, known part + part drawn once a run + part that comes with warming up;
-//! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at zero
-//!    and at full scale, off by L·R half-way (the definition of IEC 61298-2);
-//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov + b_warm`: biases, constant (known + drawn once a run), wandering, and warming up;
+//! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at
+//!    zero and at full scale, off by L·R half-way (the definition of IEC 61298-2);
+//! 3. `x₃ = x₂ + b₀ + b_walk + b_markov + b_warm`: biases, constant (known + drawn once a run), wandering, and
+//!    warming up;
 //! 4. `x₄ = x₃ + w`: white noise, absolute and relative to the reading;
 //! 5. quantisation, 6. saturation (between 4 and 5: faults, see `fault`).
 //!
@@ -13,6 +14,7 @@
 use super::noise::{GaussMarkov, RandomWalk, White, white_sd};
 use super::spec::{Errors, WarmUp};
 use super::stream::Stream;
+use crate::checked::{Finite, NonNegative, Positive};
 
 /// The errors of one axis during one run.
 #[derive(Clone, Debug)]
@@ -35,31 +37,33 @@ impl ErrorModel {
     pub fn new(errors: &Errors, rate_hz: f64, axis_bias: f64, seed: u64, axis: &str) -> Self {
         let stream = |effect: &str| Stream::new(seed, &format!("{axis}/{effect}"));
         let period_s = 1.0 / rate_hz;
-        let range = errors.range;
+        let range = errors.range.map(|limits| limits.map(Finite::get));
         let white = white_sd(
-            errors.noise_sd,
-            errors.noise_density,
-            errors.random_walk_of_integral,
+            errors.noise_sd.get(),
+            errors.noise_density.get(),
+            errors.random_walk_of_integral.get(),
             rate_hz,
         );
-        let walk = errors.bias_random_walk;
+        let walk = errors.bias_random_walk.get();
         Self {
-            gain: 1.0 + errors.scale_error + errors.scale_error_sd * stream("scale").normal(),
-            linearity: errors.linearity,
+            gain: 1.0
+                + errors.scale_error.get()
+                + errors.scale_error_sd.get() * stream("scale").normal(),
+            linearity: errors.linearity.get(),
             full_scale: range.map_or(f64::INFINITY, |[low, high]| low.abs().max(high.abs())),
-            bias: errors.bias
+            bias: errors.bias.get()
                 + axis_bias
-                + errors.bias_sd * stream("bias").normal()
-                + errors
-                    .switch_on_bias
-                    .map_or(0.0, |limits| switch_on(limits, &mut stream("switch_on"))),
+                + errors.bias_sd.get() * stream("bias").normal()
+                + errors.switch_on_bias.map_or(0.0, |limits| {
+                    switch_on(limits.map(NonNegative::get), &mut stream("switch_on"))
+                }),
             walk: (walk > 0.0).then(|| RandomWalk::new(walk, period_s, stream("walk"))),
             markov: errors
                 .gauss_markov
-                .map(|m| GaussMarkov::new(m.sd, m.time_s, period_s, stream("markov"))),
+                .map(|m| GaussMarkov::new(m.sd.get(), m.time_s.get(), period_s, stream("markov"))),
             warmth: errors.warm_up.map(|w| Warmth::new(&w, period_s)),
-            white: White::new(white, errors.noise_sd_rel, stream("white")),
-            quantisation: errors.quantisation,
+            white: White::new(white, errors.noise_sd_rel.get(), stream("white")),
+            quantisation: errors.quantisation.map(Positive::get),
             range,
         }
     }
@@ -118,10 +122,10 @@ struct Warmth {
 impl Warmth {
     fn new(w: &WarmUp, period_s: f64) -> Self {
         Self {
-            bias: w.bias,
-            scale: w.scale_error,
+            bias: w.bias.get(),
+            scale: w.scale_error.get(),
             share: 0.0,
-            per_sample: 1.0 - libm::exp(-period_s / w.time_s),
+            per_sample: 1.0 - libm::exp(-period_s / w.time_s.get()),
         }
     }
 
@@ -136,6 +140,7 @@ impl Warmth {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::Fraction;
     use crate::sensors::spec::Markov;
 
     fn model(errors: Errors, seed: u64) -> ErrorModel {
@@ -155,8 +160,8 @@ mod tests {
     fn known_scale_and_bias_act_as_a_straight_line() {
         let mut m = ErrorModel::new(
             &Errors {
-                scale_error: 0.02,
-                bias: -0.5,
+                scale_error: Finite::new(0.02),
+                bias: Finite::new(-0.5),
                 ..Errors::default()
             },
             100.0,
@@ -174,9 +179,9 @@ mod tests {
         let mut m = model(
             Errors {
                 warm_up: Some(WarmUp {
-                    time_s: 20.0,
-                    bias: 0.5,
-                    scale_error: -0.1,
+                    time_s: Positive::new(20.0),
+                    bias: Finite::new(0.5),
+                    scale_error: Finite::new(-0.1),
                 }),
                 ..Errors::default()
             },
@@ -193,8 +198,8 @@ mod tests {
     fn linearity_is_right_at_the_ends_and_off_half_way() {
         let mut m = model(
             Errors {
-                linearity: 0.01,
-                range: Some([-10.0, 10.0]),
+                linearity: Fraction::new(0.01),
+                range: Some([-10.0, 10.0].map(Finite::new)),
                 ..Errors::default()
             },
             1,
@@ -214,8 +219,8 @@ mod tests {
     #[test]
     fn constants_of_a_run_have_their_spread_and_stay() {
         let errors = Errors {
-            bias_sd: 0.3,
-            scale_error_sd: 0.01,
+            bias_sd: NonNegative::new(0.3),
+            scale_error_sd: NonNegative::new(0.01),
             ..Errors::default()
         };
         let runs = 20_000;
@@ -236,7 +241,7 @@ mod tests {
     #[test]
     fn a_switch_on_bias_is_uniform_between_its_limits_and_of_either_sign() {
         let errors = Errors {
-            switch_on_bias: Some([0.2, 0.6]),
+            switch_on_bias: Some([0.2, 0.6].map(NonNegative::new)),
             ..Errors::default()
         };
         let runs = 20_000;
@@ -261,7 +266,7 @@ mod tests {
     fn quantisation_rounds_to_steps_with_the_variance_of_a_uniform() {
         let m = model(
             Errors {
-                quantisation: Some(0.25),
+                quantisation: Some(Positive::new(0.25)),
                 ..Errors::default()
             },
             1,
@@ -282,9 +287,9 @@ mod tests {
     fn readings_never_leave_the_range() {
         let mut m = model(
             Errors {
-                noise_sd: 3.0,
-                quantisation: Some(0.7),
-                range: Some([-2.0, 5.0]),
+                noise_sd: NonNegative::new(3.0),
+                quantisation: Some(Positive::new(0.7)),
+                range: Some([-2.0, 5.0].map(Finite::new)),
                 ..Errors::default()
             },
             1,
@@ -305,12 +310,12 @@ mod tests {
     fn independent_noises_add_as_variances() {
         let mut m = model(
             Errors {
-                noise_sd: 0.1,
-                noise_density: 0.02,
-                random_walk_of_integral: 0.015,
+                noise_sd: NonNegative::new(0.1),
+                noise_density: NonNegative::new(0.02),
+                random_walk_of_integral: NonNegative::new(0.015),
                 gauss_markov: Some(Markov {
-                    sd: 0.2,
-                    time_s: 0.02,
+                    sd: NonNegative::new(0.2),
+                    time_s: Positive::new(0.02),
                 }),
                 ..Errors::default()
             },
@@ -327,12 +332,12 @@ mod tests {
     #[test]
     fn switching_one_effect_on_leaves_the_draws_of_the_others() {
         let white = Errors {
-            noise_sd: 1.0,
+            noise_sd: NonNegative::new(1.0),
             ..Errors::default()
         };
         let more = Errors {
-            bias_random_walk: 1e-30,
-            bias_sd: 1e-30,
+            bias_random_walk: NonNegative::new(1e-30),
+            bias_sd: NonNegative::new(1e-30),
             ..white
         };
         let (mut a, mut b) = (model(white, 5), model(more, 5));

@@ -1,15 +1,16 @@
 //! Faults by event: off, stuck, drift, wrong scale, spikes, wrong units and axes.
 //!
 //! Drift, scale and spikes act on the sensed value, before quantisation and saturation: a fault cannot read beyond the
-//! range. Wrong units, signs and axes are mistakes of the receiver and act behind it; off and stuck act on what is handed over. A fault holds for stamps from ≤ t < to. Its random draws come from a
-//! stream of its own, so that a fault leaves the noise of the run as it was.
+//! range. Wrong units, signs and axes are mistakes of the receiver and act behind it; off and stuck act on what is
+//! handed over. A fault holds for stamps from ≤ t < to. Its random draws come from a stream of its own, so that a fault
+//! leaves the noise of the run as it was.
 
 use super::stream::Stream;
 
 /// Share of samples that a spike hits while the fault `spikes` lasts.
 pub const SPIKE_PROBABILITY: f64 = 0.02;
 
-/// What fails of a sensor. `unit` is that of the sensor.
+/// A fault of a sensor. `unit` is that of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// No samples.
@@ -68,7 +69,7 @@ pub struct FaultWindow {
     pub from_s: f64,
     /// Until, s; infinite = to the end.
     pub to_s: f64,
-    /// What fails.
+    /// The fault.
     pub fault: Fault,
 }
 
@@ -108,7 +109,7 @@ impl<const N: usize> Faults<N> {
         }
     }
 
-    /// What the receiver makes of a value at stamp `t_s` by wrong units, signs and axes, in the order of the events.
+    /// Misreads a value at stamp `t_s` as the receiver does: wrong units, signs and axes, in the order of the events.
     fn misread(&self, t_s: f64, mut value: [f64; N]) -> [f64; N] {
         for w in self.windows.iter().filter(|w| w.holds(t_s)) {
             match w.fault {
@@ -121,7 +122,7 @@ impl<const N: usize> Faults<N> {
         value
     }
 
-    /// What is handed over at stamp `t_s`: nothing when off, the last good value when stuck.
+    /// The value handed over at stamp `t_s`: nothing when off, the last good value when stuck.
     pub fn hand_over(&mut self, t_s: f64, value: [f64; N]) -> Option<[f64; N]> {
         let holds = |fault| {
             self.windows

@@ -1,12 +1,13 @@
 //! Hits: short disturbances where the track has a joint or a bump.
 //!
-//! A hit begins at the end of the step in which the instrument passes the place, forwards or backwards. On the axes of an
-//! accelerometer or gyro it is one period of a sine, so that it leaves no velocity behind; any other reading jumps for as long as it
-//! lasts. Random places follow each other at exponential distances of travel.
+//! A hit begins at the end of the step in which the instrument passes the place, forwards or backwards. On the axes of
+//! an accelerometer or gyro it is one period of a sine, so that it leaves no velocity behind; any other reading jumps
+//! for as long as it lasts. Random places follow each other at exponential distances of travel.
 
-use super::signal_path::StepInterval;
 use super::spec::HitSpec;
+use super::step_interval::StepInterval;
 use super::stream::Stream;
+use crate::checked::NonNegative;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
@@ -36,12 +37,13 @@ struct Bumps {
 }
 
 impl<const N: usize> Hits<N> {
-    /// The hits of an instrument on a track with joints at `joints_m`, ascending. `inertial` = its hits are swings, not jumps.
+    /// The hits of an instrument on a track with joints at `joints_m`, ascending. `inertial` = its hits are swings, not
+    /// jumps.
     pub fn new(spec: &HitSpec, inertial: bool, joints_m: &[f64], seed: u64, name: &str) -> Self {
-        let bumps = (spec.per_m > 0.0).then(|| {
+        let bumps = (spec.per_m.get() > 0.0).then(|| {
             let stream = Stream::new(seed, &format!("{name}/bumps"));
             let mut bumps = Bumps {
-                mean_m: 1.0 / spec.per_m,
+                mean_m: 1.0 / spec.per_m.get(),
                 left_m: 0.0,
                 stream,
             };
@@ -49,8 +51,8 @@ impl<const N: usize> Hits<N> {
             bumps
         });
         Self {
-            size: spec.size,
-            duration_s: spec.duration_ms * 1e-3,
+            size: spec.size.map(NonNegative::get),
+            duration_s: spec.duration_ms.get() * 1e-3,
             inertial,
             joints_m: if spec.at_joints {
                 joints_m.to_vec()
@@ -131,15 +133,16 @@ impl Bumps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::Positive;
 
     const DT_NS: i64 = 2_000_000;
 
     fn hits(at_joints: bool, per_m: f64, inertial: bool) -> Hits<1> {
         let spec = HitSpec {
             at_joints,
-            per_m,
-            size: [0.5, 1.5],
-            duration_ms: 20.0,
+            per_m: NonNegative::new(per_m),
+            size: [0.5, 1.5].map(NonNegative::new),
+            duration_ms: Positive::new(20.0),
         };
         let joints: Vec<f64> = (1..=10).map(|i| 3.0 * f64::from(i)).collect();
         Hits::new(&spec, inertial, &joints, 5, "test")

@@ -1,7 +1,7 @@
 //! Lean: a sprung body pitches under acceleration and turns the instruments that are bolted to it.
 //!
-//! φ̈ = ω₀²(k a/g₀ − φ) − 2ζω₀ φ̇, φ the pitch against where the mount is without it (+ nose up), a the acceleration along the track,
-//! g₀ = 9.80665 m/s². An accelerometer then reads g sin φ forward, a gyro −φ̇ about left.
+//! φ̈ = ω₀²(k a/g₀ − φ) − 2ζω₀ φ̇, φ the pitch against where the mount is without it (+ nose up), a the acceleration
+//! along the track, g₀ = 9.80665 m/s². An accelerometer then reads g sin φ forward, a gyro −φ̇ about left.
 
 use super::spec::LeanSpec;
 use crate::plant::MountState;
@@ -24,9 +24,9 @@ impl Lean {
     /// Upright at first.
     pub fn new(spec: &LeanSpec) -> Self {
         Self {
-            rad_per_mps2: spec.pitch_deg_per_g.to_radians() / STANDARD_GRAVITY_MPS2,
-            natural_radps: TAU * spec.frequency_hz,
-            damping: spec.damping,
+            rad_per_mps2: spec.pitch_deg_per_g.get().to_radians() / STANDARD_GRAVITY_MPS2,
+            natural_radps: TAU * spec.frequency_hz.get(),
+            damping: spec.damping.get(),
             pitch_rad: 0.0,
             rate_radps: 0.0,
         }
@@ -60,6 +60,7 @@ impl Lean {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Finite, Positive};
 
     const UPRIGHT: MountState = MountState {
         v_w: Vector3::new(0.0, 0.0, 0.0),
@@ -69,9 +70,9 @@ mod tests {
 
     fn lean(damping: f64) -> Lean {
         Lean::new(&LeanSpec {
-            pitch_deg_per_g: 3.6,
-            frequency_hz: 1.5,
-            damping,
+            pitch_deg_per_g: Finite::new(3.6),
+            frequency_hz: Positive::new(1.5),
+            damping: Positive::new(damping),
         })
     }
 
@@ -108,7 +109,8 @@ mod tests {
         assert!(angle > 0.0);
     }
 
-    /// Overshoot of a step of a second-order lag: exp(−πζ/√(1 − ζ²)); implicit steps of 2 ms add ω dt/2 = 0.01 to the damping.
+    /// Overshoot of a step of a second-order lag: exp(−πζ/√(1 − ζ²)); implicit steps of 2 ms add ω dt/2 = 0.01 to the
+    /// damping.
     #[test]
     fn a_step_overshoots_as_its_damping_says() {
         let mut lean = lean(0.35);

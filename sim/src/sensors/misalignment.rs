@@ -1,15 +1,17 @@
 //! Misalignment: the sensor's axes are turned against the mount's by a small rotation vector φ.
 //!
-//! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues 1840).
+//! A vector v in mount axes reads Rᵀ v in sensor axes, R = 1 + sin φ k× + (1 − cos φ) (k×)², k = φ/|φ| (Rodrigues
+//! 1840).
 
-use super::spec::Mounting;
+use super::spec::InstrumentSpec;
 use super::stream::Stream;
+use crate::checked::{Finite, NonNegative};
 use nalgebra::{Matrix3, Vector3};
 
 /// The matrix Rᵀ of a run: known rotation plus one drawn once. `None` when the axes are aligned.
-pub fn draw(mounting: &Mounting, seed: u64, name: &str) -> Option<Matrix3<f64>> {
-    let sd = mounting.misalignment_sd_deg;
-    let known = mounting.misalignment_deg;
+pub fn draw(spec: &InstrumentSpec, seed: u64, name: &str) -> Option<Matrix3<f64>> {
+    let sd = spec.misalignment_sd_deg.map_or(0.0, NonNegative::get);
+    let known = spec.misalignment_deg.unwrap_or_default().map(Finite::get);
     let mut stream = Stream::new(seed, &format!("{name}/misalignment"));
     let phi = Vector3::from(known.map(|x| (x + sd * stream.normal()).to_radians()));
     (phi != Vector3::zeros()).then(|| rotation(&phi).transpose())
@@ -53,15 +55,15 @@ mod tests {
 
     #[test]
     fn drawn_misalignments_have_their_spread_about_the_known_rotation() {
-        let mounting = Mounting {
-            misalignment_deg: [1.0, 0.0, -2.0],
-            misalignment_sd_deg: 0.1,
-            ..Mounting::default()
+        let spec = InstrumentSpec {
+            misalignment_deg: Some([1.0, 0.0, -2.0].map(Finite::new)),
+            misalignment_sd_deg: Some(NonNegative::new(0.1)),
+            ..InstrumentSpec::default()
         };
         let runs = 10_000;
         let mut squares = 0.0;
         for seed in 0..runs {
-            let r = draw(&mounting, seed, "gyro").unwrap();
+            let r = draw(&spec, seed, "gyro").unwrap();
             // Rᵀ = 1 − [φ]× to first order: φ_x = (m₂₃ − m₃₂)/2 and so on (right to φ³/6, 2e-5 of φ = 2°).
             let phi = [
                 r[(1, 2)] - r[(2, 1)],

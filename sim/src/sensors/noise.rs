@@ -45,7 +45,8 @@ impl White {
     }
 }
 
-/// Standard deviation of white noise per sample, from the figures a data sheet may print, at `rate_hz` samples a second.
+/// Standard deviation of white noise per sample, from the figures a data sheet may print, at `rate_hz` samples a
+/// second.
 ///
 /// Two conventions live side by side and differ by √2, so each has its own argument:
 /// - `density`, unit/√Hz, *one-sided*: the sampled noise fills the band from 0 to the Nyquist frequency f/2,
@@ -149,7 +150,8 @@ mod tests {
         }
     }
 
-    /// Both conventions, against the integral: a one-sided density d is a two-sided d²/2, whose integral wanders by d√(t/2).
+    /// Both conventions, against the integral: a one-sided density d is a two-sided d²/2, whose integral wanders by
+    /// d√(t/2).
     #[test]
     fn densities_are_those_of_the_integral() {
         for rate in [50.0, 100.0, 200.0] {

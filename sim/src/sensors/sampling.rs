@@ -1,7 +1,7 @@
-//! When values are taken.
+//! The instants at which values are taken.
 //!
-//! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The value
-//! is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
+//! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The
+//! value is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
 
 use super::spec::Sampling;
 use super::stream::Stream;
@@ -32,19 +32,19 @@ pub struct SamplingInstant {
     pub stamp_ns: i64,
     /// The instant the value is taken, ns.
     pub taken_ns: i64,
-    /// Whether the sample is lost on its way.
+    /// True if the sample is lost on its way.
     pub lost: bool,
 }
 
 impl Schedule {
     /// A schedule that begins at 0.
     pub fn new(sampling: &Sampling, seed: u64, name: &str) -> Self {
-        let rate_hz = sampling.rate_hz;
+        let rate_hz = sampling.rate_hz.get();
         let mut schedule = Self {
             rate_hz,
-            jitter_ns: sampling.jitter_ms * 1e6,
+            jitter_ns: sampling.jitter_ms.get() * 1e6,
             jitter_limit_ns: 0.49e9 / rate_hz,
-            dropout: sampling.dropout,
+            dropout: sampling.dropout.get(),
             jitter: Stream::new(seed, &format!("{name}/jitter")),
             loss: Stream::new(seed, &format!("{name}/loss")),
             k: 0,
@@ -72,7 +72,7 @@ impl Schedule {
         self.plan(start_ns);
     }
 
-    /// When the next value is taken, ns.
+    /// The instant at which the next value is taken, ns.
     pub fn next_ns(&self) -> i64 {
         self.next.taken_ns
     }
@@ -107,11 +107,12 @@ impl Schedule {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{Fraction, NonNegative};
 
     fn sampling(rate_hz: f64, jitter_ms: f64, dropout: f64) -> Sampling {
         Sampling {
-            jitter_ms,
-            dropout,
+            jitter_ms: NonNegative::new(jitter_ms),
+            dropout: Fraction::new(dropout),
             ..Sampling::at(rate_hz)
         }
     }

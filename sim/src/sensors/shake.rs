@@ -1,15 +1,16 @@
-//! What the track does to an instrument: vibration that grows with the speed, hits at rail joints and bumps.
+//! Shaking of an instrument by the track: vibration that grows with the speed, hits at rail joints and bumps.
 //!
 //! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, at every physics step.
 
 use super::hits::Hits;
-use super::signal_path::{SamplingMode, StepInterval};
 use super::spec::Errors;
-use super::value_sampler::ValueSampler;
+use super::step_interval::StepInterval;
+use super::value_sampler::{SamplingMode, ValueSampler};
 use super::vibration::Vibration;
+use crate::checked::Positive;
 use crate::plant::Truth;
 
-/// Where an instrument is on the track, and how fast.
+/// Place of an instrument on the track, and its speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ride {
     /// Chainage, m.
@@ -19,7 +20,7 @@ pub struct Ride {
 }
 
 impl Ride {
-    /// That of the IMU.
+    /// The ride of the IMU.
     pub fn at_imu(truth: &Truth) -> Self {
         Self {
             chainage_m: truth.chainage_m,
@@ -60,7 +61,7 @@ impl<const N: usize> Shake<N> {
                 .map(|h| Hits::new(&h, inertial, joints_m, seed, name)),
             shares,
             last: [0.0; N],
-            sampler: ValueSampler::new(mode, errors.bandwidth_hz),
+            sampler: ValueSampler::new(mode, errors.bandwidth_hz.map(Positive::get)),
         })
     }
 
@@ -80,7 +81,7 @@ impl<const N: usize> Shake<N> {
         self.sampler.begin(step, before, now);
     }
 
-    /// What it adds to a value taken at `t_ns`; as [`ValueSampler::take`].
+    /// The shaking that adds to a value taken at `t_ns`; as [`ValueSampler::take`].
     pub fn take(&mut self, t_ns: i64) -> Option<[f64; N]> {
         self.sampler.take(t_ns)
     }

@@ -1,49 +1,26 @@
-//! Signal path of an instrument: ideal signal (+ vibration and hits) → bandwidth → sampling → misalignment → errors → faults → stamp →
-//! arrival.
+//! Signal path of an instrument: ideal signal (+ vibration and hits) → bandwidth → sampling → misalignment → errors →
+//! faults → stamp → arrival.
 //!
 //! Between two physics steps the ideal signal is taken as linear, so a value can be taken at any instant between steps.
 //! An instrument either reads the signal *at* an instant, or its *mean* since the instant before (integrating sensors:
 //! accelerometer, gyro). A mean carries the stamp of the end of its period, as strapdown sensors do.
 
-use super::Fitting;
 use super::clock::Clock;
 use super::delay_line::{DelayLine, Reading};
 use super::error_model::ErrorModel;
 use super::fault::{FaultWindow, Faults};
+use super::fitting::Fitting;
 use super::misalignment;
 use super::sampling::Schedule;
 use super::shake::{Ride, Shake};
 use super::spec::InstrumentSpec;
-use super::value_sampler::ValueSampler;
+use super::step_interval::StepInterval;
+use super::value_sampler::{SamplingMode, ValueSampler};
+use crate::checked::{Finite, NonNegative, Positive};
 use crate::error::Error;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::Sample;
 use nalgebra::{Matrix3, Vector3};
-
-/// Interval of time from one physics step to the next, ns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StepInterval {
-    /// Begin.
-    pub from_ns: i64,
-    /// End; not before the begin.
-    pub to_ns: i64,
-}
-
-impl StepInterval {
-    /// Length, s; at least 1 ns, so that an empty interval can be divided by.
-    pub fn length_s(&self) -> f64 {
-        (self.to_ns - self.from_ns).max(1) as f64 * 1e-9
-    }
-}
-
-/// Sampling mode of an instrument: what one value stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SamplingMode {
-    /// The signal at the instant.
-    Instant,
-    /// The mean of the signal since the instant before.
-    Integrating,
-}
 
 /// Signal path of an instrument of `N` axes, from the ideal signal to samples.
 #[derive(Clone, Debug)]
@@ -63,8 +40,8 @@ pub struct SignalPath<const N: usize> {
 }
 
 impl<const N: usize> SignalPath<N> {
-    /// The path of the instrument `name`, whose random streams start with that name; `axes` = a name and a known bias for
-    /// each axis.
+    /// The path of the instrument `name`, whose random streams start with that name; `axes` = a name and a known bias
+    /// for each axis.
     pub fn new(
         name: &str,
         mode: SamplingMode,
@@ -73,15 +50,17 @@ impl<const N: usize> SignalPath<N> {
         on: &Fitting<'_>,
     ) -> Self {
         let (sampling, errors, seed) = (&spec.sampling, &spec.errors, on.seed);
-        let rate_hz = sampling.rate_hz;
-        let shares = spec.mounting.axis_shake.unwrap_or([1.0; 3]);
+        let rate_hz = sampling.rate_hz.get();
+        let shares = spec
+            .axis_shake
+            .map_or([1.0; 3], |shares| shares.map(NonNegative::get));
         let shares = std::array::from_fn(|i| if N == 3 { shares[i] } else { 1.0 });
         Self {
             name: name.into(),
             schedule: Schedule::new(sampling, seed, name),
             clock: Clock::new(&sampling.clock, seed, name),
             begun: false,
-            signal: ValueSampler::new(mode, errors.bandwidth_hz),
+            signal: ValueSampler::new(mode, errors.bandwidth_hz.map(Positive::get)),
             shake: Shake::new(errors, mode, shares, on.joints_m, seed, name),
             misalignment: None,
             errors: axes.map(|(axis, bias)| {
@@ -103,8 +82,8 @@ impl<const N: usize> SignalPath<N> {
         self.faults.add(fault);
     }
 
-    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`, at whose end the instrument
-    /// is where `ride` says. Spans follow each other without gap; the first may be empty.
+    /// Takes the values that are due while the ideal signal goes from `start` to `end` over `span`, at whose end the
+    /// instrument is at `ride`. Spans follow each other without gap; the first may be empty.
     pub fn observe(
         &mut self,
         span: StepInterval,
@@ -169,32 +148,35 @@ impl<const N: usize> SignalPath<N> {
         Ok(())
     }
 
-    /// Delivers what has arrived by `now_ns` since the last call: nothing, a sample, or what the sheet's `many` makes of several.
-    pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; N]>> {
+    /// Delivers what has arrived by `now_ns` since the last call: nothing, a sample, or what the sheet's `many` makes
+    /// of several. A sample of one value has zeros behind it, as a slot of the measurements takes it.
+    pub fn deliver(&mut self, now_ns: i64) -> Option<Sample<[f64; 3]>> {
         self.delivered = self.line.receive(now_ns);
-        self.delivered.map(|r| Sample {
-            t: Time::from_ns(r.stamp_ns),
-            value: r.measured,
-        })
+        self.delivered.map(|r| sample(r.stamp_ns, r.measured))
     }
 
     /// The ideal value behind the sample last delivered; `None` when the last call delivered none.
-    pub fn ideal(&self) -> Option<Sample<[f64; N]>> {
-        self.delivered.map(|r| Sample {
-            t: Time::from_ns(r.stamp_ns),
-            value: r.ideal,
-        })
+    pub fn ideal(&self) -> Option<Sample<[f64; 3]>> {
+        self.delivered.map(|r| sample(r.stamp_ns, r.ideal))
+    }
+}
+
+/// A sample of `N` values, with zeros behind them.
+fn sample<const N: usize>(stamp_ns: i64, values: [f64; N]) -> Sample<[f64; 3]> {
+    Sample {
+        t: Time::from_ns(stamp_ns),
+        value: std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)),
     }
 }
 
 impl SignalPath<3> {
-    /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment of
-    /// the run.
+    /// The path of an inertial instrument: axes x, y, z with their biases, turned against the mount by the misalignment
+    /// of the run.
     pub fn inertial(name: &str, spec: &InstrumentSpec, on: &Fitting<'_>) -> Self {
-        let [x, y, z] = spec.mounting.axis_bias;
+        let [x, y, z] = spec.axis_bias.unwrap_or_default().map(Finite::get);
         let axes = [(".x", x), (".y", y), (".z", z)];
         let mut path = Self::new(name, SamplingMode::Integrating, spec, axes, on);
-        path.misalignment = misalignment::draw(&spec.mounting, on.seed, name);
+        path.misalignment = misalignment::draw(spec, on.seed, name);
         path
     }
 }
@@ -204,14 +186,6 @@ impl SignalPath<1> {
     pub fn scalar(name: &str, mode: SamplingMode, spec: &InstrumentSpec, on: &Fitting<'_>) -> Self {
         Self::new(name, mode, spec, [("", 0.0)], on)
     }
-}
-
-/// The sample of an instrument with one reading as a number.
-pub fn scalar(sample: Option<Sample<[f64; 1]>>) -> Option<Sample<f64>> {
-    sample.map(|s| Sample {
-        t: s.t,
-        value: s.value[0],
-    })
 }
 
 /// From the axes of the mount to those of the sensor.
@@ -242,8 +216,8 @@ mod tests {
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {
-            latency_ms,
-            jitter_ms,
+            latency_ms: NonNegative::new(latency_ms),
+            jitter_ms: NonNegative::new(jitter_ms),
             ..Sampling::at(rate_hz)
         }
     }
@@ -253,7 +227,7 @@ mod tests {
         path: &mut SignalPath<1>,
         x: impl Fn(f64) -> f64,
         seconds: f64,
-    ) -> Vec<(f64, Sample<[f64; 1]>)> {
+    ) -> Vec<(f64, Sample<[f64; 3]>)> {
         let steps = (seconds / 0.002).round() as i64;
         let mut seen = Vec::new();
         for k in 0..steps {
@@ -353,8 +327,8 @@ mod tests {
         );
     }
 
-    /// Jitter may put two instants into one step: then their mean is handed over, with the mean of their stamps. None is left out, none
-    /// changes places.
+    /// Jitter may put two instants into one step: then their mean is handed over, with the mean of their stamps. None
+    /// is left out, none changes places.
     #[test]
     fn two_samples_of_a_step_come_as_their_mean() {
         let seen = run(

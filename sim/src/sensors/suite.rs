@@ -1,17 +1,20 @@
 //! All instruments of a vehicle: their order, the checks of time and vehicle, faults by name.
 
-use super::accelerometer::IMU;
 use super::fault::{Fault, FaultWindow};
+use super::fitting::Fitting;
+use super::instrument::{Instrument, SensorChannel};
+use super::instruments::KINDS;
+use super::instruments::accelerometer::IMU;
 use super::sampling::to_ns;
-use super::signal_path::StepInterval;
 use super::spec::InstrumentSpecs;
-use super::{Fitting, Instrument, KINDS, SensorChannel};
+use super::step_interval::StepInterval;
 use crate::error::{DataError, Error};
 use crate::plant::Truth;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 
-/// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be exchanged.
+/// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be
+/// exchanged.
 fn check_fault(instrument: &dyn Instrument, fault: &Fault) -> Result<(), DataError> {
     let name = instrument.name();
     let channels = instrument.channels();
@@ -66,7 +69,7 @@ impl Suite {
             ));
         }
         let mut instruments = Vec::new();
-        for kind in &KINDS {
+        for kind in KINDS {
             if let Some(spec) = specs.get(kind.name) {
                 instruments.push((kind.build)(spec, on)?);
             }
@@ -125,7 +128,8 @@ impl Suite {
         Ok(())
     }
 
-    /// Adds a fault to the sensor of this name: an instrument, a group such as `imu`, or one unit such as `wheel_speed[2]`.
+    /// Adds a fault to the sensor of this name: an instrument, a group such as `imu`, or one unit such as
+    /// `wheel_speed[2]`.
     pub fn add_fault(&mut self, sensor: &str, fault: FaultWindow) -> Result<(), DataError> {
         let mut found = false;
         for instrument in &mut self.instruments {
@@ -176,7 +180,7 @@ impl Suite {
         channels
     }
 
-    /// What `measure` would have put out last without errors of the sensors: same samples, same stamps.
+    /// The last output of `measure` without errors of the sensors: same samples, same stamps.
     pub fn ideal(&self) -> Measurements {
         let mut z = Measurements {
             t: Time::from_ns(self.last_ns.unwrap_or(0)),

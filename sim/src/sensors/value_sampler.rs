@@ -1,7 +1,17 @@
-//! Takes values of a signal that is linear between physics steps: at an instant, or as the mean since the instant before.
+//! Takes values of a signal that is linear between physics steps: at an instant, or as the mean since the instant
+//! before.
 
 use super::low_pass::LowPass;
-use super::signal_path::{SamplingMode, StepInterval};
+use super::step_interval::StepInterval;
+
+/// Sampling mode of an instrument: what one value stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SamplingMode {
+    /// The signal at the instant.
+    Instant,
+    /// The mean of the signal since the instant before.
+    Integrating,
+}
 
 /// Values of a signal of `N` axes at the instants of a schedule.
 #[derive(Clone, Debug)]
@@ -36,7 +46,7 @@ impl<const N: usize> ValueSampler<N> {
         }
     }
 
-    /// Whether a span without an instant leaves no trace: nothing is filtered, nothing integrated.
+    /// True if a span without an instant leaves no trace: nothing is filtered, nothing integrated.
     pub fn has_no_memory(&self) -> bool {
         self.mode == SamplingMode::Instant && self.low_pass.is_none()
     }

@@ -1,12 +1,12 @@
 //! Vibration: band-limited noise whose level grows with the speed.
 //!
-//! White noise of two-sided density 2(a + b) through s/((s + a)(s + b)), a and b the corners in rad/s: standard deviation 1,
-//! one-sided density S(f) = 4(a + b) ω²/((ω² + a²)(ω² + b²)), ω = 2πf. By partial fractions that is (b u_b − a u_a)/(b − a) of two
-//! processes u̇_c = −c u_c + w of the same white noise, whose joint steps over any time are known exactly (Gillespie 1996, Phys.
-//! Rev. E 54, 2084, for one of them): variances (1 − e^(−2cT))/2c, covariance (1 − e^(−(a+b)T))/(a + b). Its integral is
-//! X = (u_a − u_b)/(b − a): bounded, as that of a body that stays on its track is. The value of a step is its mean over the step,
-//! (X₁ − X₀)/T, so that sampling folds nothing from above into low frequencies; with steps of 2 ms that takes some 2 % of the level
-//! of a band up to 20 Hz.
+//! White noise of two-sided density 2(a + b) through s/((s + a)(s + b)), a and b the corners in rad/s: standard
+//! deviation 1, one-sided density S(f) = 4(a + b) ω²/((ω² + a²)(ω² + b²)), ω = 2πf. By partial fractions that is (b u_b
+//! − a u_a)/(b − a) of two processes u̇_c = −c u_c + w of the same white noise, whose joint steps over any time are
+//! known exactly (Gillespie 1996, Phys. Rev. E 54, 2084, for one of them): variances (1 − e^(−2cT))/2c, covariance (1 −
+//! e^(−(a+b)T))/(a + b). Its integral is X = (u_a − u_b)/(b − a): bounded, as that of a body that stays on its track
+//! is. The value of a step is its mean over the step, (X₁ − X₀)/T, so that sampling folds nothing from above into low
+//! frequencies; with steps of 2 ms that takes some 2 % of the level of a band up to 20 Hz.
 
 use super::spec::VibrationSpec;
 use super::stream::Stream;
@@ -37,14 +37,14 @@ struct Factors {
 impl<const N: usize> Vibration<N> {
     /// The vibration of an instrument. Its processes begin stationary.
     pub fn new(spec: &VibrationSpec, seed: u64, name: &str) -> Self {
-        let corners_radps = spec.band_hz.map(|f| TAU * f);
+        let corners_radps = spec.band_hz.map(|f| TAU * f.get());
         let mut stream = Stream::new(seed, &format!("{name}/vibration"));
         // A step without end adds the stationary distribution.
         let stationary = Factors::new(corners_radps, f64::INFINITY);
         let axes = std::array::from_fn(|_| stationary.step([0.0; 2], &mut stream));
         Self {
-            sd: spec.sd,
-            full_mps: spec.full_mps,
+            sd: spec.sd.get(),
+            full_mps: spec.full_mps.get(),
             corners_radps,
             axes,
             stream,
@@ -74,7 +74,7 @@ impl<const N: usize> Vibration<N> {
 }
 
 impl Factors {
-    /// Of a step of `dt_s` at noise of density 1.
+    /// Factors of a step of `dt_s` at noise of density 1.
     fn new([a, b]: [f64; 2], dt_s: f64) -> Self {
         let grown = |rate: f64| -libm::expm1(-rate * dt_s) / rate;
         let (var_a, var_b, cov) = (grown(2.0 * a), grown(2.0 * b), grown(a + b));
@@ -100,14 +100,15 @@ impl Factors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checked::{NonNegative, Positive};
 
     const DT: f64 = 0.002;
 
     fn vibration(speed_mps: f64, count: usize) -> Vec<f64> {
         let spec = VibrationSpec {
-            sd: 2.0,
-            full_mps: 0.5,
-            band_hz: [4.0, 15.0],
+            sd: NonNegative::new(2.0),
+            full_mps: Positive::new(0.5),
+            band_hz: [4.0, 15.0].map(Positive::new),
         };
         let mut v = Vibration::<1>::new(&spec, 3, "test");
         (0..count).map(|_| v.advance(DT, speed_mps)[0]).collect()
@@ -117,7 +118,8 @@ mod tests {
         x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64
     }
 
-    /// In proportion to the speed up to `full_mps`, nothing at a standstill. The band forgets within 0.1 s: 5 % at 10⁵ steps.
+    /// In proportion to the speed up to `full_mps`, nothing at a standstill. The band forgets within 0.1 s: 5 % at 10⁵
+    /// steps.
     #[test]
     fn its_level_grows_with_the_speed_up_to_the_full_one() {
         for (speed, sd) in [(0.0, 0.0), (0.1, 0.4), (-0.25, 1.0), (0.5, 2.0), (5.0, 2.0)] {
@@ -151,7 +153,8 @@ mod tests {
             let found = 2.0 * DT * power / (1.5 * length as f64 * pieces as f64);
             let w = TAU * f;
             let expected = 4.0 * 4.0 * (a + b) * w * w / ((w * w + a * a) * (w * w + b * b));
-            // Each periodogram spreads by its mean: 5 σ of 400, and 4 % for the resolution of 0.5 Hz and the alias at 40 Hz.
+            // Each periodogram spreads by its mean: 5 σ of 400, and 4 % for the resolution of 0.5 Hz and the alias at
+            // 40 Hz.
             assert!(
                 (found / expected - 1.0).abs() < 5.0 / (pieces as f64).sqrt() + 0.04,
                 "{f} Hz: {found} not {expected}"
@@ -159,8 +162,8 @@ mod tests {
         }
     }
 
-    /// The velocity that it adds stays within bounds: its integral is a stationary process of variance sd²/(ab), about where it
-    /// began. It forgets within 1/a, 0.04 s: 25 000 independent values, 5 σ of their deviation are 3 %.
+    /// The velocity that it adds stays within bounds: its integral is a stationary process of variance sd²/(ab), about
+    /// where it began. It forgets within 1/a, 0.04 s: 25 000 independent values, 5 σ of their deviation are 3 %.
     #[test]
     fn its_integral_is_bounded() {
         let x = vibration(1.0, 500_000);

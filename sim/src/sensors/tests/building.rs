@@ -2,8 +2,7 @@
 
 use super::super::fault::{Fault, FaultWindow};
 use super::super::noise::white_sd;
-use super::super::signal_path::StepInterval;
-use super::super::{Instrument, SensorChannel};
+use super::super::{Instrument, SensorChannel, StepInterval};
 use super::*;
 use crate::error::Error;
 
@@ -20,7 +19,7 @@ fn a_step_longer_than_the_period_of_a_sensor_is_refused() {
 fn the_mount_decides_what_the_imu_reads() {
     let train = train(3);
     let mut sheet = asset("ideal.yaml");
-    spec(&mut sheet, "gyro").mounting.link = "drive_3/imu_link".into();
+    spec(&mut sheet, "gyro").mount = "drive_3/imu_link".into();
     let truth = |t: f64| {
         let mut truth = standing(&train, t);
         let wanted = train
@@ -41,7 +40,7 @@ fn the_mount_decides_what_the_imu_reads() {
     for s in rates(&look(&mut suite, truth, DT, 100)) {
         assert!((Vector3::from(s.value) - Vector3::new(0.1, 0.2, 0.3)).norm() < 1e-12);
     }
-    spec(&mut sheet, "gyro").mounting.link = "drive_9/imu_link".into();
+    spec(&mut sheet, "gyro").mount = "drive_9/imu_link".into();
     let e = Suite::new(&sheet, &Fitting::new(&train, G, 1))
         .err()
         .unwrap();
@@ -90,23 +89,26 @@ fn the_huainan_sheet_says_what_the_print_says() {
     let accelerometer = spec(&mut specs, "accelerometer").clone();
     let gyro = spec(&mut specs, "gyro").clone();
     let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 5e-4, "{a} is not {b}");
-    close(accelerometer.errors.range.unwrap()[1], 6.0 * G);
-    close(accelerometer.errors.noise_density, 0.1e-3 * G);
-    close(accelerometer.errors.bias_sd, 0.00978);
-    close(gyro.errors.bias_sd, 0.5_f64.to_radians() / 3600.0);
+    close(accelerometer.errors.range.unwrap()[1].get(), 6.0 * G);
+    close(accelerometer.errors.noise_density.get(), 0.1e-3 * G);
+    close(accelerometer.errors.bias_sd.get(), 0.00978);
+    close(gyro.errors.bias_sd.get(), 0.5_f64.to_radians() / 3600.0);
     close(
-        gyro.errors.random_walk_of_integral,
+        gyro.errors.random_walk_of_integral.get(),
         0.14_f64.to_radians() / 3600.0_f64.sqrt(),
     );
     // The velocity random walk of the print, its √ put back, is the density of the line above, within 2 %.
-    assert!((0.058 / 3600.0_f64.sqrt() / accelerometer.errors.noise_density - 1.0).abs() < 0.02);
-    let sigma = white_sd(0.0, accelerometer.errors.noise_density, 0.0, 100.0);
+    assert!(
+        (0.058 / 3600.0_f64.sqrt() / accelerometer.errors.noise_density.get() - 1.0).abs() < 0.02
+    );
+    let sigma = white_sd(0.0, accelerometer.errors.noise_density.get(), 0.0, 100.0);
     assert!((sigma - 6.9e-3).abs() < 0.05e-3, "{sigma}");
-    assert_eq!(accelerometer.sampling.rate_hz, 100.0);
-    assert_eq!(gyro.sampling.rate_hz, 100.0);
+    assert_eq!(accelerometer.sampling.rate_hz.get(), 100.0);
+    assert_eq!(gyro.sampling.rate_hz.get(), 100.0);
 }
 
-/// Time of one step at the full train, printed: `cargo test --release -p monorig-sim -- --ignored --nocapture time_of_a_step`.
+/// Time of one step at the full train, printed: `cargo test --release -p monorig-sim -- --ignored --nocapture
+/// time_of_a_step`.
 #[test]
 #[ignore = "a measurement, not a law"]
 fn time_of_a_step() {

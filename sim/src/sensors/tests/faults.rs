@@ -13,7 +13,7 @@ fn from(from_s: f64, fault: Fault) -> FaultWindow {
     }
 }
 
-/// Which of the channels differ between a sound run and one with the fault.
+/// Names of the channels that differ between a sound run and one with the fault.
 fn touched(sensor: &str, fault: Fault) -> Vec<String> {
     let (sheet, train) = (asset("huainan.yaml"), train(2));
     let sound = look(

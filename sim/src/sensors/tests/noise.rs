@@ -1,6 +1,7 @@
 //! Noise through the whole suite: levels, slopes, independence.
 
 use super::*;
+use crate::checked::Positive;
 use monorig_estimators::api::signals::MAX_DRIVES;
 
 /// Density, bandwidth and rate together: whatever the rate, the Allan deviation is N/√τ with N = density/√2, and the
@@ -10,7 +11,7 @@ fn a_density_is_the_same_noise_at_every_rate() {
     let train = train(1);
     for rate in [200.0, 100.0, 50.0] {
         let mut sheet = asset("huainan.yaml");
-        spec(&mut sheet, "accelerometer").sampling.rate_hz = rate;
+        spec(&mut sheet, "accelerometer").sampling.rate_hz = Positive::new(rate);
         let seen = forces(&look(
             &mut suite(&sheet, &train, 7),
             |t| standing(&train, t),

@@ -1,6 +1,7 @@
 //! Ideal physics through the whole suite.
 
 use super::*;
+use crate::checked::{Finite, Positive};
 
 /// A mount that moves at constant speed v on a vertical circle of radius r, nose up ever more: θ = v t / r.
 fn on_an_arc(train: &Train, t_s: f64, v: f64, radius: f64) -> Truth {
@@ -47,7 +48,7 @@ fn the_sum_of_specific_force_is_the_change_of_speed() {
     let level = |t: f64| moving(&train, t, |m| m.v_w = Vector3::new(speed(t), 0.0, 0.0));
     for rate in [500.0, 200.0, 100.0, 50.0] {
         let mut sheet = asset("ideal.yaml");
-        spec(&mut sheet, "accelerometer").sampling.rate_hz = rate;
+        spec(&mut sheet, "accelerometer").sampling.rate_hz = Positive::new(rate);
         let seen = forces(&look(&mut suite(&sheet, &train, 1), level, DT, 5000));
         assert_eq!(seen.len(), (10.0 * rate) as usize);
         let sum: f64 = seen.iter().map(|s| s.value[0] / rate).sum();
@@ -102,9 +103,9 @@ fn the_ideal_sheet_hands_over_the_truth_of_every_drive_unit() {
 fn misalignment_and_axis_bias_reach_the_reading() {
     let train = train(1);
     let mut sheet = asset("ideal.yaml");
-    let mounting = &mut spec(&mut sheet, "accelerometer").mounting;
-    mounting.misalignment_deg = [0.0, -2.0, 0.0];
-    mounting.axis_bias = [0.1, 0.2, 0.3];
+    let accelerometer = spec(&mut sheet, "accelerometer");
+    accelerometer.misalignment_deg = Some([0.0, -2.0, 0.0].map(Finite::new));
+    accelerometer.axis_bias = Some([0.1, 0.2, 0.3].map(Finite::new));
     let seen = forces(&look(
         &mut suite(&sheet, &train, 1),
         |t| standing(&train, t),
@@ -124,7 +125,7 @@ fn misalignment_and_axis_bias_reach_the_reading() {
 fn bandwidth_shows_as_a_lag_of_the_reading() {
     let train = train(1);
     let mut sheet = asset("ideal.yaml");
-    spec(&mut sheet, "clamp_pressure").errors.bandwidth_hz = Some(20.0);
+    spec(&mut sheet, "clamp_pressure").errors.bandwidth_hz = Some(Positive::new(20.0));
     let jumping = |t: f64| {
         let mut truth = standing(&train, t);
         truth.drives[0].clamp_mpa = if t > 0.999 { 8.0 } else { 0.0 };
@@ -138,7 +139,8 @@ fn bandwidth_shows_as_a_lag_of_the_reading() {
         .filter_map(|z| z.clamp_pressure_mpa[0])
         .filter(|s| s.t.s() > 1.001)
     {
-        // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is left.
+        // The jump is a ramp from 0.998 s to 1.000 s: behind it, a step at 0.999 s up to (dt/τ)²/24 = 0.3 % of what is
+        // left.
         let left = 8.0 * f64::exp(-(s.t.s() - 0.999) / tau);
         // A stamp between two steps is read on the chord of the exponential: off by at most (dt/τ)²/8 of what is left.
         assert!(

@@ -4,8 +4,8 @@ use crate::error::DataError;
 use crate::train::Train;
 use strsim::levenshtein;
 
-/// Index in `Train::mounts` of a mount by `unit/link`, or by `link` alone: the first unit that has it. `sensor` is named in
-/// errors.
+/// Index in `Train::mounts` of a mount by `unit/link`, or by `link` alone: the first unit that has it. `sensor` is
+/// named in errors.
 pub fn find(train: &Train, sensor: &str, wanted: &str) -> Result<usize, DataError> {
     let link = |name: &str| name.rsplit('/').next().is_some_and(|l| l == wanted);
     let names = || train.mounts.iter().map(|m| m.name.as_str());

@@ -1,9 +1,10 @@
 //! Clamp pressure: pressure in the clamp cylinder of a drive unit, MPa.
 
-use super::InstrumentKind;
 use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
+use crate::sensors::InstrumentKind;
 use crate::train::Drive;
+use monorig_estimators::api::signals::Measurand;
 
 /// The clamp pressure of every drive unit, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
@@ -14,10 +15,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 
 const QUANTITY: DriveQuantity = DriveQuantity {
     name: "clamp_pressure",
-    unit: "MPa",
+    measurand: Measurand::ClampPressure,
     ideal,
-    samples: |z| &z.clamp_pressure_mpa,
-    samples_mut: |z| &mut z.clamp_pressure_mpa,
 };
 
 /// The ideal value, MPa.

@@ -2,13 +2,16 @@
 //!
 //! Real cars measure it at the steering wheel; ratio and play of the gear are errors of scale and quantisation here.
 
-use super::fault::FaultWindow;
-use super::shake::Ride;
-use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
-use super::{Instrument, InstrumentKind, SensorChannel};
 use crate::error::Error;
 use crate::plant::Truth;
-use monorig_estimators::api::signals::Measurements;
+use crate::sensors::fault::FaultWindow;
+use crate::sensors::shake::Ride;
+use crate::sensors::signal_path::SignalPath;
+use crate::sensors::value_sampler::SamplingMode;
+use crate::sensors::{Instrument, InstrumentKind, SensorChannel, StepInterval};
+use monorig_estimators::api::signals::{Measurand, Measurements, Slot};
+
+const SLOT: Slot = Measurand::SteeringAngle.slot(0);
 
 /// The steering angle of a car, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
@@ -48,12 +51,12 @@ impl Instrument for SteeringAngle {
         let before = self.before.replace(now).unwrap_or(now);
         self.path
             .observe(step, Ride::at_imu(truth), [before], [now])?;
-        z.steering_angle_rad = scalar(self.path.deliver(step.to_ns));
+        SLOT.set(z, self.path.deliver(step.to_ns));
         Ok(())
     }
 
     fn ideal(&self, z: &mut Measurements) {
-        z.steering_angle_rad = scalar(self.path.ideal());
+        SLOT.set(z, self.path.ideal());
     }
 
     fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
@@ -61,9 +64,7 @@ impl Instrument for SteeringAngle {
     }
 
     fn channels(&self) -> Vec<SensorChannel> {
-        vec![SensorChannel::new(KIND.name, "rad", |z| {
-            z.steering_angle_rad.map(|s| s.value)
-        })]
+        SensorChannel::of(SLOT)
     }
 }
 

@@ -1,14 +1,15 @@
 //! An instrument bolted to a link: accelerometer, gyro and inclinometer share this.
 
-use super::fault::FaultWindow;
-use super::lean::Lean;
-use super::shake::Ride;
-use super::signal_path::{Align, SignalPath, StepInterval};
-use super::spec::InstrumentSpec;
-use super::{Fitting, Instrument, SensorChannel, mount};
+use super::mount;
 use crate::error::{DataError, Error};
 use crate::plant::{MountState, Truth};
-use monorig_estimators::api::signals::{Measurements, Sample};
+use crate::sensors::fault::FaultWindow;
+use crate::sensors::lean::Lean;
+use crate::sensors::shake::Ride;
+use crate::sensors::signal_path::{Align, SignalPath};
+use crate::sensors::spec::InstrumentSpec;
+use crate::sensors::{Fitting, Instrument, SensorChannel, StepInterval};
+use monorig_estimators::api::signals::{Measurand, Measurements};
 
 /// A quantity of `N` axes measured at a mount.
 #[derive(Clone, Copy)]
@@ -17,14 +18,10 @@ pub struct MountQuantity<const N: usize> {
     pub name: &'static str,
     /// Name of a group of instruments in events.
     pub group: Option<&'static str>,
-    /// Path of the channel of each axis, below `sensors/`, and unit.
-    pub channels: [(&'static str, &'static str); N],
+    /// The place of its samples in the measurements.
+    pub measurand: Measurand,
     /// The ideal signal at both ends of a step, from the motion of the mount there.
     pub signal: fn(&MotionStep<'_>) -> [[f64; N]; 2],
-    /// Puts its sample into the measurements.
-    pub put: fn(&mut Measurements, Option<Sample<[f64; N]>>),
-    /// Takes it out.
-    pub take: fn(&Measurements) -> Option<[f64; N]>,
 }
 
 /// Motion of a mount over a physics step.
@@ -64,11 +61,11 @@ where
         Self: 'static,
     {
         Ok(Box::new(Self {
-            mount: mount::find(on.train, quantity.name, &spec.mounting.link)?,
+            mount: mount::find(on.train, quantity.name, &spec.mount)?,
             quantity,
             path,
             gravity_mps2: on.gravity_mps2,
-            lean: spec.mounting.lean.map(|lean| Lean::new(&lean)),
+            lean: spec.lean.map(|lean| Lean::new(&lean)),
             before: None,
         }))
     }
@@ -112,12 +109,13 @@ where
             gravity_mps2: self.gravity_mps2,
         });
         self.path.observe(step, Ride::at_imu(truth), start, end)?;
-        (self.quantity.put)(z, self.path.deliver(step.to_ns));
+        let sample = self.path.deliver(step.to_ns);
+        self.quantity.measurand.slot(0).set(z, sample);
         Ok(())
     }
 
     fn ideal(&self, z: &mut Measurements) {
-        (self.quantity.put)(z, self.path.ideal());
+        self.quantity.measurand.slot(0).set(z, self.path.ideal());
     }
 
     fn add_fault(&mut self, _unit: Option<usize>, fault: FaultWindow) {
@@ -125,9 +123,6 @@ where
     }
 
     fn channels(&self) -> Vec<SensorChannel> {
-        let take = self.quantity.take;
-        let axes = self.quantity.channels.into_iter().enumerate();
-        axes.map(|(i, (path, unit))| SensorChannel::new(path, unit, move |z| take(z).map(|v| v[i])))
-            .collect()
+        SensorChannel::of(self.quantity.measurand.slot(0))
     }
 }

@@ -1,13 +1,14 @@
 //! Gyro: angular rate of the body at the mount, in mount axes (x forward, y left, z up), rad/s.
 //!
-//! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between steps.
-//! A grade that grows shows as a negative rate about y.
+//! ω_M = R_WMᵀ ω_W. A sample is the mean of ω_M since the sample before (a rate-integrating gyro), linear between
+//! steps. A grade that grows shows as a negative rate about y.
 
-use super::InstrumentKind;
 use super::accelerometer::IMU;
 use super::mounted_instrument::{MountQuantity, MountedInstrument};
-use super::signal_path::SignalPath;
 use crate::plant::MountState;
+use crate::sensors::InstrumentKind;
+use crate::sensors::signal_path::SignalPath;
+use monorig_estimators::api::signals::Measurand;
 
 /// The three-axis gyro, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
@@ -22,14 +23,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 const QUANTITY: MountQuantity<3> = MountQuantity {
     name: "gyro",
     group: Some(IMU),
-    channels: [
-        ("imu/angular_rate_x", "rad/s"),
-        ("imu/angular_rate_y", "rad/s"),
-        ("imu/angular_rate_z", "rad/s"),
-    ],
+    measurand: Measurand::AngularRate,
     signal: |step| [step.before, step.now].map(body_rate),
-    put: |z, sample| z.angular_rate_radps = sample,
-    take: |z| z.angular_rate_radps.map(|s| s.value),
 };
 
 /// Angular rate in mount axes, rad/s.

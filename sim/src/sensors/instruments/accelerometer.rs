@@ -1,16 +1,17 @@
 //! Accelerometer: specific force at the mount, in mount axes (x forward, y left, z up), m/s².
 //!
-//! Over a physics step: f_M(t) = R_WM(mid-step)ᵀ Δv_W/Δt − R_WM(t)ᵀ g_W, g_W = (0, 0, −g), from the velocity of the mount in
-//! the world; the second term is linear between the ends of the step, so that a turning body shows no steps of gravity.
-//! A sample is the mean of f_M since the sample before, that is, Δv/T − g with v linear between steps, turned piece by
-//! piece into the mount frame (velocity increments in body axes, as strapdown sensors give them: Savage 1998,
+//! Over a physics step: f_M(t) = R_WM(mid-step)ᵀ Δv_W/Δt − R_WM(t)ᵀ g_W, g_W = (0, 0, −g), from the velocity of the
+//! mount in the world; the second term is linear between the ends of the step, so that a turning body shows no steps of
+//! gravity. A sample is the mean of f_M since the sample before, that is, Δv/T − g with v linear between steps, turned
+//! piece by piece into the mount frame (velocity increments in body axes, as strapdown sensors give them: Savage 1998,
 //! "Strapdown inertial navigation integration algorithm design, part 2", J. Guidance 21(2)). Positions are never
 //! differentiated. At rest it reads (0, 0, +g).
 
-use super::InstrumentKind;
 use super::mounted_instrument::{MotionStep, MountQuantity, MountedInstrument};
-use super::signal_path::SignalPath;
 use crate::plant::MountState;
+use crate::sensors::InstrumentKind;
+use crate::sensors::signal_path::SignalPath;
+use monorig_estimators::api::signals::Measurand;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// The three-axis accelerometer, as a data sheet names it.
@@ -26,14 +27,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 const QUANTITY: MountQuantity<3> = MountQuantity {
     name: "accelerometer",
     group: Some(IMU),
-    channels: [
-        ("imu/specific_force_x", "m/s²"),
-        ("imu/specific_force_y", "m/s²"),
-        ("imu/specific_force_z", "m/s²"),
-    ],
+    measurand: Measurand::SpecificForce,
     signal: |step| specific_force(step).map(Into::into),
-    put: |z, sample| z.specific_force_mps2 = sample,
-    take: |z| z.specific_force_mps2.map(|s| s.value),
 };
 
 /// Name in events of the accelerometer and the gyro together.

@@ -1,31 +1,25 @@
 //! An instrument repeated on every drive unit: motor torque, wheel speed and clamp pressure share this.
 
-use super::fault::FaultWindow;
-use super::shake::Ride;
-use super::signal_path::{SamplingMode, SignalPath, StepInterval, scalar};
-use super::spec::InstrumentSpec;
-use super::{Fitting, Instrument, SensorChannel};
 use crate::error::Error;
 use crate::plant::{DriveState, Truth};
+use crate::sensors::fault::FaultWindow;
+use crate::sensors::shake::Ride;
+use crate::sensors::signal_path::SignalPath;
+use crate::sensors::spec::InstrumentSpec;
+use crate::sensors::value_sampler::SamplingMode;
+use crate::sensors::{Fitting, Instrument, SensorChannel, StepInterval};
 use crate::train::Drive;
-use monorig_estimators::api::signals::{MAX_DRIVES, Measurements, Sample};
-
-/// Samples of one quantity, one for each drive unit from the front.
-type DriveSamples = [Option<Sample<f64>>; MAX_DRIVES];
+use monorig_estimators::api::signals::{Measurand, Measurements};
 
 /// A quantity measured on every drive unit.
 #[derive(Clone, Copy)]
 pub struct DriveQuantity {
     /// Name in data sheets, events and channels; single units are `name[0]`, `name[1]`, ….
     pub name: &'static str,
-    /// SI unit.
-    pub unit: &'static str,
+    /// The place of its samples in the measurements.
+    pub measurand: Measurand,
     /// The ideal value from the state of a drive unit and its nominal data.
     pub ideal: fn(&DriveState, &Drive) -> f64,
-    /// Where its samples are in the measurements.
-    pub samples: fn(&Measurements) -> &DriveSamples,
-    /// The same to be written.
-    pub samples_mut: fn(&mut Measurements) -> &mut DriveSamples,
 }
 
 /// One instrument for each drive unit.
@@ -54,7 +48,7 @@ impl DriveInstruments {
         };
         Self {
             quantity,
-            rate_hz: spec.sampling.rate_hz,
+            rate_hz: spec.sampling.rate_hz.get(),
             units: on.train.drives.iter().enumerate().map(unit).collect(),
         }
     }
@@ -79,8 +73,8 @@ impl Instrument for DriveInstruments {
         truth: &Truth,
         z: &mut Measurements,
     ) -> Result<(), Error> {
-        let samples = (self.quantity.samples_mut)(z);
-        for ((unit, state), sample) in self.units.iter_mut().zip(&truth.drives).zip(samples) {
+        let slots = self.quantity.measurand.slots();
+        for ((unit, state), slot) in self.units.iter_mut().zip(&truth.drives).zip(slots) {
             let now = (self.quantity.ideal)(state, &unit.drive);
             let before = unit.before.replace(now).unwrap_or(now);
             let ride = Ride {
@@ -88,17 +82,17 @@ impl Instrument for DriveInstruments {
                 speed_mps: truth.speed_mps,
             };
             unit.path.observe(step, ride, [before], [now])?;
-            if let Some(new) = scalar(unit.path.deliver(step.to_ns)) {
-                *sample = Some(new);
+            let new = unit.path.deliver(step.to_ns);
+            if new.is_some() {
+                slot.set(z, new);
             }
         }
         Ok(())
     }
 
     fn ideal(&self, z: &mut Measurements) {
-        let samples = (self.quantity.samples_mut)(z);
-        for (unit, sample) in self.units.iter().zip(samples) {
-            *sample = scalar(unit.path.ideal());
+        for (unit, slot) in self.units.iter().zip(self.quantity.measurand.slots()) {
+            slot.set(z, unit.path.ideal());
         }
     }
 
@@ -111,18 +105,7 @@ impl Instrument for DriveInstruments {
     }
 
     fn channels(&self) -> Vec<SensorChannel> {
-        let DriveQuantity {
-            name,
-            unit,
-            samples,
-            ..
-        } = self.quantity;
-        (0..self.units.len())
-            .map(|i| {
-                SensorChannel::new(format_args!("drive_{}/{name}", i + 1), unit, move |z| {
-                    samples(z)[i].map(|s| s.value)
-                })
-            })
-            .collect()
+        let slots = self.quantity.measurand.slots().take(self.units.len());
+        slots.flat_map(SensorChannel::of).collect()
     }
 }

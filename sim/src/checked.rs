@@ -68,10 +68,18 @@ checked!(
     /// A number from 0 to 1.
     Fraction, |x| (0.0..=1.0).contains(&x), "a number from 0 to 1", { "type": "number", "minimum": 0, "maximum": 1 });
 
-impl Finite {
-    /// 0.
-    pub const ZERO: Self = Self::new(0.0);
+macro_rules! zero {
+    ($($name:ident),*) => {
+        $(impl $name {
+            /// 0.
+            pub const ZERO: Self = Self::new(0.0);
+        }
+        impl Default for $name {
+            fn default() -> Self { Self::ZERO }
+        })*
+    };
 }
+zero!(Finite, NonNegative, Fraction);
 
 /// The `version: 1` every file of ours starts with: anything else is refused, not guessed at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

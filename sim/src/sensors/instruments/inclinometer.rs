@@ -1,19 +1,21 @@
 //! Inclinometer: pitch of its mount against the apparent vertical, rad, + nose up.
 //!
-//! ψ = atan2(f_x, √(f_y² + f_z²)) of the specific force f in mount axes (x forward, y left, z up), the pitch equation of a
-//! three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is the mean of
-//! ψ since the sample before, as these instruments filter what they read.
+//! ψ = atan2(f_x, √(f_y² + f_z²)) of the specific force f in mount axes (x forward, y left, z up), the pitch equation
+//! of a three-axis tilt sensor (Pedley, "Tilt sensing using a three-axis accelerometer", Freescale AN3461). A sample is
+//! the mean of ψ since the sample before, as these instruments filter what they read.
 //!
 //! The model is that of an instrument built on accelerometers (MEMS, force balance, pendulum), as most are: gravity and
 //! acceleration act on it alike. At rest on a grade θ it reads θ; under an acceleration a along the rail
-//! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little. "Dynamic"
-//! inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments; here that
-//! filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.
+//! atan2(a + g sin θ, g cos θ), about a/g too much; in a bend the lateral acceleration makes it read too little.
+//! "Dynamic" inclinometers, which hold the angle through a manoeuvre with a gyro, are a filter behind two instruments;
+//! here that filter is an estimator, fed by `gyro` and this. The lag of a damped instrument is `errors.bandwidth_hz`.
 
-use super::InstrumentKind;
 use super::accelerometer::specific_force;
 use super::mounted_instrument::{MountQuantity, MountedInstrument};
-use super::signal_path::{SamplingMode, SignalPath, scalar};
+use crate::sensors::InstrumentKind;
+use crate::sensors::signal_path::SignalPath;
+use crate::sensors::value_sampler::SamplingMode;
+use monorig_estimators::api::signals::Measurand;
 use nalgebra::Vector3;
 
 /// The inclinometer, as a data sheet names it.
@@ -29,10 +31,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 const QUANTITY: MountQuantity<1> = MountQuantity {
     name: "inclinometer",
     group: None,
-    channels: [("inclination", "rad")],
+    measurand: Measurand::Inclination,
     signal: |step| specific_force(step).map(|force| [pitch(&force)]),
-    put: |z, sample| z.inclination_rad = scalar(sample),
-    take: |z| z.inclination_rad.map(|s| [s.value]),
 };
 
 /// Pitch of the mount against the apparent vertical, rad, from the specific force in mount axes.
@@ -43,20 +43,20 @@ pub fn pitch(force_m: &Vector3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::spec::{Errors, InstrumentSpec, InstrumentSpecs, Mounting, Sampling};
+    use crate::checked::{Finite, Positive};
+    use crate::sensors::spec::{Errors, InstrumentSpec, InstrumentSpecs, Sampling};
     use crate::sensors::tests::{DT, G, look, moving, suite, train};
     use nalgebra::UnitQuaternion;
 
-    /// Readings of one second of a body of pitch θ and roll φ, rad, under a constant acceleration (forward, left, up), m/s².
+    /// Readings of one second of a body of pitch θ and roll φ, rad, under a constant acceleration (forward, left, up),
+    /// m/s².
     fn readings(theta: f64, roll: f64, acceleration_m: [f64; 3], errors: Errors) -> Vec<f64> {
         let train = train(1);
         let spec = InstrumentSpec {
+            mount: "imu_link".into(),
             sampling: Sampling::at(50.0),
             errors,
-            mounting: Mounting {
-                link: "imu_link".into(),
-                ..Mounting::default()
-            },
+            ..InstrumentSpec::default()
         };
         let mut suite = suite(&InstrumentSpecs::from([(KIND.name, spec)]), &train, 1);
         let q = UnitQuaternion::from_euler_angles(roll, -theta, 0.0);
@@ -114,10 +114,10 @@ mod tests {
     #[test]
     fn the_errors_of_the_sheet_act_on_the_angle() {
         let errors = Errors {
-            bias: 0.01,
-            scale_error: 0.02,
-            quantisation: Some(1e-3),
-            range: Some([-0.5, 0.5]),
+            bias: Finite::new(0.01),
+            scale_error: Finite::new(0.02),
+            quantisation: Some(Positive::new(1e-3)),
+            range: Some([-0.5, 0.5].map(Finite::new)),
             ..Errors::default()
         };
         for x in readings(0.2, 0.0, [0.0; 3], errors) {

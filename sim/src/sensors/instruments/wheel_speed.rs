@@ -3,10 +3,11 @@
 //! Slip is in it, as in a real encoder. A worn wheel is an error of scale (`scale_error`), an encoder's pulses are
 //! quantisation.
 
-use super::InstrumentKind;
 use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
+use crate::sensors::InstrumentKind;
 use crate::train::Drive;
+use monorig_estimators::api::signals::Measurand;
 
 /// The wheel speed of every drive unit, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
@@ -17,10 +18,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 
 const QUANTITY: DriveQuantity = DriveQuantity {
     name: "wheel_speed",
-    unit: "m/s",
+    measurand: Measurand::WheelSpeed,
     ideal,
-    samples: |z| &z.wheel_speed_mps,
-    samples_mut: |z| &mut z.wheel_speed_mps,
 };
 
 /// The ideal value, m/s.

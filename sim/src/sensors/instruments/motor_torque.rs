@@ -2,10 +2,11 @@
 //!
 //! In practice an estimate from the inverter's current; its error is therefore mostly a share of the reading.
 
-use super::InstrumentKind;
 use super::drive_instruments::{DriveInstruments, DriveQuantity};
 use crate::plant::DriveState;
+use crate::sensors::InstrumentKind;
 use crate::train::Drive;
+use monorig_estimators::api::signals::Measurand;
 
 /// The motor torque of every drive unit, as a data sheet names it.
 pub const KIND: InstrumentKind = InstrumentKind {
@@ -16,10 +17,8 @@ pub const KIND: InstrumentKind = InstrumentKind {
 
 const QUANTITY: DriveQuantity = DriveQuantity {
     name: "motor_torque",
-    unit: "N·m",
+    measurand: Measurand::MotorTorque,
     ideal,
-    samples: |z| &z.motor_torque_nm,
-    samples_mut: |z| &mut z.motor_torque_nm,
 };
 
 /// The ideal value, N·m.
