@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-use monorig_logs::read::{ReadOptions, dbc::Database, scan};
+use monorig_logs::read::{Database, ReadOptions, scan};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

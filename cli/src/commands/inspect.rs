@@ -4,8 +4,7 @@ use crate::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
 use monorig_logs::check::{Inspection, TableReport, inspect};
-use monorig_logs::read::ReadOptions;
-use monorig_logs::read::TimeUnit;
+use monorig_logs::read::{ReadOptions, TimeUnit};
 use std::path::PathBuf;
 
 const INSPECT_EXAMPLES: &str = "\
@@ -57,7 +56,7 @@ pub fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
 }
 
 fn text(found: &Inspection, file: &str) -> String {
-    let mut out = format!("{file}: {}\n", found.format.name());
+    let mut out = format!("{file}: {}\n", found.format);
     for table in &found.tables {
         out += &format!("\n{}\n", heading(table));
         let titles = ["column", "unit", "not a number", "min", "mean", "max"];

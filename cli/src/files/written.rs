@@ -3,9 +3,7 @@
 use crate::files::results::broken;
 use monorig_logs::check::inspect;
 use monorig_logs::drive::vehicle_file::VehicleFile;
-use monorig_logs::read::ReadOptions;
-use monorig_logs::read::TimeUnit;
-use monorig_logs::read::dbc::Database;
+use monorig_logs::read::{ReadOptions, TimeUnit};
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;
@@ -53,7 +51,7 @@ pub fn log(path: &Path) -> Result<String, Error> {
     let tables = found.tables.len();
     Ok(format!(
         "{}, {tables} tables, {rows} rows",
-        found.format.name()
+        found.format
     ))
 }
 
@@ -69,7 +67,7 @@ fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
 /// A database of CAN messages.
 pub fn database(path: &Path) -> Result<String, Error> {
     regular(path)?;
-    Ok(format!("{} messages", Database::load(path)?.messages.len()))
+    Ok(format!("{} messages", Database::load(path)?.count()))
 }
 
 /// Verdicts as JUnit XML.

@@ -1,9 +1,7 @@
 //! What is in a log: tables, columns, units, rates, jitter, gaps, ranges; and a map proposed for it, by names and units of the columns.
 
-use crate::notation::NS;
-use crate::notation::UNITS;
-use crate::read::{Format, ReadOptions, full_name, scan_as};
-use monorig_sim::config::file::regular;
+use crate::notation::{NS, UNITS};
+use crate::read::{Part, ReadOptions, full_name};
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -15,8 +13,9 @@ const GAP: i64 = 5;
 /// What is in a file.
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Its format.
-    pub format: Format,
+    /// The name of its format.
+    pub format: &'static str,
+    is_can: bool,
     /// Its tables with a row.
     pub tables: Vec<TableReport>,
 }
@@ -122,10 +121,9 @@ impl TableReport {
 
 /// Goes through a whole file.
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> {
-    regular(path)?;
-    let format = Format::of(path)?;
+    let file = Part::whole(path, options)?;
     let mut tables: Vec<TableReport> = Vec::new();
-    scan_as(format, path, options, &mut |chunk| {
+    file.scan(&mut |chunk| {
         for (i, table) in chunk.tables.iter().enumerate() {
             if i >= tables.len() {
                 tables.push(TableReport {
@@ -156,14 +154,18 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> 
         }
     }
     tables.retain(|t| t.rows > 0);
-    Ok(Inspection { format, tables })
+    Ok(Inspection {
+        format: file.format.name(),
+        is_can: file.format.is_can(),
+        tables,
+    })
 }
 
 impl Inspection {
     /// A map file for this log, to be looked through: what is guessed from names says so.
     pub fn proposed_map(&self, file: &str) -> String {
         let mut lines = vec!["version: 1".to_owned(), format!("files: {{log: {file}}}")];
-        if self.format.is_can() {
+        if self.is_can {
             lines.push("dbc: DATABASE.dbc".into());
         }
         let rate = self

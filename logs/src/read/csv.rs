@@ -1,11 +1,11 @@
 //! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not separated by one;
 //! UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value. Lines that begin with `#` are comments.
 
-use super::{Column, Out, ReadOptions, Row};
+use super::{Column, LogReader, Out, ReadOptions, Row, Section, text, time_column};
 use crate::notation::TimeUnit;
 use crate::{io, wrong};
+use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
 use monorig_sim::error::{Error, InputError};
-use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -13,68 +13,210 @@ use std::path::Path;
 /// Longest first line.
 const MAX_HEADER: u64 = 1 << 20;
 
-/// Names that a column of time may have, and the unit it then has.
-const TIMES: &[(&str, TimeUnit)] = &[
-    ("t", TimeUnit::Seconds),
-    ("time", TimeUnit::Seconds),
-    ("t_s", TimeUnit::Seconds),
-    ("time_s", TimeUnit::Seconds),
-    ("timestamp", TimeUnit::Seconds),
-    ("timestamps", TimeUnit::Seconds),
-    ("t_ms", TimeUnit::Milliseconds),
-    ("time_ms", TimeUnit::Milliseconds),
-    ("timestamp_ms", TimeUnit::Milliseconds),
-    ("t_us", TimeUnit::Microseconds),
-    ("time_us", TimeUnit::Microseconds),
-    ("timestamp_us", TimeUnit::Microseconds),
-    ("t_ns", TimeUnit::Nanoseconds),
-    ("time_ns", TimeUnit::Nanoseconds),
-    ("timestamp_ns", TimeUnit::Nanoseconds),
-];
+/// The reader of CSV; also of every text that no other reader recognises.
+pub(super) struct Csv;
 
-/// The column of time among these names, and its unit: the one asked for, else the first that is called like a time.
-pub(super) fn time_column(
-    file: &Path,
-    names: &[String],
-    options: &ReadOptions,
-) -> Result<(usize, TimeUnit), Error> {
-    let all = || names.join(", ");
-    let by_name = |name: &str| {
-        TIMES
-            .iter()
-            .find(|(t, _)| name.eq_ignore_ascii_case(t))
-            .map(|t| t.1)
-    };
-    let column = match &options.time {
-        Some(name) => names.iter().position(|n| n == name).ok_or_else(|| {
-            wrong(
-                file,
-                Some(1),
-                format!("there is no column `{name}` for the time"),
-                format!("columns here: {}", all()),
-            )
-        })?,
-        None => names
-            .iter()
-            .position(|n| by_name(n).is_some())
-            .ok_or_else(|| {
-                wrong(
-                    file,
-                    Some(1),
-                    format!("none of the columns {} is called like a time", all()),
-                    "`time: {column: NAME, unit: s}` in the map file",
-                )
-            })?,
-    };
-    let named = names.get(column).and_then(|n| by_name(n));
-    Ok((column, options.unit.or(named).unwrap_or_default()))
+impl LogReader for Csv {
+    fn name(&self) -> &'static str {
+        "CSV"
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let mut file = File::open(path).map_err(|e| io(path, e))?;
+        let delimiter = prepare(path, &mut file)?;
+        let mut reader = ReaderBuilder::new()
+            .delimiter(delimiter)
+            .comment(Some(b'#'))
+            .trim(Trim::All)
+            .from_reader(BufReader::with_capacity(1 << 16, file));
+        let header = reader.byte_headers().map_err(|e| broken(path, &e))?;
+        let names = header.iter().map(|n| text::of_bytes(n).into_owned());
+        let titles = Titles::new(path, names.collect(), options, delimiter != b',')?;
+        let table = out.table("", titles.columns());
+        let mut record = ByteRecord::new();
+        let mut pieces = Pieces::default();
+        let mut values = Vec::with_capacity(titles.wanted.len());
+        while reader
+            .read_byte_record(&mut record)
+            .map_err(|e| broken(path, &e))?
+        {
+            let line = Line {
+                path,
+                titles: &titles,
+                record: &record,
+            };
+            let mut row = Row::at(table, line.stamp_ns()?, line.number());
+            if let Some(column) = titles.pieces {
+                row.piece = pieces.of(line.word(column));
+            }
+            values.clear();
+            for &column in &titles.wanted {
+                values.push(line.value(column)?);
+            }
+            if !out.row(row, values.iter().copied()) {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
 }
 
-/// Bytes as text: UTF-8, else each byte a character of Latin-1.
-pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(bytes.iter().map(|b| *b as char).collect()),
+fn broken(path: &Path, e: &::csv::Error) -> Error {
+    let line = e.position().map(|p| p.line() as usize);
+    let (message, help) = match e.kind() {
+        ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => (
+            format!("this line has {len} values, the first line {expected_len} names"),
+            "as many values as names; a line that breaks off is removed",
+        ),
+        _ => (
+            format!("this line cannot be read: {e}"),
+            "a table of text, a row a line",
+        ),
+    };
+    wrong(path, line, message, help)
+}
+
+/// The first line: names, and the use of each column.
+struct Titles {
+    names: Vec<String>,
+    time: usize,
+    unit: TimeUnit,
+    pieces: Option<usize>,
+    wanted: Vec<usize>,
+    /// Numbers may have a decimal comma.
+    comma: bool,
+    /// A wanted value that is no number is an error, and not one that is missing.
+    strict: bool,
+}
+
+impl Titles {
+    fn new(
+        path: &Path,
+        names: Vec<String>,
+        options: &ReadOptions,
+        comma: bool,
+    ) -> Result<Self, Error> {
+        let refused = |message, help: String| wrong(path, Some(1), message, help);
+        let mut each = names.iter().enumerate();
+        if let Some((i, name)) = each.find(|(i, n)| names.iter().take(*i).any(|m| m == *n)) {
+            let message = format!("the column `{name}` is there twice (column {})", i + 1);
+            return Err(refused(message, "a name for each column".into()));
+        }
+        let (time, unit) = time_column::find(path, &names, options)?;
+        let place = |name: &String| {
+            names.iter().position(|n| n == name).ok_or_else(|| {
+                refused(
+                    format!("there is no column `{name}` for the pieces"),
+                    format!("columns here: {}", names.join(", ")),
+                )
+            })
+        };
+        let pieces = options.pieces.as_ref().map(place).transpose()?;
+        let is_wanted = |(i, name): &(usize, &String)| {
+            *i != time && Some(*i) != pieces && options.wants("", name)
+        };
+        let wanted = names.iter().enumerate().filter(is_wanted);
+        let wanted = wanted.map(|(i, _)| i).collect();
+        Ok(Self {
+            names,
+            time,
+            unit,
+            pieces,
+            wanted,
+            comma,
+            strict: options.wanted.is_some(),
+        })
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let wanted = self.wanted.iter().filter_map(|i| self.names.get(*i));
+        wanted.map(|n| titled(n)).collect()
+    }
+}
+
+/// Pieces of a log, counted by the changes of a word.
+#[derive(Default)]
+struct Pieces {
+    word: Option<Vec<u8>>,
+    count: u32,
+}
+
+impl Pieces {
+    fn of(&mut self, word: &[u8]) -> u32 {
+        if self.word.as_deref() != Some(word) {
+            self.count += u32::from(self.word.is_some());
+            self.word = Some(word.to_vec());
+        }
+        self.count
+    }
+}
+
+/// A line behind the first one.
+struct Line<'a> {
+    path: &'a Path,
+    titles: &'a Titles,
+    record: &'a ByteRecord,
+}
+
+impl Line<'_> {
+    fn number(&self) -> u64 {
+        self.record.position().map_or(0, Position::line)
+    }
+
+    fn word(&self, column: usize) -> &[u8] {
+        self.record.get(column).unwrap_or_default()
+    }
+
+    fn stamp_ns(&self) -> Result<i64, Error> {
+        let column = self.titles.time;
+        let mut stamp = text::of_bytes(self.word(column));
+        if self.titles.comma {
+            stamp = stamp.replace(',', ".").into();
+        }
+        self.titles.unit.parse(&stamp).ok_or_else(|| {
+            let (what, help) = (
+                format!("`{stamp}` in the column"),
+                "a number in the unit of the column, or `unit: iso8601` for dates",
+            );
+            self.wrong(column, &what, "is no time", help)
+        })
+    }
+
+    fn value(&self, column: usize) -> Result<f64, Error> {
+        let word = self.word(column);
+        match number(word, self.titles.comma) {
+            Some(x) => Ok(x),
+            None if self.titles.strict => {
+                let what = format!("`{}` in the column", text::of_bytes(word));
+                let help = "a number; empty where there is none";
+                Err(self.wrong(column, &what, "is no number", help))
+            }
+            None => Ok(f64::NAN),
+        }
+    }
+
+    /// An error at a value: "`1x` in the column `v` is no number".
+    fn wrong(&self, column: usize, what: &str, why: &str, help: &str) -> Error {
+        let name = self.titles.names.get(column).map_or("", String::as_str);
+        let before = self.record.iter().take(column);
+        let characters: usize = before.map(|f| text::of_bytes(f).chars().count() + 1).sum();
+        InputError {
+            file: self.path.into(),
+            line: Some(self.number() as usize),
+            column: Some(1 + characters),
+            key: String::new(),
+            message: format!("{what} `{name}` {why}"),
+            help: help.into(),
+        }
+        .into()
     }
 }
 
@@ -88,156 +230,6 @@ fn titled(title: &str) -> Column {
         name: title.to_owned(),
         unit: unit.map_or(String::new(), |u| u.1.trim().to_owned()),
     }
-}
-
-/// Reads a file.
-pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Result<(), Error> {
-    let mut file = File::open(path).map_err(|e| io(path, e))?;
-    let delimiter = prepare(path, &mut file)?;
-    let comma = delimiter != b',';
-    let mut reader = ::csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .comment(Some(b'#'))
-        .trim(::csv::Trim::All)
-        .from_reader(BufReader::with_capacity(1 << 16, file));
-    let broken = |e: ::csv::Error| {
-        let line = e.position().map(|p| p.line() as usize);
-        match e.kind() {
-            ::csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => wrong(
-                path,
-                line,
-                format!("this line has {len} values, the first line {expected_len} names"),
-                "as many values as names; a line that breaks off is removed",
-            ),
-            _ => wrong(
-                path,
-                line,
-                format!("this line cannot be read: {e}"),
-                "a table of text, a row a line",
-            ),
-        }
-    };
-    let names: Vec<String> = reader
-        .byte_headers()
-        .map_err(broken)?
-        .iter()
-        .map(|n| text(n).into_owned())
-        .collect();
-    if let Some((i, name)) = names
-        .iter()
-        .enumerate()
-        .find(|(i, n)| names.iter().take(*i).any(|m| m == *n))
-    {
-        return Err(wrong(
-            path,
-            Some(1),
-            format!("the column `{name}` is there twice (column {})", i + 1),
-            "a name for each column",
-        ));
-    }
-    let (time, unit) = time_column(path, &names, options)?;
-    let pieces = match &options.pieces {
-        None => None,
-        Some(name) => Some(names.iter().position(|n| n == name).ok_or_else(|| {
-            wrong(
-                path,
-                Some(1),
-                format!("there is no column `{name}` for the pieces"),
-                format!("columns here: {}", names.join(", ")),
-            )
-        })?),
-    };
-    let wanted: Vec<usize> = (0..names.len())
-        .filter(|i| {
-            *i != time && Some(*i) != pieces && names.get(*i).is_some_and(|n| options.wants("", n))
-        })
-        .collect();
-    let columns = wanted
-        .iter()
-        .filter_map(|i| names.get(*i))
-        .map(|n| titled(n))
-        .collect();
-    let table = out.table("", columns);
-
-    let strict = options.wanted.is_some();
-    let mut record = ::csv::ByteRecord::new();
-    let mut values = Vec::with_capacity(wanted.len());
-    let mut piece = (Vec::new(), 0u32);
-    let mut first = true;
-    while reader.read_byte_record(&mut record).map_err(broken)? {
-        let line = record.position().map_or(0, ::csv::Position::line);
-        let at = |column: usize, message: String, help: &str| -> Error {
-            InputError {
-                file: path.into(),
-                line: Some(line as usize),
-                column: Some(
-                    1 + record
-                        .iter()
-                        .take(column)
-                        .map(|f| text(f).chars().count() + 1)
-                        .sum::<usize>(),
-                ),
-                key: String::new(),
-                message,
-                help: help.into(),
-            }
-            .into()
-        };
-        let stamp = text(record.get(time).unwrap_or_default());
-        let stamp = if comma {
-            Cow::Owned(stamp.replace(',', "."))
-        } else {
-            stamp
-        };
-        let Some(stamp_ns) = unit.parse(&stamp) else {
-            let name = names.get(time).map_or("", String::as_str);
-            return Err(at(
-                time,
-                format!("`{stamp}` in the column `{name}` is no time"),
-                "a number in the unit of the column, or `unit: iso8601` for dates",
-            ));
-        };
-        if let Some(column) = pieces {
-            let name = record.get(column).unwrap_or_default();
-            if !first && piece.0 != name {
-                piece.1 += 1;
-            }
-            if piece.0 != name {
-                piece.0 = name.to_vec();
-            }
-        }
-        first = false;
-        values.clear();
-        for &column in &wanted {
-            let word = record.get(column).unwrap_or_default();
-            match number(word, comma) {
-                Some(x) => values.push(x),
-                None if strict => {
-                    let name = names.get(column).map_or("", String::as_str);
-                    return Err(at(
-                        column,
-                        format!("`{}` in the column `{name}` is no number", text(word)),
-                        "a number; empty where there is none",
-                    ));
-                }
-                None => values.push(f64::NAN),
-            }
-        }
-        let row = Row {
-            table,
-            piece: piece.1,
-            stamp_ns,
-            arrival_ns: stamp_ns,
-            place: line,
-            first: 0,
-        };
-        if !out.row(row, values.iter().copied()) {
-            return Ok(());
-        }
-    }
-    Ok(())
 }
 
 /// A number; not a number where the field says that there is none.

@@ -1,9 +1,9 @@
 //! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording plus the master channel.
 
-use super::{Column, Out, ReadOptions, Row};
+use super::{Column, LogReader, Out, ReadOptions, Row, Section};
 use crate::notation::TimeUnit;
 use crate::wrong;
-use falcon_mdf::{Mf4File, OpenOptions};
+use falcon_mdf::{Channel, ChannelGroup, Mf4File, OpenOptions};
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -39,30 +39,62 @@ fn open(path: &Path) -> Result<Mf4File, Error> {
     Ok(file)
 }
 
-/// The channel groups with a wanted column: data group and channel group.
-pub(super) fn groups(
-    path: &Path,
-    options: &ReadOptions,
-) -> Result<Vec<Option<(usize, usize)>>, Error> {
-    let file = open(path)?;
-    let mut found = Vec::new();
-    for (d, group) in file.data_groups().iter().enumerate() {
-        for (c, group) in group.channel_groups.iter().enumerate() {
+/// The reader of MDF: its channel groups are sections.
+pub(super) struct Mdf;
+
+impl LogReader for Mdf {
+    fn name(&self) -> &'static str {
+        "MDF4"
+    }
+
+    fn magics(&self) -> &[&'static [u8]] {
+        &[b"MDF     ", b"UnFinMF "]
+    }
+
+    fn endings(&self) -> &[&'static str] {
+        &["mf4", "mdf"]
+    }
+
+    fn sections(&self, path: &Path, options: &ReadOptions) -> Result<Vec<Section>, Error> {
+        let file = open(path)?;
+        let is_wanted = |&(d, c, group): &(usize, usize, &ChannelGroup)| {
             let name = table_name(&file, (d, c));
-            if group
-                .channels
-                .iter()
-                .any(|ch| !ch.is_master() && options.wants(&name, &ch.name))
-            {
-                found.push(Some((d, c)));
+            let mut channels = group.channels.iter();
+            channels.any(|ch| !ch.is_master() && options.wants(&name, &ch.name))
+        };
+        let wanted = groups(&file).filter(is_wanted);
+        Ok(wanted.map(|(d, c, _)| Section::Group(d, c)).collect())
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        section: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let file = open(path)?;
+        for (d, c, group) in groups(&file) {
+            let is_read = section == Section::Whole || section == Section::Group(d, c);
+            if is_read && !read_group(path, &file, (d, c, group), options, out)? {
+                break;
             }
         }
+        Ok(())
     }
-    Ok(found)
+}
+
+/// All channel groups, with the numbers of data group and channel group.
+fn groups(file: &Mf4File) -> impl Iterator<Item = (usize, usize, &ChannelGroup)> {
+    let each = file.data_groups().iter().enumerate();
+    each.flat_map(|(d, data)| {
+        let of_data = data.channel_groups.iter().enumerate();
+        of_data.map(move |(c, group)| (d, c, group))
+    })
 }
 
 /// Whether a channel holds numbers.
-fn is_number(channel: &falcon_mdf::Channel) -> bool {
+fn is_number(channel: &Channel) -> bool {
     use falcon_mdf::blocks::DataType::{FloatBe, FloatLe, IntBe, IntLe, UIntBe, UIntLe};
     matches!(
         channel.data_type,
@@ -83,102 +115,71 @@ fn table_name(file: &Mf4File, (d, c): (usize, usize)) -> String {
     }
 }
 
-/// Reads one channel group, or all of them one after the other.
-pub(super) fn read(
+/// Reads a channel group; false if no more is wanted.
+fn read_group(
     path: &Path,
+    file: &Mf4File,
+    (d, c, group): (usize, usize, &ChannelGroup),
     options: &ReadOptions,
-    only: Option<(usize, usize)>,
     out: &mut Out<'_>,
-) -> Result<(), Error> {
-    let file = open(path)?;
+) -> Result<bool, Error> {
     let start_ns = file.start_time().timestamp_ns;
-    for (d, data_group) in file.data_groups().iter().enumerate() {
-        for (c, group) in data_group.channel_groups.iter().enumerate() {
-            if only.is_some_and(|only| only != (d, c)) {
-                continue;
-            }
-            let name = table_name(&file, (d, c));
-            let Some(master) = group.channels.iter().find(|ch| ch.is_master()) else {
-                continue;
+    let name = table_name(file, (d, c));
+    let Some(master) = group.channels.iter().find(|ch| ch.is_master()) else {
+        return Ok(true);
+    };
+    // channels of text have no numbers
+    let is_wanted = |ch: &&Channel| {
+        !ch.is_master()
+            && ch.unreadable().is_none()
+            && is_number(ch)
+            && options.wants(&name, &ch.name)
+    };
+    let mut channels = vec![master];
+    channels.extend(group.channels.iter().filter(is_wanted));
+    let columns = channels.iter().skip(1).map(|ch| Column {
+        name: ch.name.clone(),
+        unit: ch.unit.clone(),
+    });
+    let columns: Vec<Column> = columns.collect();
+    if columns.is_empty() {
+        return Ok(true);
+    }
+    let table = out.table(&name, columns);
+    let mut place = 0u64;
+    let windows = file.signals_chunks(&channels, WINDOW);
+    for window in windows.map_err(|e| broken(path, &e))? {
+        let window = window.map_err(|e| broken(path, &e))?;
+        let mut values = Vec::with_capacity(window.len());
+        for signal in &window {
+            let numbers = signal.values_f64().map_err(|e| broken(path, &e))?;
+            values.push((numbers, signal.validity()));
+        }
+        let Some(((times, _), columns)) = values.split_first() else {
+            continue;
+        };
+        for (row, t) in times.iter().enumerate() {
+            place += 1;
+            let since_start = TimeUnit::Seconds.of_f64(*t);
+            let stamp_ns = since_start.and_then(|t| t.checked_add(start_ns));
+            let Some(stamp_ns) = stamp_ns else {
+                let message = format!("sample {place} of `{name}` has no time");
+                return Err(broken(path, &message));
             };
-            let readable = |ch: &&falcon_mdf::Channel| {
-                !ch.is_master() && ch.unreadable().is_none() && options.wants(&name, &ch.name)
+            let value = |(x, valid): &(Vec<f64>, Option<Vec<bool>>)| {
+                let there = valid.as_ref().is_none_or(|v| v.get(row) != Some(&false));
+                let value = x.get(row).copied().filter(|_| there);
+                value.unwrap_or(f64::NAN)
             };
-            // channels of text have no numbers
-            let mut channels = vec![master];
-            channels.extend(
-                group
-                    .channels
-                    .iter()
-                    .filter(readable)
-                    .filter(|ch| is_number(ch)),
-            );
-            let columns: Vec<Column> = channels
-                .iter()
-                .skip(1)
-                .map(|ch| Column {
-                    name: ch.name.clone(),
-                    unit: ch.unit.clone(),
-                })
-                .collect();
-            if columns.is_empty() {
-                continue;
-            }
-            let table = out.table(&name, columns);
-            let mut place = 0u64;
-            for window in file
-                .signals_chunks(&channels, WINDOW)
-                .map_err(|e| broken(path, &e))?
-            {
-                let window = window.map_err(|e| broken(path, &e))?;
-                let mut values = Vec::with_capacity(window.len());
-                for signal in &window {
-                    values.push((
-                        signal.values_f64().map_err(|e| broken(path, &e))?,
-                        signal.validity(),
-                    ));
-                }
-                let Some(((times, _), columns)) = values.split_first() else {
-                    continue;
-                };
-                for (row, t) in times.iter().enumerate() {
-                    place += 1;
-                    let stamp_ns = TimeUnit::Seconds
-                        .of_f64(*t)
-                        .and_then(|t| t.checked_add(start_ns))
-                        .ok_or_else(|| {
-                            broken(path, &format!("sample {place} of `{name}` has no time"))
-                        })?;
-                    let value = |(x, valid): &(Vec<f64>, Option<Vec<bool>>)| match valid
-                        .as_ref()
-                        .is_none_or(|v| v.get(row) != Some(&false))
-                    {
-                        true => x.get(row).copied().unwrap_or(f64::NAN),
-                        false => f64::NAN,
-                    };
-                    let at = Row {
-                        table,
-                        piece: 0,
-                        stamp_ns,
-                        arrival_ns: stamp_ns,
-                        place,
-                        first: 0,
-                    };
-                    if !out.row(at, columns.iter().map(value)) {
-                        return Ok(());
-                    }
-                }
-            }
-            if place != group.sample_count {
-                return Err(broken(
-                    path,
-                    &format!(
-                        "`{name}` has {place} of the {} samples that it declares",
-                        group.sample_count
-                    ),
-                ));
+            if !out.row(Row::at(table, stamp_ns, place), columns.iter().map(value)) {
+                return Ok(false);
             }
         }
     }
-    Ok(())
+    if place != group.sample_count {
+        let declared = group.sample_count;
+        let message = format!("`{name}` has {place} of the {declared} samples that it declares");
+        return Err(broken(path, &message));
+    }
+    Ok(true)
 }

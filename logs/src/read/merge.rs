@@ -1,6 +1,6 @@
 //! Rows of several files in the order of time: a thread reads each file, a heap chooses the earliest row.
 
-use super::{self as read, Chunk, Format, Part, ReadOptions, Row, Table};
+use super::{Chunk, LogReader, Part, ReadOptions, Row, Table, full_name};
 use crate::notation::{NS, TimeUnit};
 use crate::wrong;
 use monorig_sim::error::Error;
@@ -68,7 +68,7 @@ impl MergedRow {
 struct Stream {
     source: usize,
     path: PathBuf,
-    format: Format,
+    format: &'static dyn LogReader,
     rows: Receiver<Result<Chunk, Error>>,
     chunk: Chunk,
     at: usize,
@@ -112,16 +112,10 @@ impl Ord for WaitingRow {
 impl Stream {
     fn open(part: Part, number: usize, source: &Source, by: By) -> Result<Self, Error> {
         let (send, rows) = sync_channel(AHEAD);
-        let bus = matches!(
-            part.format,
-            Format::Mcap | Format::Candump | Format::Asc | Format::Blf
-        );
         // rows that are recorded in the order of one time are not in the order of another
-        let (path, sorts) = (
-            part.path.clone(),
-            bus || (source.stamp.is_some() && by == By::Stamp),
-        );
-        let format = part.format;
+        let another_time = source.stamp.is_some() && by == By::Stamp;
+        let sorts = another_time || !part.format.is_in_order();
+        let (path, format) = (part.path.clone(), part.format);
         let thread = std::thread::Builder::new()
             .name("log reader".into())
             .spawn(move || {
@@ -304,7 +298,7 @@ impl Merged {
             order: BinaryHeap::new(),
         };
         for (number, source) in sources.iter().enumerate() {
-            for part in read::parts(&source.path, &source.options)? {
+            for part in Part::all(&source.path, &source.options)? {
                 let stream = Stream::open(part, number, source, by)?;
                 let part = merged.streams.len();
                 merged.streams.push((
@@ -354,10 +348,10 @@ impl Merged {
         let known = |(stream, row): &(Stream, MergedRow)| -> Option<bool> {
             let mut tables = row.tables.iter();
             let here = tables.any(|t| {
-                let named = |c: &str| c == name || read::full_name(&t.name, c) == name;
+                let named = |c: &str| c == name || full_name(&t.name, c) == name;
                 t.columns.iter().any(|c| named(&c.name))
             });
-            (here || stream.format != Format::Mcap).then_some(here)
+            (here || stream.format.declares_columns()).then_some(here)
         };
         of_source.try_fold(false, |found, part| known(part).map(|here| found || here))
     }

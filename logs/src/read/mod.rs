@@ -1,18 +1,31 @@
-//! Readers: one file a format. A reader goes through its file once, in the order of the file, and hands on rows in chunks; it keeps no more
-//! than a chunk, and trusts no length that the file declares.
+//! Readers of logs: one file a format, all behind [`LogReader`]. A reader goes through its file once, in the order of the file, and hands on
+//! rows in chunks; it keeps no more than a chunk, and trusts no length that the file declares.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `rows` | rows, tables, chunks: what a reader hands on |
+//! | `formats` | all formats, and which of them a file is of |
+//! | `csv` `parquet` `mcap` `mdf` `can` | the readers |
+//! | `time_column` `text` | the column of time of a table; text that is not UTF-8 |
+//! | `merge` | rows of several files on one clock |
 
+#[cfg(feature = "can")]
 mod can;
 mod csv;
-mod format;
+mod formats;
+#[cfg(feature = "mcap")]
 mod mcap;
+#[cfg(feature = "mdf")]
 mod mdf;
 pub(crate) mod merge;
 mod parquet;
 mod rows;
+mod text;
+mod time_column;
 
 pub use crate::notation::TimeUnit;
-pub use can::dbc;
-pub use format::Format;
+#[cfg(feature = "can")]
+pub use can::dbc::Database;
 pub use rows::{Chunk, Column, Out, Row, Table};
 
 use monorig_sim::config::file::regular;
@@ -21,7 +34,7 @@ use monorig_sim::record::decoder::guarded;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// What is to be read of a file, and how.
+/// Options of reading a file.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
     /// Column of the time, of tables of text and of Parquet; without it one that is called like a time.
@@ -53,6 +66,70 @@ pub fn full_name(table: &str, column: &str) -> String {
     }
 }
 
+/// The tables of a file that are read together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Section {
+    /// All of them.
+    Whole,
+    /// One of several groups, by the numbers that the reader gave it.
+    Group(usize, usize),
+}
+
+/// Reads logs of one format. A further format is a file with an `impl` of this trait, and a line in `formats.rs`.
+pub(crate) trait LogReader: Sync {
+    /// The name of the format, for messages.
+    fn name(&self) -> &'static str;
+
+    /// The first bytes of its files: any of these. They count more than the ending of the file's name.
+    fn magics(&self) -> &[&'static [u8]] {
+        &[]
+    }
+
+    /// Endings of file names, in lower case, with which a file must begin with one of the magics.
+    fn endings(&self) -> &[&'static str] {
+        &[]
+    }
+
+    /// Whether a file without a magic is of this format, by its first bytes and its ending in lower case.
+    fn recognises(&self, _head: &[u8], _ending: &str) -> bool {
+        false
+    }
+
+    /// Whether it holds CAN frames, which a database of messages makes values of.
+    fn is_can(&self) -> bool {
+        false
+    }
+
+    /// Whether the rows of a section stand in the order of their time.
+    fn is_in_order(&self) -> bool {
+        true
+    }
+
+    /// Whether the columns of a file are known before it is read to its end.
+    fn declares_columns(&self) -> bool {
+        true
+    }
+
+    /// The cargo feature that this program was built without, of a format that it cannot read.
+    fn missing_feature(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The sections of a file that can be read side by side, each in the order of its own time; none if nothing in it is wanted.
+    fn sections(&self, _path: &Path, _options: &ReadOptions) -> Result<Vec<Section>, Error> {
+        Ok(vec![Section::Whole])
+    }
+
+    /// Reads a section of a file. Errors name the file and the place in it.
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        section: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error>;
+}
+
 /// Reads a whole file, chunk by chunk, until there is no more or `sink` wants none. Errors name the file and the place in it; decoders of
 /// other libraries that panic are errors.
 pub fn scan(
@@ -60,112 +137,65 @@ pub fn scan(
     options: &ReadOptions,
     sink: &mut dyn FnMut(Chunk) -> bool,
 ) -> Result<(), Error> {
-    regular(path)?;
-    let format = Format::of(path)?;
-    scan_as(format, path, options, sink)
-}
-
-/// The same with the format known. For MDF, whose channel groups are tables of their own, all groups one after the other.
-pub fn scan_as(
-    format: Format,
-    path: &Path,
-    options: &ReadOptions,
-    sink: &mut dyn FnMut(Chunk) -> bool,
-) -> Result<(), Error> {
-    let mut out = Out::new(sink);
-    let read = || match format {
-        Format::Csv => csv::read(path, options, &mut out),
-        Format::Parquet => parquet::read(path, options, &mut out),
-        Format::Mcap => mcap::read(path, options, &mut out),
-        Format::Mdf => mdf::read(path, options, None, &mut out),
-        Format::Candump => can::read(path, options, can::candump::Frames::open(path)?, &mut out),
-        #[cfg(feature = "blf")]
-        Format::Asc | Format::Blf => can::read(
-            path,
-            options,
-            can::vector::Frames::open(path, format)?,
-            &mut out,
-        ),
-        #[cfg(not(feature = "blf"))]
-        Format::Asc | Format::Blf => Err(crate::wrong(
-            path,
-            None,
-            format!(
-                "this is a CAN log of the format {}, which this program was built without",
-                format.name()
-            ),
-            "a `monorig` built with the feature `blf`, or the log as candump",
-        )),
-    };
-    let done = guarded(read).unwrap_or_else(|what| {
-        Err(crate::wrong(
-            path,
-            None,
-            format!("this {} file cannot be read: {what}", format.name()),
-            "a file that is whole; see what `monorig inspect` reads of it",
-        ))
-    });
-    out.flush();
-    done
-}
-
-/// The parts of a file that can be read side by side, each in the order of its own time: the channel groups of an MDF file that hold a
-/// wanted column, else the file as a whole.
-pub(crate) fn parts(path: &Path, options: &ReadOptions) -> Result<Vec<Part>, Error> {
-    regular(path)?;
-    let format = Format::of(path)?;
-    let groups = match format {
-        Format::Mdf => guarded(|| mdf::groups(path, options)).unwrap_or_else(|what| {
-            Err(crate::wrong(
-                path,
-                None,
-                format!("this MDF file cannot be read: {what}"),
-                "a file that is whole",
-            ))
-        })?,
-        _ => vec![None],
-    };
-    Ok(groups
-        .into_iter()
-        .map(|group| Part {
-            path: path.to_owned(),
-            format,
-            options: options.clone(),
-            group,
-        })
-        .collect())
+    Part::whole(path, options)?.scan(sink)
 }
 
 /// A part of a file that is read in the order of its own time.
 pub(crate) struct Part {
-    /// The file.
     pub path: PathBuf,
-    /// Its format.
-    pub format: Format,
+    pub format: &'static dyn LogReader,
     options: ReadOptions,
-    /// Channel group of an MDF file.
-    group: Option<(usize, usize)>,
+    section: Section,
 }
 
 impl Part {
-    /// Read it.
+    /// A file as a whole: where its sections are read side by side by others, here one after the other.
+    pub fn whole(path: &Path, options: &ReadOptions) -> Result<Self, Error> {
+        regular(path)?;
+        Ok(Self {
+            path: path.to_owned(),
+            format: formats::reader_of(path)?,
+            options: options.clone(),
+            section: Section::Whole,
+        })
+    }
+
+    /// The parts of a file that can be read side by side.
+    pub fn all(path: &Path, options: &ReadOptions) -> Result<Vec<Self>, Error> {
+        let whole = Self::whole(path, options)?;
+        let sections = whole.guarded(|| whole.format.sections(path, options))?;
+        let part = |section| Self {
+            path: path.to_owned(),
+            format: whole.format,
+            options: options.clone(),
+            section,
+        };
+        Ok(sections.into_iter().map(part).collect())
+    }
+
+    /// Reads it, chunk by chunk, until there is no more or `sink` wants none.
     pub fn scan(&self, sink: &mut dyn FnMut(Chunk) -> bool) -> Result<(), Error> {
-        match self.group {
-            None => scan_as(self.format, &self.path, &self.options, sink),
-            Some(_) => {
-                let mut out = Out::new(sink);
-                let done = guarded(|| mdf::read(&self.path, &self.options, self.group, &mut out))
-                    .unwrap_or_else(|what| {
-                        Err(crate::wrong(
-                            &self.path,
-                            None,
-                            format!("this MDF file cannot be read: {what}"),
-                            "a file that is whole",
-                        ))
-                    });
-                out.flush();
-                done
-            }
-        }
+        let mut out = Out::new(sink);
+        let Self {
+            path,
+            options,
+            section,
+            ..
+        } = self;
+        let done = self.guarded(|| self.format.read(path, options, *section, &mut out));
+        out.flush();
+        done
+    }
+
+    /// Runs a decoder: a panic of it is an error of the file.
+    fn guarded<T>(&self, decode: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        guarded(decode).unwrap_or_else(|what| {
+            Err(crate::wrong(
+                &self.path,
+                None,
+                format!("this {} file cannot be read: {what}", self.format.name()),
+                "a file that is whole; see what `monorig inspect` reads of it",
+            ))
+        })
     }
 }

@@ -1,14 +1,14 @@
 //! Parquet: columns of numbers beside a column of time, by batches.
 
-use super::csv::time_column;
-use super::{Column, Out, ReadOptions, Row};
+use super::{Column, LogReader, Out, ReadOptions, Row, Section, time_column};
+use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use arrow::array::{Array, ArrayRef, AsArray};
 use arrow::buffer::NullBuffer;
 use arrow::compute::cast;
-use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, TimeUnit as ArrowUnit};
+use arrow::datatypes::{DataType, Field, FieldRef, Float64Type, Int64Type, TimeUnit as ArrowUnit};
 use monorig_sim::error::Error;
 use std::fs::File;
 use std::path::Path;
@@ -21,97 +21,103 @@ fn is_number(field: &Field) -> bool {
     field.data_type().is_numeric() || *field.data_type() == DataType::Boolean
 }
 
-/// Reads a file.
-pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Result<(), Error> {
-    let broken = |e: &dyn std::fmt::Display| {
-        wrong(
-            path,
-            None,
-            format!("this Parquet file cannot be read: {e}"),
-            "a whole file, compressed with nothing, snappy, gzip or zstd",
-        )
-    };
-    let file = File::open(path).map_err(|e| io(path, e))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(&e))?;
-    let schema = builder.schema().clone();
-    let names: Vec<String> = schema.fields().iter().map(|f| f.name().clone()).collect();
-    let (time, unit) = time_column(path, &names, options)?;
-    let wanted: Vec<usize> = schema
-        .fields()
-        .iter()
-        .enumerate()
-        .filter(|(i, f)| *i != time && is_number(f) && options.wants("", f.name()))
-        .map(|(i, _)| i)
-        .collect();
-    let columns = wanted.iter().map(|i| schema.field(*i)).map(|f| Column {
-        name: f.name().clone(),
-        unit: f.metadata().get("unit").cloned().unwrap_or_default(),
-    });
-    let table = out.table("", columns.collect());
-    let roots = wanted.iter().copied().chain([time]);
-    let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
-    let batches = builder
-        .with_projection(mask)
-        .with_batch_size(BATCH)
-        .build()
-        .map_err(|e| broken(&e))?;
-    let mut place = 0;
-    for batch in batches {
-        let batch = batch.map_err(|e| broken(&e))?;
-        let column = |i: usize| {
-            names
-                .get(i)
-                .and_then(|n| batch.column_by_name(n))
-                .ok_or_else(|| broken(&"a column is missing"))
-        };
-        let stamps = stamps(column(time)?, unit).map_err(|e| broken(&e))?;
-        let mut values = Vec::with_capacity(wanted.len());
-        for &i in &wanted {
-            values.push(cast(column(i)?, &DataType::Float64).map_err(|e| broken(&e))?);
-        }
-        let values: Vec<(&[f64], Option<&NullBuffer>)> = values
-            .iter()
-            .map(|a| a.as_primitive::<Float64Type>())
-            .map(|a| {
-                (
-                    a.values().as_ref(),
-                    a.nulls().filter(|n| n.null_count() > 0),
-                )
-            })
-            .collect();
-        for (row, stamp) in stamps.into_iter().enumerate() {
-            place += 1;
-            let Some(stamp_ns) = stamp else {
-                return Err(wrong(
-                    path,
-                    None,
-                    format!("row {place} has no time"),
-                    "a time in each row",
-                ));
+/// The reader of Parquet.
+pub(super) struct Parquet;
+
+impl LogReader for Parquet {
+    fn name(&self) -> &'static str {
+        "Parquet"
+    }
+
+    fn magics(&self) -> &[&'static [u8]] {
+        &[b"PAR1"]
+    }
+
+    fn endings(&self) -> &[&'static str] {
+        &["parquet"]
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let file = File::open(path).map_err(|e| io(path, e))?;
+        let builder =
+            ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, &e))?;
+        let schema = builder.schema().clone();
+        let names: Vec<String> = schema.fields().iter().map(|f| f.name().clone()).collect();
+        let (time, unit) = time_column::find(path, &names, options)?;
+        let is_wanted =
+            |(i, f): &(usize, &FieldRef)| *i != time && is_number(f) && options.wants("", f.name());
+        let wanted = schema.fields().iter().enumerate().filter(is_wanted);
+        let wanted: Vec<usize> = wanted.map(|(i, _)| i).collect();
+        let columns = wanted.iter().map(|i| schema.field(*i)).map(|f| Column {
+            name: f.name().clone(),
+            unit: f.metadata().get("unit").cloned().unwrap_or_default(),
+        });
+        let table = out.table("", columns.collect());
+        let roots = wanted.iter().copied().chain([time]);
+        let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
+        let batches = builder
+            .with_projection(mask)
+            .with_batch_size(BATCH)
+            .build()
+            .map_err(|e| broken(path, &e))?;
+        let mut place = 0;
+        for batch in batches {
+            let batch = batch.map_err(|e| broken(path, &e))?;
+            let column = |i: usize| {
+                let named = names.get(i).and_then(|n| batch.column_by_name(n));
+                named.ok_or_else(|| broken(path, &"a column is missing"))
             };
-            let row_values = values.iter().map(|(values, nulls)| {
-                let there = nulls.is_none_or(|nulls| nulls.is_valid(row));
-                let value = values.get(row).copied().filter(|_| there);
-                value.unwrap_or(f64::NAN)
-            });
-            let at = Row {
-                table,
-                piece: 0,
-                stamp_ns,
-                arrival_ns: stamp_ns,
-                place,
-                first: 0,
-            };
-            if !out.row(at, row_values) {
-                return Ok(());
+            let stamps = stamps(column(time)?, unit).map_err(|e| broken(path, &e))?;
+            let mut values = Vec::with_capacity(wanted.len());
+            for &i in &wanted {
+                let numbers = cast(column(i)?, &DataType::Float64);
+                values.push(numbers.map_err(|e| broken(path, &e))?);
+            }
+            let values: Vec<_> = values.iter().map(numbers).collect();
+            for (row, stamp) in stamps.into_iter().enumerate() {
+                place += 1;
+                let Some(stamp_ns) = stamp else {
+                    let message = format!("row {place} has no time");
+                    return Err(wrong(path, None, message, "a time in each row"));
+                };
+                let row_values = values.iter().map(|(values, nulls)| {
+                    let there = nulls.is_none_or(|nulls| nulls.is_valid(row));
+                    let value = values.get(row).copied().filter(|_| there);
+                    value.unwrap_or(f64::NAN)
+                });
+                if !out.row(Row::at(table, stamp_ns, place), row_values) {
+                    return Ok(());
+                }
             }
         }
+        Ok(())
     }
-    Ok(())
+}
+
+fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
+    wrong(
+        path,
+        None,
+        format!("this Parquet file cannot be read: {e}"),
+        "a whole file, compressed with nothing, snappy, gzip or zstd",
+    )
+}
+
+/// The numbers of a column, and which of them are there; none where all are.
+fn numbers(column: &ArrayRef) -> (&[f64], Option<&NullBuffer>) {
+    let column = column.as_primitive::<Float64Type>();
+    let nulls = column.nulls().filter(|n| n.null_count() > 0);
+    (column.values().as_ref(), nulls)
 }
 
 /// The stamps of a column of time, ns.
-fn stamps(column: &ArrayRef, unit: crate::notation::TimeUnit) -> Result<Vec<Option<i64>>, String> {
+fn stamps(column: &ArrayRef, unit: TimeUnit) -> Result<Vec<Option<i64>>, String> {
     let per_unit = |u: &ArrowUnit| match u {
         ArrowUnit::Second => 1_000_000_000,
         ArrowUnit::Millisecond => 1_000_000,

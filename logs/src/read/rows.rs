@@ -37,6 +37,19 @@ pub struct Row {
     pub first: u32,
 }
 
+impl Row {
+    /// A row of a format that has one time, and no pieces; its values are put behind those of the rows before it.
+    pub(super) fn at(table: u32, stamp_ns: i64, place: u64) -> Self {
+        Self {
+            table,
+            stamp_ns,
+            arrival_ns: stamp_ns,
+            place,
+            ..Self::default()
+        }
+    }
+}
+
 /// Some rows, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Chunk {

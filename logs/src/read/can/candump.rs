@@ -1,7 +1,8 @@
 //! candump: a frame a line, `(1700000000.000125) can0 100#B2FF`, `##` for CAN FD, with or without a direction at the end.
 
-use super::{Frame, Source};
+use super::{Frame, Frames};
 use crate::notation::TimeUnit;
+use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::{io, wrong};
 use monorig_sim::error::Error;
 use std::fs::File;
@@ -11,28 +12,53 @@ use std::path::{Path, PathBuf};
 /// Longest line.
 const MAX_LINE: u64 = 4096;
 
-/// The frames of a file.
-pub(in crate::read) struct Frames {
+/// The reader of candump.
+pub(in crate::read) struct Candump;
+
+impl LogReader for Candump {
+    fn name(&self) -> &'static str {
+        "candump"
+    }
+
+    fn recognises(&self, head: &[u8], _: &str) -> bool {
+        head.starts_with(b"(")
+    }
+
+    fn is_can(&self) -> bool {
+        true
+    }
+
+    fn is_in_order(&self) -> bool {
+        false
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let file = File::open(path).map_err(|e| io(path, e))?;
+        let lines = Lines {
+            path: path.into(),
+            lines: BufReader::new(file),
+            line: 0,
+            text: Vec::new(),
+        };
+        super::read(path, options, lines, out)
+    }
+}
+
+/// The lines of a file.
+struct Lines {
     path: PathBuf,
     lines: BufReader<File>,
     line: u64,
     text: Vec<u8>,
 }
 
-impl Frames {
-    /// Open it.
-    pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(|e| io(path, e))?;
-        Ok(Self {
-            path: path.into(),
-            lines: BufReader::new(file),
-            line: 0,
-            text: Vec::new(),
-        })
-    }
-}
-
-impl Source for Frames {
+impl Frames for Lines {
     fn next(&mut self, frame: &mut Frame) -> Result<bool, Error> {
         loop {
             self.text.clear();

@@ -1,7 +1,7 @@
 //! DBC: messages and signals of a CAN bus, and how a signal is taken out of a frame: Intel and Motorola order, 11 and 29 bits, one level of
 //! multiplexing, floats.
 
-use crate::read::csv::text;
+use crate::read::text;
 use crate::wrong;
 use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType};
 use monorig_sim::config::file::read_bytes;
@@ -13,12 +13,12 @@ use std::path::Path;
 #[derive(Clone, Debug, Default)]
 pub struct Database {
     /// By identifier, and whether it has 29 bits.
-    pub messages: HashMap<(u32, bool), Message>,
+    pub(super) messages: HashMap<(u32, bool), Message>,
 }
 
 /// A message.
 #[derive(Clone, Debug, Default)]
-pub struct Message {
+pub(super) struct Message {
     /// Its name.
     pub name: String,
     /// Its signals.
@@ -27,7 +27,7 @@ pub struct Message {
 
 /// A signal of a message.
 #[derive(Clone, Debug)]
-pub struct Signal {
+pub(super) struct Signal {
     /// Its name.
     pub name: String,
     /// Its unit.
@@ -35,14 +35,14 @@ pub struct Signal {
     start: u32,
     size: u32,
     motorola: bool,
-    kind: Kind,
+    coding: Coding,
     factor: f64,
     offset: f64,
     presence: Presence,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum Coding {
     Unsigned,
     Signed,
     Float32,
@@ -60,7 +60,7 @@ impl Database {
     /// Reads a file.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let bytes = read_bytes(path)?;
-        Self::parse(&text(&bytes)).map_err(|message| {
+        Self::parse(&text::of_bytes(&bytes)).map_err(|message| {
             wrong(
                 path,
                 None,
@@ -79,59 +79,19 @@ impl Database {
                 MessageId::Standard(id) => (u32::from(id), false),
                 MessageId::Extended(id) => (id & 0x1FFF_FFFF, true),
             };
-            let mut signals = Vec::new();
-            for s in &m.signals {
-                let float = dbc.extended_value_type_for_signal(m.id, &s.name);
-                let kind = match (float, &s.value_type) {
-                    (Some(SignalExtendedValueType::IEEEfloat32Bit), _) => Kind::Float32,
-                    (Some(SignalExtendedValueType::IEEEdouble64bit), _) => Kind::Float64,
-                    (_, ValueType::Signed) => Kind::Signed,
-                    _ => Kind::Unsigned,
-                };
-                let size = s.size as u32;
-                let fits = match kind {
-                    Kind::Float32 => size == 32,
-                    Kind::Float64 => size == 64,
-                    _ => (1..=64).contains(&size),
-                };
-                if !fits || s.start_bit >= 512 {
-                    return Err(format!(
-                        "the signal `{}` of `{}` has {size} bits from bit {}",
-                        s.name, m.name, s.start_bit
-                    ));
-                }
-                let presence = match s.multiplexer_indicator {
-                    MultiplexIndicator::Plain => Presence::Always,
-                    MultiplexIndicator::Multiplexor => Presence::Switch,
-                    MultiplexIndicator::MultiplexedSignal(case) => Presence::Case(case),
-                    MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
-                        return Err(format!(
-                            "the signal `{}` of `{}` is multiplexed and a multiplexer at once, which is not read",
-                            s.name, m.name
-                        ));
-                    }
-                };
-                signals.push(Signal {
-                    name: s.name.clone(),
-                    unit: s.unit.clone(),
-                    start: s.start_bit as u32,
-                    size,
-                    motorola: s.byte_order == ByteOrder::BigEndian,
-                    kind,
-                    factor: s.factor,
-                    offset: s.offset,
-                    presence,
-                });
-            }
-            messages.insert(
-                id,
-                Message {
-                    name: m.name.clone(),
-                    signals,
-                },
-            );
+            let signals = m.signals.iter().map(|s| Signal::new(&dbc, m, s));
+            let message = Message {
+                name: m.name.clone(),
+                signals: signals.collect::<Result<_, _>>()?,
+            };
+            messages.insert(id, message);
         }
         Ok(Self { messages })
+    }
+
+    /// How many messages there are.
+    pub fn count(&self) -> usize {
+        self.messages.len()
     }
 }
 
@@ -146,6 +106,50 @@ impl Message {
 }
 
 impl Signal {
+    fn new(dbc: &Dbc, m: &can_dbc::Message, s: &can_dbc::Signal) -> Result<Self, String> {
+        let float = dbc.extended_value_type_for_signal(m.id, &s.name);
+        let coding = match (float, &s.value_type) {
+            (Some(SignalExtendedValueType::IEEEfloat32Bit), _) => Coding::Float32,
+            (Some(SignalExtendedValueType::IEEEdouble64bit), _) => Coding::Float64,
+            (_, ValueType::Signed) => Coding::Signed,
+            _ => Coding::Unsigned,
+        };
+        let size = s.size as u32;
+        let fits = match coding {
+            Coding::Float32 => size == 32,
+            Coding::Float64 => size == 64,
+            _ => (1..=64).contains(&size),
+        };
+        if !fits || s.start_bit >= 512 {
+            return Err(format!(
+                "the signal `{}` of `{}` has {size} bits from bit {}",
+                s.name, m.name, s.start_bit
+            ));
+        }
+        let presence = match s.multiplexer_indicator {
+            MultiplexIndicator::Plain => Presence::Always,
+            MultiplexIndicator::Multiplexor => Presence::Switch,
+            MultiplexIndicator::MultiplexedSignal(case) => Presence::Case(case),
+            MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
+                return Err(format!(
+                    "the signal `{}` of `{}` is multiplexed and a multiplexer at once, which is not read",
+                    s.name, m.name
+                ));
+            }
+        };
+        Ok(Self {
+            name: s.name.clone(),
+            unit: s.unit.clone(),
+            start: s.start_bit as u32,
+            size,
+            motorola: s.byte_order == ByteOrder::BigEndian,
+            coding,
+            factor: s.factor,
+            offset: s.offset,
+            presence,
+        })
+    }
+
     /// Whether it is in a frame of this case.
     pub fn is_present(&self, switch: Option<u64>) -> bool {
         match self.presence {
@@ -183,11 +187,11 @@ impl Signal {
     /// Its value; none if the frame is too short.
     pub fn value(&self, data: &[u8]) -> Option<f64> {
         let raw = self.raw(data)?;
-        let number = match self.kind {
-            Kind::Float32 => f64::from(f32::from_bits(raw as u32)),
-            Kind::Float64 => f64::from_bits(raw),
-            Kind::Signed => ((raw << (64 - self.size)) as i64 >> (64 - self.size)) as f64,
-            Kind::Unsigned => raw as f64,
+        let number = match self.coding {
+            Coding::Float32 => f64::from(f32::from_bits(raw as u32)),
+            Coding::Float64 => f64::from_bits(raw),
+            Coding::Signed => ((raw << (64 - self.size)) as i64 >> (64 - self.size)) as f64,
+            Coding::Unsigned => raw as f64,
         };
         Some(number * self.factor + self.offset)
     }

@@ -1,7 +1,7 @@
 //! CAN: frames of any file made values by a database of messages; a table a message, a column a signal.
 
 pub(super) mod candump;
-pub mod dbc;
+pub(super) mod dbc;
 #[cfg(feature = "blf")]
 pub(super) mod vector;
 
@@ -14,30 +14,30 @@ use std::path::Path;
 
 /// A frame.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Frame {
+struct Frame {
     /// When, ns.
-    pub ns: i64,
+    ns: i64,
     /// Identifier of 11 or 29 bits.
-    pub id: u32,
+    id: u32,
     /// Whether it has 29 bits.
-    pub extended: bool,
+    extended: bool,
     /// Payload.
-    pub data: Vec<u8>,
+    data: Vec<u8>,
     /// Line or frame in the file.
-    pub place: u64,
+    place: u64,
 }
 
 /// Frames one after the other.
-pub(super) trait Source {
+trait Frames {
     /// The next one; false at the end.
     fn next(&mut self, frame: &mut Frame) -> Result<bool, Error>;
 }
 
 /// Reads a file.
-pub(super) fn read(
+fn read(
     path: &Path,
     options: &ReadOptions,
-    mut frames: impl Source,
+    mut frames: impl Frames,
     out: &mut Out<'_>,
 ) -> Result<(), Error> {
     let Some(dbc) = &options.dbc else {
@@ -49,30 +49,7 @@ pub(super) fn read(
         ));
     };
     let database = Database::load(dbc)?;
-    let mut tables: HashMap<(u32, bool), (u32, Vec<usize>)> = HashMap::new();
-    let mut ids: Vec<_> = database.messages.iter().collect();
-    ids.sort_by_key(|(id, _)| **id);
-    for (id, message) in ids {
-        let wanted = (0..message.signals.len()).filter(|i| {
-            message
-                .signals
-                .get(*i)
-                .is_some_and(|s| options.wants(&message.name, &s.name))
-        });
-        let wanted: Vec<usize> = wanted.collect();
-        if wanted.is_empty() {
-            continue;
-        }
-        let columns = wanted
-            .iter()
-            .filter_map(|i| message.signals.get(*i))
-            .map(|s| Column {
-                name: s.name.clone(),
-                unit: s.unit.clone(),
-            });
-        let columns = columns.collect();
-        tables.insert(*id, (out.table(&message.name, columns), wanted));
-    }
+    let tables = tables(&database, options, out);
     let mut frame = Frame::default();
     let (mut seen, mut known) = (0u64, 0u64);
     while frames.next(&mut frame)? {
@@ -90,15 +67,7 @@ pub(super) fn read(
             Some(s) if s.is_present(switch) => s.value(&frame.data).unwrap_or(f64::NAN),
             _ => f64::NAN,
         });
-        let row = Row {
-            table: *table,
-            piece: 0,
-            stamp_ns: frame.ns,
-            arrival_ns: frame.ns,
-            place: frame.place,
-            first: 0,
-        };
-        if !out.row(row, values) {
+        if !out.row(Row::at(*table, frame.ns, frame.place), values) {
             return Ok(());
         }
     }
@@ -114,4 +83,32 @@ pub(super) fn read(
         ));
     }
     Ok(())
+}
+
+/// The tables of the messages with a wanted signal, by the identifier of the message, each with the wanted signals.
+fn tables(
+    database: &Database,
+    options: &ReadOptions,
+    out: &mut Out<'_>,
+) -> HashMap<(u32, bool), (u32, Vec<usize>)> {
+    let mut tables = HashMap::new();
+    let mut messages: Vec<_> = database.messages.iter().collect();
+    messages.sort_by_key(|(id, _)| **id);
+    for (id, message) in messages {
+        let signals = message.signals.iter().enumerate();
+        let wanted: Vec<_> = signals
+            .filter(|(_, s)| options.wants(&message.name, &s.name))
+            .collect();
+        if wanted.is_empty() {
+            continue;
+        }
+        let columns = wanted.iter().map(|(_, s)| Column {
+            name: s.name.clone(),
+            unit: s.unit.clone(),
+        });
+        let table = out.table(&message.name, columns.collect());
+        let wanted = wanted.into_iter().map(|(i, _)| i).collect();
+        tables.insert(*id, (table, wanted));
+    }
+    tables
 }

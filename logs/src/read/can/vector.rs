@@ -1,42 +1,102 @@
 //! BLF and ASC of Vector, by `blf_asc`.
 
-use super::{Frame, Source};
-use crate::read::Format;
+use super::{Frame, Frames};
+use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::wrong;
-use blf_asc::{AscReader, BlfReader, Message};
+use blf_asc::{AscReader, BlfError, BlfReader, Message};
 use monorig_sim::error::Error;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// The frames of a file.
-pub(in crate::read) struct Frames {
+/// The reader of ASC.
+pub(in crate::read) struct Asc;
+
+impl LogReader for Asc {
+    fn name(&self) -> &'static str {
+        "ASC"
+    }
+
+    fn recognises(&self, _: &[u8], ending: &str) -> bool {
+        ending == "asc"
+    }
+
+    fn is_can(&self) -> bool {
+        true
+    }
+
+    fn is_in_order(&self) -> bool {
+        false
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let mut reader = AscReader::open(path).map_err(|e| broken(path, 0, &e))?;
+        let messages = Messages::of(path, Box::new(move || reader.next_message()));
+        super::read(path, options, messages, out)
+    }
+}
+
+/// The reader of BLF.
+pub(in crate::read) struct Blf;
+
+impl LogReader for Blf {
+    fn name(&self) -> &'static str {
+        "BLF"
+    }
+
+    fn magics(&self) -> &[&'static [u8]] {
+        &[b"LOGG"]
+    }
+
+    fn endings(&self) -> &[&'static str] {
+        &["blf"]
+    }
+
+    fn is_can(&self) -> bool {
+        true
+    }
+
+    fn is_in_order(&self) -> bool {
+        false
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        lengths_fit(path)?;
+        let mut reader = BlfReader::open(path).map_err(|e| broken(path, 0, &e))?;
+        let messages = Messages::of(path, Box::new(move || reader.next_message()));
+        super::read(path, options, messages, out)
+    }
+}
+
+/// The next message of a file.
+type NextMessage = Box<dyn FnMut() -> Result<Option<Message>, BlfError>>;
+
+/// The messages of a file.
+struct Messages {
     path: PathBuf,
-    reader: Reader,
+    next: NextMessage,
     frame: u64,
 }
 
-enum Reader {
-    Asc(Box<AscReader>),
-    Blf(Box<BlfReader>),
-}
-
-impl Frames {
-    /// Open it.
-    pub fn open(path: &Path, format: Format) -> Result<Self, Error> {
-        let refused = |e: blf_asc::BlfError| broken(path, 0, &e);
-        let reader = match format {
-            Format::Asc => Reader::Asc(Box::new(AscReader::open(path).map_err(refused)?)),
-            _ => {
-                lengths_fit(path)?;
-                Reader::Blf(Box::new(BlfReader::open(path).map_err(refused)?))
-            }
-        };
-        Ok(Self {
+impl Messages {
+    fn of(path: &Path, next: NextMessage) -> Self {
+        Self {
             path: path.into(),
-            reader,
+            next,
             frame: 0,
-        })
+        }
     }
 }
 
@@ -46,8 +106,8 @@ const MAX_OBJECT: u64 = 8 << 20;
 /// Magic, size, version and type in front of each object.
 const OBJECT_HEADER: u64 = 16;
 
-/// That no length which a BLF file declares goes beyond the file: the library makes room for them before it reads, so that a damaged one ends
-/// the process. The objects of the file are gone through by their headers.
+/// Refuses a BLF file with an object that is longer than the rest of the file. The library asks for as much memory as a file declares, and
+/// a damaged length would end the process. Only the headers of the objects are read.
 fn lengths_fit(path: &Path) -> Result<(), Error> {
     let failed = |e| crate::io(path, e);
     let mut file = BufReader::new(File::open(path).map_err(failed)?);
@@ -95,15 +155,11 @@ fn broken(path: &Path, frame: u64, e: &dyn std::fmt::Display) -> Error {
     )
 }
 
-impl Source for Frames {
+impl Frames for Messages {
     fn next(&mut self, frame: &mut Frame) -> Result<bool, Error> {
         loop {
-            let next = match &mut self.reader {
-                Reader::Asc(r) => r.next_message(),
-                Reader::Blf(r) => r.next_message(),
-            };
-            let Some(m): Option<Message> = next.map_err(|e| broken(&self.path, self.frame, &e))?
-            else {
+            let next = (self.next)().map_err(|e| broken(&self.path, self.frame, &e))?;
+            let Some(m) = next else {
                 return Ok(false);
             };
             self.frame += 1;

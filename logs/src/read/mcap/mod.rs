@@ -4,7 +4,7 @@
 mod cdr;
 mod json;
 
-use crate::read::{Column, Out, ReadOptions, Row};
+use crate::read::{Column, LogReader, Out, ReadOptions, Row, Section};
 use crate::{io, wrong};
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -38,44 +38,75 @@ struct Reading<'p, 'a, 'o> {
     place: u64,
 }
 
-/// Reads a file.
-pub(super) fn read(path: &Path, options: &ReadOptions, out: &mut Out<'_>) -> Result<(), Error> {
-    let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(|e| io(path, e))?);
-    let limits = LinearReaderOptions::default()
-        .with_record_length_limit(MAX_RECORD)
-        .with_emit_chunks(true);
-    let mut reader = LinearReader::new_with_options(limits);
-    let mut reading = Reading {
-        path,
-        options,
-        out,
-        schemas: HashMap::new(),
-        topics: HashMap::new(),
-        place: 0,
-    };
-    while let Some(event) = reader.next_event() {
-        let record = match event.map_err(|e| reading.broken(&e))? {
-            LinearReadEvent::ReadRequest(n) => {
-                // room for a whole record may be asked for at once; it is filled by what is there
-                let room = reader.insert(n.min(1 << 20));
-                let read = file.read(room).map_err(|e| io(path, e))?;
-                reader.notify_read(read);
-                continue;
-            }
-            LinearReadEvent::Record { data, opcode } => (opcode, data),
-        };
-        let go_on = match record {
-            (op::CHUNK, data) => {
-                let records = unpacked(data).map_err(|e| reading.broken(&e))?;
-                reading.chunk(&records)?
-            }
-            (code, data) => reading.record(code, data)?,
-        };
-        if !go_on {
-            return Ok(());
-        }
+/// The reader of MCAP.
+pub(super) struct Mcap;
+
+impl LogReader for Mcap {
+    fn name(&self) -> &'static str {
+        "MCAP"
     }
-    Ok(())
+
+    fn magics(&self) -> &[&'static [u8]] {
+        &[b"\x89MCAP0"]
+    }
+
+    fn endings(&self) -> &[&'static str] {
+        &["mcap"]
+    }
+
+    fn is_in_order(&self) -> bool {
+        false
+    }
+
+    fn declares_columns(&self) -> bool {
+        false
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        options: &ReadOptions,
+        _: Section,
+        out: &mut Out<'_>,
+    ) -> Result<(), Error> {
+        let mut file =
+            BufReader::with_capacity(1 << 16, File::open(path).map_err(|e| io(path, e))?);
+        let limits = LinearReaderOptions::default()
+            .with_record_length_limit(MAX_RECORD)
+            .with_emit_chunks(true);
+        let mut reader = LinearReader::new_with_options(limits);
+        let mut reading = Reading {
+            path,
+            options,
+            out,
+            schemas: HashMap::new(),
+            topics: HashMap::new(),
+            place: 0,
+        };
+        while let Some(event) = reader.next_event() {
+            let record = match event.map_err(|e| reading.broken(&e))? {
+                LinearReadEvent::ReadRequest(n) => {
+                    // room for a whole record may be asked for at once; it is filled by what is there
+                    let room = reader.insert(n.min(1 << 20));
+                    let read = file.read(room).map_err(|e| io(path, e))?;
+                    reader.notify_read(read);
+                    continue;
+                }
+                LinearReadEvent::Record { data, opcode } => (opcode, data),
+            };
+            let go_on = match record {
+                (op::CHUNK, data) => {
+                    let records = unpacked(data).map_err(|e| reading.broken(&e))?;
+                    reading.chunk(&records)?
+                }
+                (code, data) => reading.record(code, data)?,
+            };
+            if !go_on {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Fields of a record one after the other. (The library's own parser makes room for strings by the length that they declare.)
@@ -257,12 +288,8 @@ impl Reading<'_, '_, '_> {
         };
         let values: Vec<f64> = names.iter().map(value).collect();
         let row = Row {
-            table,
-            piece: 0,
-            stamp_ns,
             arrival_ns: logged,
-            place: self.place,
-            first: 0,
+            ..Row::at(table, stamp_ns, self.place)
         };
         Ok(self.out.row(row, values))
     }
