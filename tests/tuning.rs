@@ -282,10 +282,6 @@ fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
     let lambda = |u: f64| 1.0 - 1.0 / (3.0 * 1000_f64.powf(u.clamp(0.0, 1.0)));
     for (optimiser, budget) in [
         (Optimiser::CmaEs, 60),
-        (Optimiser::NelderMead, 40),
-        (Optimiser::Tpe, 60),
-        (Optimiser::Bayesian, 30),
-        (Optimiser::DifferentialEvolution, 80),
         (Optimiser::Grid, 40),
         (Optimiser::Random, 60),
     ] {

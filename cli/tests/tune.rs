@@ -317,6 +317,7 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("budget_too_small", "study.yaml", "budget: 14", "budget: 1"),
     ("budget_negative", "study.yaml", "budget: 14", "budget: -3"),
     ("optimiser_unknown", "study.yaml", "cma_es", "cma_ess"),
+    ("optimiser_removed", "study.yaml", "cma_es", "bayesian"),
     ("front_of_one_number", "study.yaml", "optimiser: cma_es", "optimiser: nsga2"),
     ("front_without_nsga2", "study.yaml", "objective:", "objective:\n  combine: pareto"),
     ("validates_on_tuning_runs", "study.yaml", "seeds: [7, 8]", "seeds: [2, 8]"),

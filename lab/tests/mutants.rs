@@ -136,7 +136,7 @@ fn mutants_of_trials() {
             violation: 0.0,
             failed: None,
         };
-        store.add(&of).unwrap();
+        store.append(&of).unwrap();
     }
     drop(store);
     let good = std::fs::read(&path).unwrap();

@@ -65,12 +65,12 @@ pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         path: folder.clone(),
         source,
     })?;
-    let header = plan.header(shard, &identity()).to_line();
-    let mut store = ResultStore::open(&folder.join(name), &header, shard)?;
+    let header = plan.header(shard, &identity());
+    let mut store = ResultStore::resume(&folder.join(name), &header)?;
     inputs::keep(plan.inputs(), &folder.join("inputs"))?;
     let all = shard.runs(plan.runs());
-    if store.done() > 0 {
-        note(&format!("{} of {all} runs are there already", store.done()));
+    if store.rows() > 0 {
+        note(&format!("{} of {all} runs are there already", store.rows()));
     }
     interrupt::listen();
     make(&plan, shard, all, task, registry, &mut store)?;
@@ -87,12 +87,12 @@ fn make(
     store: &mut ResultStore,
 ) -> Result<(), CliError> {
     let mut progress = ProgressDisplay::new(&plan.name);
-    let rest = (store.done()..all).map(|n| shard.index(n));
+    let rest = (store.rows()..all).map(|n| shard.index(n));
     let work = |index| run_one(&plan.spec(index), registry, &interrupt::go_on);
     in_order(task.jobs.get(), rest, work, |done| {
         let result = done.map_err(|_| CliError::Interrupted)?;
-        store.append(&result.to_line())?;
-        progress.at(store.done() as f64 / all as f64);
+        store.append(&result)?;
+        progress.at(store.rows() as f64 / all as f64);
         Ok::<(), CliError>(())
     })
 }

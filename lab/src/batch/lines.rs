@@ -9,7 +9,14 @@ use std::path::{Path, PathBuf};
 /// No line of results comes near this length, bytes.
 const MAX_LINE_BYTES: u64 = 16 << 20;
 
-/// Reads lines as text, without their ends. A line that is no text, or longer than any of ours, is an error.
+/// A line without its end.
+pub(crate) struct Line {
+    pub bytes: Vec<u8>,
+    /// It has no end: the file stops within it.
+    pub torn: bool,
+}
+
+/// Reads lines, as text without their ends. A line that is no text, or longer than any of ours, is an error.
 pub struct Lines {
     path: PathBuf,
     file: BufReader<File>,
@@ -17,35 +24,53 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Of a regular file.
+    /// Opens a regular file.
     pub fn open(path: &Path) -> Result<Self, Error> {
         regular(path)?;
         let file = File::open(path).map_err(|source| Error::Io {
             path: path.into(),
             source,
         })?;
-        Ok(Self {
+        Ok(Self::of(path, file))
+    }
+
+    /// Of an open file; `path` stands in error messages.
+    pub(crate) fn of(path: &Path, file: File) -> Self {
+        Self {
             path: path.into(),
             file: BufReader::new(file),
             number: 0,
-        })
+        }
     }
 
     /// Number of the line that was read last, from 1.
-    pub fn number(&self) -> usize {
+    pub(crate) fn number(&self) -> usize {
         self.number
     }
 
-    fn wrong(&self, message: &str) -> Error {
-        InputError {
-            file: self.path.clone(),
-            line: Some(self.number),
-            column: Some(1),
-            key: String::new(),
-            message: message.into(),
-            help: "a file that only monorig has written to".into(),
+    /// The next line as bytes; `None` at the end of the file.
+    pub(crate) fn read(&mut self) -> Result<Option<Line>, Error> {
+        self.number += 1;
+        let mut bytes = Vec::new();
+        let mut bounded = self.file.by_ref().take(MAX_LINE_BYTES + 1);
+        let read = bounded.read_until(b'\n', &mut bytes);
+        read.map_err(|source| Error::Io {
+            path: self.path.clone(),
+            source,
+        })?;
+        if bytes.len() as u64 > MAX_LINE_BYTES {
+            return Err(self.wrong("this line is longer than any result"));
         }
-        .into()
+        if bytes.is_empty() {
+            return Ok(None);
+        }
+        let torn = bytes.pop_if(|last| *last == b'\n').is_none();
+        Ok(Some(Line { bytes, torn }))
+    }
+
+    fn wrong(&self, message: &str) -> Error {
+        let help = "a file that only monorig has written to";
+        wrong(&self.path, Some(self.number), message, help)
     }
 }
 
@@ -53,20 +78,28 @@ impl Iterator for Lines {
     type Item = Result<String, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.number += 1;
-        let mut line = Vec::new();
-        let mut bounded = self.file.by_ref().take(MAX_LINE_BYTES + 1);
-        if let Err(source) = bounded.read_until(b'\n', &mut line) {
-            let path = self.path.clone();
-            return Some(Err(Error::Io { path, source }));
-        }
-        if line.is_empty() {
-            return None;
-        }
-        if line.len() as u64 > MAX_LINE_BYTES {
-            return Some(Err(self.wrong("this line is longer than any result")));
-        }
-        line.pop_if(|last| *last == b'\n');
-        Some(String::from_utf8(line).map_err(|_| self.wrong("this line is not text in UTF-8")))
+        let line = self.read().transpose()?;
+        let text = |line: Line| {
+            String::from_utf8(line.bytes).map_err(|_| self.wrong("this line is not text in UTF-8"))
+        };
+        Some(line.and_then(text))
     }
+}
+
+/// An error in a line of a file.
+pub(crate) fn wrong(
+    path: &Path,
+    line: Option<usize>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Error {
+    InputError {
+        file: path.into(),
+        line,
+        column: line.map(|_| 1),
+        key: String::new(),
+        message: message.into(),
+        help: help.into(),
+    }
+    .into()
 }

@@ -1,8 +1,9 @@
 //! Shards of a study put together: the same bytes as if it had been run whole.
 
-use crate::batch::lines::Lines;
+use crate::batch::jsonl::to_line;
+use crate::batch::lines::{Lines, wrong};
 use crate::batch::{Shard, StudyHeader};
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -110,7 +111,7 @@ fn fill(parts: &mut [Part], header: &StudyHeader, to: &Path) -> Result<(), Error
         source,
     };
     let mut out = BufWriter::new(whole::create(to)?);
-    writeln!(out, "{}", header.to_line()).map_err(failed)?;
+    writeln!(out, "{}", to_line(header)).map_err(failed)?;
     let of = parts.len() as u64;
     for index in 0..header.runs {
         if let Some(part) = parts.get_mut((index % of) as usize) {
@@ -138,7 +139,7 @@ impl Part {
             None => String::new(),
         };
         self.read += 1;
-        if crate::batch::store::index_of(line.as_bytes()) == Some(index) {
+        if crate::batch::results::index_of(line.as_bytes()) == Some(index) {
             return Ok(line);
         }
         let message = match line.as_str() {
@@ -152,16 +153,4 @@ impl Part {
             "run `monorig study` for this shard again: it goes on where it stopped",
         ))
     }
-}
-
-fn wrong(path: &Path, line: Option<usize>, message: impl Into<String>, help: &str) -> Error {
-    InputError {
-        file: path.into(),
-        line,
-        column: line.map(|_| 1),
-        key: String::new(),
-        message: message.into(),
-        help: help.into(),
-    }
-    .into()
 }

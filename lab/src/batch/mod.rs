@@ -2,15 +2,17 @@
 //!
 //! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a [`RunResult`](crate::verdicts::run_result::RunResult), one line of JSON.
 //! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
-//! written do not depend on the number of threads. [`ResultStore`] keeps them in a file that survives a kill.
+//! written do not depend on the number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
 
+pub(crate) mod jsonl;
 pub mod lines;
 pub mod made_from;
 mod merge;
 mod one_run;
 mod plan;
 mod pool;
-mod store;
+mod results;
+mod shard;
 mod study_file;
 pub mod test_shards;
 mod vary;
@@ -19,5 +21,6 @@ pub use merge::merge;
 pub use one_run::{Interrupted, RunSpec, run_one};
 pub use plan::{FORMAT, Plan, StudyHeader, VERSION};
 pub use pool::{in_order, map_in_order, refused_threads};
-pub use store::{ResultStore, Shard};
+pub use results::ResultStore;
+pub use shard::Shard;
 pub use study_file::StudyFile;

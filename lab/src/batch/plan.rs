@@ -56,12 +56,6 @@ pub struct StudyHeader {
 }
 
 impl StudyHeader {
-    /// As the first line of a file, without its end.
-    pub fn to_line(&self) -> String {
-        // Strings and whole numbers: nothing in here can fail to serialise.
-        serde_json::to_string(self).unwrap_or_default()
-    }
-
     /// What differs between the header of a file (`self`) and that of what would be added to it; none if nothing does.
     pub fn differs(&self, here: &Self) -> Option<String> {
         let of = |h: &Self| {

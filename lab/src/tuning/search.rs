@@ -65,7 +65,7 @@ pub fn search(
         made_from: study.made_from(monorig),
     };
     let (store, stored) = match begin {
-        Begin::Resume if store.exists() => TrialStore::resume(store, &header)?,
+        Begin::Resume => TrialStore::resume(store, &header)?,
         Begin::Restart => (TrialStore::replace(store, &header)?, Vec::new()),
         _ => (TrialStore::create(store, &header)?, Vec::new()),
     };
@@ -169,7 +169,7 @@ impl TrialRunner<'_> {
             },
         };
         if index >= self.stored.len()
-            && let Err(e) = self.store.add(&trial)
+            && let Err(e) = self.store.append(&trial)
         {
             self.error = Some(e);
             return None;

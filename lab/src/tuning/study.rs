@@ -11,7 +11,8 @@ use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, IntoDeserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -55,7 +56,7 @@ pub struct TuningFile {
     #[serde(default = "keep_valid")]
     pub keep_valid: Fraction,
     /// How trials are chosen.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "optimiser")]
     pub optimiser: Optimiser,
     /// Trials to make, the defaults and the published constants among them.
     pub budget: u32,
@@ -183,14 +184,6 @@ pub enum Optimiser {
     /// Covariance matrix adaptation evolution strategy (Hansen and Ostermeier 2001): the one to take.
     #[default]
     CmaEs,
-    /// Simplex (Nelder and Mead 1965): local, from the defaults; few parameters.
-    NelderMead,
-    /// Differential evolution (Storn and Price 1997): global, slow.
-    DifferentialEvolution,
-    /// Tree-structured Parzen estimator (Bergstra et al. 2011): choices and integers among the parameters.
-    Tpe,
-    /// Gaussian process with expected improvement (Jones et al. 1998): costly trials, small budgets.
-    Bayesian,
     /// A grid over all parameters.
     Grid,
     /// Evenly at random: what others must beat.
@@ -230,6 +223,24 @@ impl Default for SensitivityPoints {
             map_parameters: 3,
         }
     }
+}
+
+/// Optimisers that were removed, and the ones that do their work.
+const REMOVED: [(&str, &str); 4] = [
+    ("nelder_mead", "`cma_es`"),
+    ("differential_evolution", "`cma_es`"),
+    ("bayesian", "`cma_es`, with a budget of 50 or more"),
+    ("tpe", "`cma_es`; `random` for choices only"),
+];
+
+/// Reads an optimiser. A removed one is refused with the one to take.
+fn optimiser<'de, D: Deserializer<'de>>(from: D) -> Result<Optimiser, D::Error> {
+    let name = String::deserialize(from)?;
+    if let Some((_, instead)) = REMOVED.iter().find(|r| r.0 == name) {
+        let message = format!("the optimiser `{name}` was removed; write {instead}");
+        return Err(D::Error::custom(message));
+    }
+    Optimiser::deserialize(name.into_deserializer())
 }
 
 fn keep_valid() -> Fraction {

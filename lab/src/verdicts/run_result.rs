@@ -25,12 +25,6 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// As a line of JSON, without the line's end.
-    pub fn to_line(&self) -> String {
-        // Strings and finite numbers: nothing in here can fail to serialise.
-        serde_json::to_string(self).unwrap_or_default()
-    }
-
     /// Whether the run came to its end.
     pub fn finished(&self) -> bool {
         self.summary.as_ref().is_some_and(|s| s.finished)
