@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use std::process::{Command, Stdio};
 
 /// Mutants of each kind in the normal suite.
@@ -181,13 +181,13 @@ fn lines(bytes: &mut Vec<u8>, random: &mut Random) {
 }
 
 /// Runs monorig with so little memory and time; the exit code, none if it was killed, and what it said.
-fn bounded(rig: &Simulation, arguments: &[String]) -> (Option<i32>, String) {
+fn bounded(dir: &TestFolder, arguments: &[String]) -> (Option<i32>, String) {
     let limits =
         format!("ulimit -v {MEMORY_KB}; ulimit -t {TIME_S}; ulimit -c 0; exec \"$0\" \"$@\"");
     let child = Command::new("bash")
         .args(["-c", &limits, env!("CARGO_BIN_EXE_monorig")])
         .args(arguments)
-        .current_dir(rig.path(""))
+        .current_dir(dir.path(""))
         .env("NO_COLOR", "1")
         .stdin(Stdio::null())
         .output()
@@ -202,7 +202,7 @@ fn bounded(rig: &Simulation, arguments: &[String]) -> (Option<i32>, String) {
 /// the names.
 fn attack(
     kind: &str,
-    rig: &Simulation,
+    dir: &TestFolder,
     good: &[u8],
     command: &[&str],
     one_at_a_time: bool,
@@ -218,7 +218,7 @@ fn attack(
             .map(|i| place(i % batch, &mutant(good, first + i)))
             .collect();
         let fine = |names: &[String]| {
-            let (code, told) = bounded(rig, &[&command[..], names].concat());
+            let (code, told) = bounded(dir, &[&command[..], names].concat());
             let fine = matches!(code, Some(0..=2)) && !told.contains("panicked");
             (fine, format!("{code:?} {told}"))
         };
@@ -241,15 +241,15 @@ fn attack(
 /// Files that stand for themselves.
 #[test]
 fn mutants_of_input_files() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let asset = |name: &str| std::fs::read(common::project().join("assets").join(name)).unwrap();
-    rig.write("study.yaml", STUDY.as_bytes());
-    rig.write("tuning.yaml", TUNING.as_bytes());
+    dir.write("study.yaml", STUDY.as_bytes());
+    dir.write("tuning.yaml", TUNING.as_bytes());
     for (kind, good, folder) in [
-        ("scenario", rig.read("scenario.yaml").into_bytes(), ""),
-        ("track", rig.read("track.yaml").into_bytes(), ""),
-        ("train", rig.read("train.yaml").into_bytes(), ""),
-        ("sensors", rig.read("sensors.yaml").into_bytes(), ""),
+        ("scenario", dir.read("scenario.yaml").into_bytes(), ""),
+        ("track", dir.read("track.yaml").into_bytes(), ""),
+        ("train", dir.read("train.yaml").into_bytes(), ""),
+        ("sensors", dir.read("sensors.yaml").into_bytes(), ""),
         ("study", STUDY.as_bytes().to_vec(), ""),
         ("tuning", TUNING.as_bytes().to_vec(), ""),
         ("unit", asset("units/drive_unit.yaml"), "units/"),
@@ -259,43 +259,43 @@ fn mutants_of_input_files() {
     ] {
         let place = |i: u64, bytes: &[u8]| {
             let name = format!("{folder}mutant_{i}.yaml");
-            rig.write(&name, bytes);
+            dir.write(&name, bytes);
             name
         };
-        attack(kind, &rig, &good, &["check", "--kind", kind], false, place);
+        attack(kind, &dir, &good, &["check", "--kind", kind], false, place);
     }
 }
 
 /// Files that another one names: that one is checked, and leads to the mutant.
 #[test]
 fn mutants_of_files_that_others_name() {
-    let rig = Simulation::new();
-    let survey = rig.read("survey.csv");
+    let dir = TestFolder::new();
+    let survey = dir.read("survey.csv");
     attack(
         "survey",
-        &rig,
+        &dir,
         survey.as_bytes(),
         &["check", "--kind", "track"],
         false,
         |i, bytes| {
             let (csv, track) = (format!("mutant_{i}.csv"), format!("surveyed_{i}.yaml"));
-            rig.write(&csv, bytes);
-            rig.write(
+            dir.write(&csv, bytes);
+            dir.write(
                 &track,
-                rig.read("surveyed.yaml")
+                dir.read("surveyed.yaml")
                     .replace("survey.csv", &csv)
                     .as_bytes(),
             );
             track
         },
     );
-    let urdf = rig.read("units/cab.urdf");
+    let urdf = dir.read("units/cab.urdf");
     let unit = |i: u64, urdf: &str| {
         let (name, unit) = (format!("mutant_{i}.urdf"), format!("units/mutant_{i}.yaml"));
-        rig.write(&format!("units/{name}"), urdf.as_bytes());
-        rig.write(
+        dir.write(&format!("units/{name}"), urdf.as_bytes());
+        dir.write(
             &unit,
-            rig.read("units/cab.yaml")
+            dir.read("units/cab.yaml")
                 .replace("cab.urdf", &name)
                 .as_bytes(),
         );
@@ -303,27 +303,27 @@ fn mutants_of_files_that_others_name() {
     };
     attack(
         "urdf",
-        &rig,
+        &dir,
         urdf.as_bytes(),
         &["check", "--kind", "unit"],
         false,
         |i, bytes| {
             let made = unit(i, "");
-            rig.write(&format!("units/mutant_{i}.urdf"), bytes);
+            dir.write(&format!("units/mutant_{i}.urdf"), bytes);
             made
         },
     );
-    let mesh = std::fs::read(rig.path("units/meshes/cab_shell.stl")).unwrap();
+    let mesh = std::fs::read(dir.path("units/meshes/cab_shell.stl")).unwrap();
     assert!(urdf.contains("meshes/cab_shell.stl"));
     attack(
         "stl",
-        &rig,
+        &dir,
         &mesh,
         &["check", "--kind", "unit"],
         false,
         |i, bytes| {
             let name = format!("meshes/mutant_{i}.stl");
-            rig.write(&format!("units/{name}"), bytes);
+            dir.write(&format!("units/{name}"), bytes);
             unit(i, &urdf.replace("meshes/cab_shell.stl", &name))
         },
     );
@@ -332,13 +332,13 @@ fn mutants_of_files_that_others_name() {
 /// What monorig itself has written.
 #[test]
 fn mutants_of_results() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let (head, _) = common::GOOD.split_once("events:").unwrap();
     let quick = head
         .replace("after_s: 60", "after_s: 2")
         .replace("rapier", "point-mass");
-    rig.write("quick.yaml", quick.as_bytes());
-    let (code, _, told) = rig.monorig(&["run", "quick.yaml"]);
+    dir.write("quick.yaml", quick.as_bytes());
+    let (code, _, told) = dir.monorig(&["run", "quick.yaml"]);
     assert!(matches!(code, Some(0 | 1)), "{told}");
     let run = "runs/quick/1";
     for name in [
@@ -347,32 +347,32 @@ fn mutants_of_results() {
         "metrics.json",
         "manifest.json",
     ] {
-        let Ok(good) = std::fs::read(rig.path(&format!("{run}/{name}"))) else {
+        let Ok(good) = std::fs::read(dir.path(&format!("{run}/{name}"))) else {
             assert_eq!((name, cfg!(feature = "viewer")), ("run.rrd", false));
             continue;
         };
-        std::fs::create_dir_all(rig.path("alone")).unwrap();
-        attack(name, &rig, &good, &["check"], false, |i, bytes| {
+        std::fs::create_dir_all(dir.path("alone")).unwrap();
+        attack(name, &dir, &good, &["check"], false, |i, bytes| {
             let name = format!("alone/{i}_{name}");
-            rig.write(&name, bytes);
+            dir.write(&name, bytes);
             name
         });
     }
-    rig.write("study.yaml", STUDY.as_bytes());
-    let (code, _, told) = rig.monorig(&["study", "study.yaml"]);
+    dir.write("study.yaml", STUDY.as_bytes());
+    let (code, _, told) = dir.monorig(&["study", "study.yaml"]);
     assert!(matches!(code, Some(0 | 1)), "{told}");
-    let (code, _, told) = rig.monorig(&["test", "quick.yaml", "--json", "verdicts.json"]);
+    let (code, _, told) = dir.monorig(&["test", "quick.yaml", "--json", "verdicts.json"]);
     assert!(matches!(code, Some(0 | 1)), "{told}");
     for name in ["runs/study/results.jsonl", "verdicts.json"] {
-        let good = std::fs::read(rig.path(name)).unwrap();
+        let good = std::fs::read(dir.path(name)).unwrap();
         let place = |_, bytes: &[u8]| {
-            rig.write("alone/results.jsonl", bytes);
+            dir.write("alone/results.jsonl", bytes);
             "alone/results.jsonl".to_owned()
         };
-        attack(name, &rig, &good, &["report"], true, place);
+        attack(name, &dir, &good, &["report"], true, place);
         attack(
             name,
-            &rig,
+            &dir,
             &good,
             &["merge", "--into", "alone/all"],
             true,

@@ -1,6 +1,6 @@
 //! `monorig check`: find mistakes in files without running anything.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
 use crate::files::{results, written};
@@ -22,9 +22,9 @@ Examples:
   monorig check runs/liu2023_section1/1/*
       what a run left behind: whole and readable?";
 
-/// `monorig check`
-#[derive(Debug, clap::Args)]
-#[command(after_help = CHECK_EXAMPLES)]
+/// Check files without running anything.
+#[derive(Debug, clap::Parser)]
+#[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     /// Files to check; their kind is told from their keys, of results from their names
     #[arg(required = true)]
@@ -34,8 +34,14 @@ pub struct CheckArgs {
     pub kind: Option<FileKind>,
 }
 
+impl Command for CheckArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        check(self, program.registry)
+    }
+}
+
 /// Check every file; all mistakes are shown, not only those of the first bad file.
-pub fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut bad = 0;
     for file in &task.files {
         match check_one(file, task.kind.and_then(formats::row), registry) {

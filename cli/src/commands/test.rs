@@ -3,20 +3,20 @@
 mod baseline;
 mod figures;
 mod files;
-pub mod junit;
 mod keep;
-mod lines;
-pub mod shards;
 
-use crate::CommandOutcome;
-use crate::commands::run::prepare_out;
-use crate::commands::shared::{Expect, Jobs, assignment, seeds, shard};
+use crate::arguments::{Expect, Jobs, assignment, metric, seeds, shard};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out::prepare_out;
+use crate::files::prepare;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::{counted, paragraph};
+use crate::verdicts::shards::{ShardHeader, ShardScenario};
+use crate::verdicts::{TestedScenario, junit, lines, shards};
 use baseline::Baseline;
 use monorig_lab::batch::{RunResult, RunSpec, Shard, in_order, run_one};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
@@ -24,7 +24,6 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
-use shards::{ShardHeader, ShardScenario};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -48,9 +47,9 @@ anything valid or marks misleading values valid, when an expectation does not
 hold for as many seeds as it asks for (`quantile`; all without it), or when a
 known failure holds. Findings, worst first, stand above the checks that fail.";
 
-/// `monorig test`
-#[derive(Debug, clap::Args)]
-#[command(after_help = TEST_EXAMPLES)]
+/// Run scenarios over their seeds and judge what they expect.
+#[derive(Debug, clap::Parser)]
+#[command(name = "test", after_help = TEST_EXAMPLES)]
 pub struct TestArgs {
     /// Scenario files, or folders of them
     #[arg(default_value = "scenarios")]
@@ -76,7 +75,7 @@ pub struct TestArgs {
     #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = super::compare::metric)]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
     pub metrics: Vec<String>,
     /// Make only part K of N of the runs, for `monorig merge` to judge with the others
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
@@ -93,29 +92,25 @@ pub struct TestArgs {
 }
 
 /// A scenario to test.
-pub struct Case {
+struct Case {
     path: PathBuf,
     name: String,
     /// Its runs that are made here: place among all of its runs, and seed.
     runs: Vec<(u64, u64)>,
-    /// What shards are compared by.
+    /// The values by which shards are compared.
     of_shard: ShardScenario,
     /// Its files, as they were when it was checked.
     inputs: InputFiles,
 }
 
-/// A scenario tested.
-pub struct TestedScenario {
-    /// Its verdicts.
-    pub judged: ScenarioVerdict,
-    /// Why it could not be used, if it could not.
-    pub unusable: Option<String>,
-    /// Time its runs took together.
-    pub took: Duration,
+impl Command for TestArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        test(self, program.registry)
+    }
 }
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
-pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut overrides = task.sets.clone();
     let seeds = task.seeds.iter();
     overrides.extend(seeds.map(|seeds| ("seeds".to_owned(), seeds.clone())));
@@ -154,7 +149,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let mut tested = run(task, &cases, &changes, registry)?;
     if let Some(folder) = &task.keep_failed {
         for (one, case) in tested.iter().zip(&cases) {
-            keep::worst_run(one, case, &task.sets, folder, registry)?;
+            keep::worst_run(one, &case.path, &task.sets, folder, registry)?;
         }
     }
     let (worse, compared) = match &baseline {
@@ -171,7 +166,9 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
     if let Some(path) = &task.json {
         let verdicts: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
-        let header = task.shard.map(|shard| ShardHeader::new(shard, &cases));
+        let header = task.shard.map(|shard| {
+            ShardHeader::new(shard, cases.iter().map(|c| c.of_shard.clone()).collect())
+        });
         output::write(path, &shards::json(&verdicts, header.as_ref())?)?;
     }
     let usable = tested.iter().filter(|t| t.unusable.is_none());
@@ -215,27 +212,9 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
 }
 
-impl TestedScenario {
-    /// A scenario that cannot be used: it fails, and has no run.
-    fn unusable(path: &Path, why: String) -> Self {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut judged = ScenarioVerdict::new(&name, Vec::new());
-        for check in &mut judged.checks {
-            check.what = "the scenario".into();
-            check.bound = "can be used".into();
-            check.worst = Some(why.clone());
-        }
-        Self {
-            judged,
-            unusable: Some(why),
-            took: Duration::ZERO,
-        }
-    }
-}
-
 /// Everything about a scenario that can be found wrong without running it is found here.
 fn case(path: &Path, changes: &Sets, registry: &Registry) -> Result<Case, Error> {
-    let simulation = crate::files::prepare::changed(path, changes, registry)?;
+    let simulation = prepare::changed(path, changes, registry)?;
     let scenario = &simulation.scenario;
     scenario.inputs().seal();
     Ok(Case {
@@ -299,14 +278,17 @@ fn run(
         {
             let (runs, took) = std::mem::take(&mut waiting);
             let judged = ScenarioVerdict::new(&case.name, runs);
-            let unusable = None;
-            let one = TestedScenario {
-                judged,
-                unusable,
-                took,
-            };
+            let one = TestedScenario::new(judged, took);
             refusals(&one, case);
-            let text = lines::text(&one, case, width.unwrap_or(0), &task.sets);
+            let text = lines::judged(
+                &one.judged,
+                Some(lines::Made {
+                    path: &case.path,
+                    took,
+                }),
+                width.unwrap_or(0),
+                &task.sets,
+            );
             progress.aside(|| output::verdicts(&text))?;
             tested.push(one);
             skip_empty(&mut tested, cases);
@@ -319,11 +301,8 @@ fn run(
 /// Scenarios none of whose runs are in this shard.
 fn skip_empty(tested: &mut Vec<TestedScenario>, cases: &[Case]) {
     while let Some(case) = cases.get(tested.len()).filter(|c| c.runs.is_empty()) {
-        tested.push(TestedScenario {
-            judged: ScenarioVerdict::new(&case.name, Vec::new()),
-            unusable: None,
-            took: Duration::ZERO,
-        });
+        let judged = ScenarioVerdict::new(&case.name, Vec::new());
+        tested.push(TestedScenario::new(judged, Duration::ZERO));
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reading back what was written: is it there, whole, and ours?
 
+use crate::files::broken::{MAKE_AGAIN, broken};
 use crate::files::written;
 use crate::viewer;
 use monorig_lab::explain::Budget;
@@ -7,13 +8,10 @@ use monorig_lab::report::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
 use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::config::file::{read_result, regular};
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
 use std::path::Path;
-
-/// Help for a result that cannot be used.
-pub const MAKE_AGAIN: &str = "make it again with `monorig run`";
 
 /// A kind of file that a command leaves behind.
 pub struct ResultKind {
@@ -119,7 +117,7 @@ fn has_results(path: &Path) -> bool {
 
 fn recording(path: &Path) -> Result<String, Error> {
     regular(path)?;
-    viewer::read(path)
+    viewer::read(path, MAKE_AGAIN)
 }
 
 fn channels(path: &Path) -> Result<String, Error> {
@@ -240,17 +238,4 @@ fn page(path: &Path) -> Result<String, Error> {
         (true, false) => Err(broken(path, "this page breaks off".into())),
         (false, _) => Err(broken(path, "this is not a page of ours".into())),
     }
-}
-
-/// A result that cannot be used.
-pub fn broken(path: &Path, message: String) -> Error {
-    InputError {
-        file: path.into(),
-        line: None,
-        column: None,
-        key: String::new(),
-        message,
-        help: MAKE_AGAIN.into(),
-    }
-    .into()
 }

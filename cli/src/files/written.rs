@@ -1,6 +1,6 @@
 //! Files that commands write beside their results: tables, logs, verdicts for CI servers, copies of inputs.
 
-use crate::files::results::broken;
+use crate::files::broken::broken;
 use monorig_logs::drive::vehicle_file::VehicleFile;
 use monorig_logs::inspect::inspect;
 use monorig_logs::read::ReadOptions;

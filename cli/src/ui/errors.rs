@@ -5,12 +5,12 @@
 use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
 use monorig_lab::hidden::{marked, spelled_out};
-use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
 use std::process::ExitCode;
 
-/// Why a task could not be done.
+/// The reason why a command could not do its task: exit code 2.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CliError {
     /// A file cannot be used, or the run broke down.
     #[error(transparent)]
@@ -29,23 +29,23 @@ pub enum CliError {
     /// The reader of standard output has gone, as `head` does: no error.
     #[error("the reader of standard output has gone")]
     ReaderGone,
-    /// A value cannot be written as JSON.
-    #[error("cannot write JSON: {0}")]
-    Json(serde_json::Error),
-    /// Verdicts cannot be written as JUnit XML.
-    #[error("cannot write JUnit XML: {0}")]
-    Junit(quick_junit::SerializeError),
+    /// A value cannot be written in a format, for a reason.
+    #[error("cannot write {0}: {1}")]
+    NotWritten(&'static str, String),
+    /// The arguments of a command cannot be used.
+    #[error(transparent)]
+    Usage(clap::Error),
     /// The results cannot go where they should.
     #[error("results cannot go to {}: {}\n  help: name a folder that can be written with --out", .path.display(), why_not(.path, .source))]
     Out {
         /// The folder.
         path: std::path::PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// A name on the command line that means nothing.
+    /// Something on the command line that cannot be used.
     #[error("{message}\n  help: {help}")]
-    Name {
+    Refused {
         /// What is wrong.
         message: String,
         /// What would be right.
@@ -54,15 +54,28 @@ pub enum CliError {
     /// Stopped from outside: counts as not run.
     #[error("interrupted: not everything was run; what was written up to there is whole")]
     Interrupted,
-    /// An estimator or controller of the program cannot be added.
+    /// An estimator, controller or command of the program cannot be added.
     #[error("this program is put together wrongly: {0}")]
-    Registry(RegistryError),
+    Program(String),
     /// A study stopped from outside, after so many trials.
     #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
     TuningInterrupted(usize),
 }
 
-/// Why a folder cannot be written: a file that is in its way, else what the system said.
+impl CliError {
+    /// Makes an error from what is wrong and what would be right.
+    pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (message, help) = (message.into(), help.into());
+        Self::Refused { message, help }
+    }
+
+    /// Makes the error of a value that cannot be written as JSON.
+    pub(crate) fn json(e: serde_json::Error) -> Self {
+        Self::NotWritten("JSON", e.to_string())
+    }
+}
+
+/// The reason why a folder cannot be written: a file that is in its way, else what the system said.
 fn why_not(folder: &std::path::Path, source: &std::io::Error) -> String {
     match folder.ancestors().find(|part| part.is_file()) {
         Some(file) if file == folder => "it is a file".to_owned(),

@@ -31,10 +31,9 @@ pub fn sink(
     Some(Box::new(sink))
 }
 
-/// Read a recording back, and say what is in it.
-pub fn read(path: &Path) -> Result<String, Error> {
-    let broken =
-        |message: String| input_error(path, "", message, crate::files::results::MAKE_AGAIN);
+/// Reads a recording back, and describes what is in it; `make_again` is the help for one that cannot be used.
+pub fn read(path: &Path, make_again: &str) -> Result<String, Error> {
+    let broken = |message: String| input_error(path, "", message, make_again);
     let found = monorig_viz::readback::read(path).map_err(|e| match e {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
             broken(format!("this recording cannot be read: {source}"))

@@ -132,7 +132,7 @@ fn installed() -> Result<PathBuf, CliError> {
         }
     };
     let help = install();
-    Err(CliError::Name { message, help })
+    Err(CliError::Refused { message, help })
 }
 
 /// Pythons that may have the package: that of a `rerun` on the search path first.

@@ -1,7 +1,7 @@
 //! Verdicts against those of an earlier test: which metrics have become worse?
 
-use super::TestedScenario;
 use crate::ui::errors::CliError;
+use crate::verdicts::TestedScenario;
 use monorig_lab::batch::RunResult;
 use monorig_lab::metrics;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;

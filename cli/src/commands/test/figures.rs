@@ -1,7 +1,7 @@
 //! Figures over all runs of a test: metrics of each estimator over scenarios and seeds alike.
 
-use super::TestedScenario;
 use crate::ui::tables::{lines, number, right, table};
+use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use std::collections::BTreeMap;
 

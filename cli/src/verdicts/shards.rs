@@ -1,0 +1,207 @@
+//! Shards of a test: each makes a part of the runs, `monorig merge` judges all of them.
+
+use super::lines;
+use crate::command::CommandOutcome;
+use crate::identity::identity;
+use crate::ui::errors::CliError;
+use crate::ui::output;
+use crate::ui::prose::counted;
+use monorig_lab::batch::{RunResult, Shard};
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::resolved;
+use monorig_sim::config::file::{input_error, read_result};
+use monorig_sim::config::scenario::Scenario;
+use monorig_sim::record::identity::Identity;
+use monorig_sim::record::manifest;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// The test that a shard is a part of: the same in all shards of one test but for `shard`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ShardHeader {
+    /// Which part.
+    #[serde(flatten)]
+    pub(crate) shard: Shard,
+    /// The program, and the arithmetic of the machine.
+    monorig: Identity,
+    /// Every scenario of the test.
+    scenarios: Vec<ShardScenario>,
+}
+
+/// A scenario of a sharded test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ShardScenario {
+    name: String,
+    /// Runs of all shards together.
+    runs: usize,
+    /// SHA-256 over the program, the files it was made from and what they come to.
+    hash: String,
+}
+
+/// The file of a test, as far as it is read back.
+#[derive(Deserialize)]
+struct TestFile {
+    kind: String,
+    #[serde(default)]
+    shard: Option<ShardHeader>,
+    scenarios: Vec<ScenarioVerdict>,
+}
+
+impl ShardScenario {
+    /// Makes the row of a scenario that was read.
+    pub(crate) fn new(scenario: &Scenario, registry: &Registry) -> Self {
+        let inputs = scenario.input_digests();
+        Self {
+            name: scenario.name.clone(),
+            runs: scenario.seeds().len(),
+            hash: manifest::hash(&identity(), &inputs, &resolved(scenario, registry)),
+        }
+    }
+}
+
+impl ShardHeader {
+    /// Makes the header of a part of a test of these scenarios.
+    pub(crate) fn new(shard: Shard, scenarios: Vec<ShardScenario>) -> Self {
+        Self {
+            shard,
+            monorig: identity(),
+            scenarios,
+        }
+    }
+
+    /// The first difference from the test that another shard is a part of.
+    fn differs(&self, first: &Self) -> Option<String> {
+        if let Some(difference) = self.monorig.differs(&first.monorig) {
+            return Some(difference);
+        }
+        if self.shard.of != first.shard.of {
+            return Some(format!(
+                "{} shards there, {} here",
+                self.shard.of, first.shard.of
+            ));
+        }
+        let names = |h: &Self| {
+            h.scenarios
+                .iter()
+                .map(|s| s.name.clone())
+                .collect::<Vec<_>>()
+        };
+        if names(self) != names(first) {
+            return Some("other scenarios".into());
+        }
+        let both = self.scenarios.iter().zip(&first.scenarios);
+        let other = both.filter(|(a, b)| a != b).map(|(a, _)| a.name.as_str());
+        let other: Vec<&str> = other.collect();
+        (!other.is_empty()).then(|| {
+            format!(
+                "files, values or seeds of {} have changed",
+                other.join(", ")
+            )
+        })
+    }
+}
+
+/// Verdicts and metrics as JSON; of a shard with what it is a part of.
+pub(crate) fn json(
+    verdicts: &[&ScenarioVerdict],
+    shard: Option<&ShardHeader>,
+) -> Result<String, CliError> {
+    let mut all = json!({ "version": 1, "kind": "test", "monorig": identity().to_string(), "scenarios": verdicts });
+    if let Some(shard) = shard {
+        all["shard"] = serde_json::to_value(shard).map_err(CliError::json)?;
+    }
+    let text = serde_json::to_string_pretty(&all).map_err(CliError::json)?;
+    Ok(text + "\n")
+}
+
+/// Put the shards of a test together, judge them, and write what `monorig test --json` would have written for the whole.
+pub(crate) fn merge(parts: &[PathBuf], to: &Path) -> Result<CommandOutcome, CliError> {
+    let mut first: Option<ShardHeader> = None;
+    let mut seen: Vec<u64> = Vec::new();
+    let mut runs: Vec<Vec<RunResult>> = Vec::new();
+    for path in parts {
+        let (header, verdicts) = read(path)?;
+        let first = first.get_or_insert_with(|| header.clone());
+        if let Some(what) = header.differs(first) {
+            let message = format!("this is a shard of another test than the first file: {what}");
+            let help =
+                "name the shards of one test, made by one program on machines that compute alike";
+            return Err(wrong(path, message, help));
+        }
+        if seen.contains(&header.shard.part) {
+            let message = format!(
+                "shard {}/{} is there twice",
+                header.shard.part, first.shard.of
+            );
+            return Err(wrong(path, message, "name each shard once"));
+        }
+        seen.push(header.shard.part);
+        runs.resize_with(first.scenarios.len(), Vec::new);
+        for (all, verdict) in runs.iter_mut().zip(verdicts) {
+            all.extend(verdict.runs);
+        }
+    }
+    let Some(first) = first else {
+        return Err(wrong(
+            to,
+            "there is nothing to merge".into(),
+            "name the shards",
+        ));
+    };
+    let mut verdicts = Vec::new();
+    for (of, mut runs) in first.scenarios.iter().zip(runs) {
+        runs.sort_by_key(|r| r.index);
+        if !runs.iter().map(|r| r.index).eq(0..of.runs as u64) {
+            let message = format!(
+                "{}: {} of {} runs are here; shards {seen:?} of {}",
+                of.name,
+                runs.len(),
+                of.runs,
+                first.shard.of
+            );
+            return Err(wrong(
+                parts.first().map_or(to, PathBuf::as_path),
+                message,
+                "name every shard once, 1/n to n/n",
+            ));
+        }
+        verdicts.push(ScenarioVerdict::new(&of.name, runs));
+    }
+    let all: Vec<&ScenarioVerdict> = verdicts.iter().collect();
+    output::write(to, &json(&all, None)?)?;
+    let width = all.iter().map(|v| v.scenario.chars().count()).max();
+    for verdict in &verdicts {
+        output::verdicts(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
+    }
+    let failed = verdicts.iter().filter(|v| !v.held).count();
+    let runs: usize = verdicts.iter().map(|v| v.runs.len()).sum();
+    output::print(&format!(
+        "{}, {}: {} held, {failed} failed\n",
+        counted(verdicts.len(), "scenario"),
+        counted(runs, "run"),
+        verdicts.len() - failed
+    ))?;
+    Ok(match failed {
+        0 => CommandOutcome::Held,
+        _ => CommandOutcome::Failed,
+    })
+}
+
+fn read(path: &Path) -> Result<(ShardHeader, Vec<ScenarioVerdict>), CliError> {
+    let help = "a file that `monorig study`, or `monorig test --shard K/N --json FILE`, wrote";
+    let text = read_result(path)?;
+    let file: TestFile = serde_json::from_str(&text)
+        .map_err(|e| wrong(path, format!("this is no shard of a test: {e}"), help))?;
+    match file.shard {
+        Some(shard) if file.kind == "test" && shard.scenarios.len() == file.scenarios.len() => {
+            Ok((shard, file.scenarios))
+        }
+        _ => Err(wrong(path, "this is no shard of a test".into(), help)),
+    }
+}
+
+fn wrong(path: &Path, message: String, help: &str) -> CliError {
+    CliError::Sim(input_error(path, "", message, help))
+}
