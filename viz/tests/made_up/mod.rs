@@ -131,12 +131,7 @@ impl Run {
 }
 
 fn noise(stream: u64, row: u64) -> f64 {
-    let mut x = (stream << 32) ^ row ^ 0x9e37_79b9_7f4a_7c15;
-    for _ in 0..3 {
-        x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x ^= x >> 29;
-    }
-    (x >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    2.0 * monorig_testing::Random::new((stream << 32) ^ row).unit() - 1.0
 }
 
 fn names(count: usize) -> Vec<Channel> {
