@@ -1,4 +1,5 @@
-//! A car on a road: what is refused, and with which reason. Each case is a change to a good scenario or to a file it names.
+//! A car on a road: what is refused, and with which reason. Each case is a change to a good scenario or to a file it
+//! names.
 
 mod common;
 

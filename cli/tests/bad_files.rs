@@ -1,4 +1,5 @@
-//! Bad files under a good scenario: every case is a change to one of them. The snapshots hold kind and place of each error.
+//! Bad files under a good scenario: every case is a change to one of them. The snapshots hold kind and place of each
+//! error.
 //!
 //! None may panic, every one must end with code 2, none may leave anything where results go, and `check` must find all
 //! that `run` does. New snapshots: see `bad_input.rs`.

@@ -1,9 +1,10 @@
-//! Bad input: every case is a change to a good file or command line. The snapshots hold kind and place of each error, and a few whole messages.
+//! Bad input: every case is a change to a good file or command line. The snapshots hold kind and place of each error,
+//! and a few whole messages.
 //!
-//! None may panic, every one must end with code 2, and none may leave anything where results go.
-//! New snapshots are taken with `INSTA_UPDATE=always cargo test --release -p monorig` and read before they are committed.
-//! Cases of scenarios and the command line stand here; those of another kind of file go into a file beside this one, which
-//! uses the same [`common::TestFolder`].
+//! None may panic, every one must end with code 2, and none may leave anything where results go. New snapshots are
+//! taken with `INSTA_UPDATE=always cargo test --release -p monorig` and read before they are committed. Cases of
+//! scenarios and the command line stand here; those of another kind of file go into a file beside this one, which uses
+//! the same [`common::TestFolder`].
 
 mod common;
 

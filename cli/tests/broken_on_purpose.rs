@@ -1,4 +1,4 @@
-//! What is broken on purpose makes `monorig test` red, with the name of what failed.
+//! A part that is broken on purpose makes `monorig test` red, with the name of what failed.
 
 #![allow(clippy::unwrap_used)]
 
@@ -77,8 +77,8 @@ fn a_stuck_sensor_is_red() {
     );
 }
 
-/// Equation 14 of Liu et al. (2023) as printed lacks an inverse: its covariance turns negative. The same estimator with the equation
-/// corrected holds the bound, which is the range of the handbook, 0.01 to 0.03.
+/// Equation 14 of Liu et al. (2023) as printed lacks an inverse: its covariance turns negative. The same estimator with
+/// the equation corrected holds the bound, which is the range of the handbook, 0.01 to 0.03.
 #[test]
 fn an_estimator_with_equation_14_as_printed_is_red() {
     let identify = |eq14: &'static str| {

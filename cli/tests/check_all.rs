@@ -134,7 +134,7 @@ fn every_file_that_is_written_is_known() {
     }
 }
 
-/// What is damaged is told, in every one of these.
+/// A damaged file is refused, in every one of these formats.
 #[test]
 fn what_is_damaged_is_refused() {
     let dir = TestFolder::new();

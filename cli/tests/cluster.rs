@@ -36,7 +36,8 @@ fn tests() -> TestFolder {
     dir
 }
 
-/// Four shards, merged, are the same bytes and the same verdict as one process; a scenario without a run in a shard is no failure.
+/// Four shards, merged, are the same bytes and the same verdict as one process; a scenario without a run in a shard is
+/// no failure.
 #[test]
 fn shards_of_a_test_are_judged_by_merge() {
     let dir = tests();

@@ -43,8 +43,8 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&all, more].concat()
 }
 
-/// Means and differences are those of the single runs, and an estimator that was not in the scenario runs beside the others
-/// without changing them.
+/// Means and differences are those of the single runs, and an estimator that was not in the scenario runs beside the
+/// others without changing them.
 #[test]
 fn the_table_says_what_the_runs_say() {
     let dir = dir();
@@ -115,8 +115,8 @@ fn the_table_says_what_the_runs_say() {
     }
 }
 
-/// Without `--metrics` the ratios to the Cramér-Rao bound stand beside the errors where the sheet bounds anything, and `monorig test --metrics` tells the
-/// same numbers over all runs.
+/// Without `--metrics` the ratios to the Cramér-Rao bound stand beside the errors where the sheet bounds anything, and
+/// `monorig test --metrics` tells the same numbers over all runs.
 #[test]
 fn errors_over_their_bound_are_shown_where_there_is_one() {
     let dir = dir();

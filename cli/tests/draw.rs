@@ -69,7 +69,8 @@ fn bad_ranges_are_refused_with_their_place() {
     }
 }
 
-/// The bound is printed with the errors of the scenario's estimators beside it, and does not depend on the number of threads.
+/// The bound is printed with the errors of the scenario's estimators beside it, and does not depend on the number of
+/// threads.
 #[test]
 fn the_bound_of_a_scenario() {
     let (dir, _) = dir();

@@ -7,7 +7,8 @@ mod common;
 use common::{TestFolder, columns};
 use std::collections::BTreeMap;
 
-/// A run that has kept its samples: jitter, latency and dropouts of the wheel speed, and with the sample's events a load change and a stuck IMU.
+/// A run that has kept its samples: jitter, latency and dropouts of the wheel speed, and with the sample's events a
+/// load change and a stuck IMU.
 fn run(dir: &TestFolder, more: &[&str]) {
     let task = [
         "run",
@@ -112,9 +113,9 @@ fn a_lossless_export_is_the_run_again_bit_for_bit() {
     }
 }
 
-/// CAN rounds: stamps to 1 µs, forces to 1e-5 m/s², torques to 1e-3 N·m, speeds to 1e-5 m/s. A filter that is stable makes differences of
-/// that order in slope (1e-5 / 9.81 rad) and mass (1e-3 N·m of some 10) of it. Without the events: at the edges of a fault a detector that
-/// decides a step later makes more of it (1.5e-4 rad here).
+/// CAN rounds: stamps to 1 µs, forces to 1e-5 m/s², torques to 1e-3 N·m, speeds to 1e-5 m/s. A filter that is stable
+/// makes differences of that order in slope (1e-5 / 9.81 rad) and mass (1e-3 N·m of some 10) of it. Without the events:
+/// at the edges of a fault a detector that decides a step later makes more of it (1.5e-4 rad here).
 #[test]
 fn an_export_to_can_is_the_run_within_the_steps_of_its_signals() {
     let dir = TestFolder::new();

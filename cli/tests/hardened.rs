@@ -259,7 +259,7 @@ fn a_quantile_can_always_fail() {
     assert_eq!(code, Some(1), "{out}{err}");
 }
 
-/// What a study's file changes is blamed on it, not on a `--set` that nobody typed.
+/// An error in a change of a study names the study's file, not a `--set` that nobody typed.
 #[test]
 fn errors_of_a_study_name_the_study() {
     let dir = TestFolder::new();

@@ -35,7 +35,8 @@ fn run_of(dir: &TestFolder, scenario: &str) -> String {
     )
 }
 
-/// The estimates of the run itself, judged as if they were made elsewhere, are as good as those of the run; with 1 t on top they are 1 t off.
+/// The estimates of the run itself, judged as if they were made elsewhere, are as good as those of the run; with 1 t on
+/// top they are 1 t off.
 #[test]
 fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
     let dir = TestFolder::new();
@@ -108,8 +109,8 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
     assert!(told.contains("mass_kg"), "{told}");
 }
 
-/// Simulator → log → parameters: a torque read 8 % too large and the running resistance of the train come out of the log within three
-/// standard deviations.
+/// Simulator → log → parameters: a torque read 8 % too large and the running resistance of the train come out of the
+/// log within three standard deviations.
 #[test]
 fn what_was_planted_in_a_run_is_found_in_its_log() {
     let dir = TestFolder::new();
@@ -156,9 +157,10 @@ fn what_was_planted_in_a_run_is_found_in_its_log() {
     assert!(told.contains("--known mass,slope"), "{told}");
 }
 
-/// A minute at rest with white noise of a known density, then a drive: `--noise from-log` shows the random walk of the integral of each axis
-/// (standard deviation of a sample times the root of its period) within three standard deviations, and nothing of a bias that is not there;
-/// it stands in the manifest. Of a log that never stands it says so.
+/// A minute at rest with white noise of a known density, then a drive: `--noise from-log` shows the random walk of the
+/// integral of each axis (standard deviation of a sample times the root of its period) within three standard
+/// deviations, and nothing of a bias that is not there; it stands in the manifest. Of a log that never stands it says
+/// so.
 #[test]
 fn allan_figures_are_those_of_the_standing_part_of_a_log() {
     let dir = TestFolder::new();
@@ -249,9 +251,9 @@ estimators: {attitude: {}}
     assert!(!manifest.contains("random walk"), "{manifest}");
 }
 
-/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the differences as the
-/// force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running resistance that is 0.01 too large as
-/// −0.01 m g.
+/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the
+/// differences as the force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running
+/// resistance that is 0.01 too large as −0.01 m g.
 #[test]
 fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
     let dir = TestFolder::new();

@@ -1,4 +1,5 @@
-//! Runs of many rows: their recordings are thinned, `--full-rate` records all, and their reports are no longer than those of short runs.
+//! Runs of many rows: their recordings are thinned, `--full-rate` records all, and their reports are no longer than
+//! those of short runs.
 
 #![allow(clippy::unwrap_used)]
 

@@ -63,7 +63,8 @@ fn track_of(name: &str) -> Rail {
     Rail::load(&project().join(format!("assets/tracks/{name}.yaml"))).unwrap()
 }
 
-/// Maps a run of seed `seed`; returns for each place that was read: chainage, error of the grade over its standard deviation.
+/// Maps a run of seed `seed`; returns for each place that was read: chainage, error of the grade over its standard
+/// deviation.
 fn mapped(dir: &TestFolder, seed: u64) -> Vec<(f64, f64)> {
     let track = track_of("liu2023_section1");
     let rows = drive_and_map(dir, SCENARIO, seed);
@@ -74,7 +75,8 @@ fn mapped(dir: &TestFolder, seed: u64) -> Vec<(f64, f64)> {
     rows.iter().map(error).collect()
 }
 
-/// Bends to both sides: the heading against that of the first place is the track's within its standard deviation, and the map is a track with bends.
+/// Bends to both sides: the heading against that of the first place is the track's within its standard deviation, and
+/// the map is a track with bends.
 #[test]
 fn the_bends_of_the_map_are_those_of_the_track() {
     let dir = TestFolder::new();
@@ -102,8 +104,8 @@ fn the_bends_of_the_map_are_those_of_the_track() {
     assert!((of_map - turned(last)).abs() < 2.0, "{of_map}°");
 }
 
-/// The map is the track within its standard deviation: normalised errors of five drives are those of a standard normal variable, as far as
-/// five biases tell. The train comes from 21.5 m to 77 m.
+/// The map is the track within its standard deviation: normalised errors of five drives are those of a standard normal
+/// variable, as far as five biases tell. The train comes from 21.5 m to 77 m.
 #[test]
 fn the_map_of_a_drive_is_the_track_within_its_standard_deviation() {
     let dir = TestFolder::new();

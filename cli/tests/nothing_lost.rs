@@ -137,7 +137,8 @@ fn results_of_another_program_are_not_gone_on_with() {
     }
 }
 
-/// What `--set` names is among the inputs: another content is another hash. What is only mentioned is not read.
+/// A file that `--set` names is among the inputs: another content is another hash. A file that is only mentioned is not
+/// read.
 #[test]
 fn the_manifest_has_the_files_that_were_read_and_no_others() {
     let dir = TestFolder::new();
@@ -177,7 +178,8 @@ fn the_manifest_has_the_files_that_were_read_and_no_others() {
     assert_ne!(manifest()["hash"], first["hash"]);
 }
 
-/// Files edited while a study goes on change none of its runs, a choice's among them; and the study keeps what it was made from.
+/// Files edited while a study goes on change none of its runs, a choice's among them; and the study keeps what it was
+/// made from.
 #[test]
 fn a_study_is_made_from_the_files_as_they_were_when_it_began() {
     let dir = with_study();

@@ -213,7 +213,8 @@ fn of_a_study() {
     assert!(err.contains("results.jsonl:3:"), "{err}");
 }
 
-/// Every figure of the table of `monorig compare` stands in the page, the published ones too; runs that are left out are named.
+/// Every figure of the table of `monorig compare` stands in the page, the published ones too; runs that are left out
+/// are named.
 #[test]
 fn of_a_comparison() {
     let dir = TestFolder::new();

@@ -1,4 +1,4 @@
-//! What a run leaves behind: whole results, also when it is stopped from outside; nothing when the disk is full.
+//! Results that a run leaves behind: whole ones, also when it is stopped from outside; nothing when the disk is full.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -154,8 +154,8 @@ fn results_that_are_not_whole_are_refused() {
     }
 }
 
-/// Ways to run with little room for results, as shell scripts: a small disk of its own if the system lets us, and a limit on
-/// the size of files.
+/// Ways to run with little room for results, as shell scripts: a small disk of its own if the system lets us, and a
+/// limit on the size of files.
 const NO_ROOM: [(&str, &str, &str); 2] = [
     (
         "small disk",

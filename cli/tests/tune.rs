@@ -1,4 +1,5 @@
-//! `monorig tune`: the same trials and winner for any number of threads and after a kill; bad studies; winners included.
+//! `monorig tune`: the same trials and winner for any number of threads and after a kill; bad studies; winners
+//! included.
 
 #![allow(clippy::unwrap_used)]
 
@@ -159,7 +160,8 @@ fn the_closed_loop_is_tuned_too() {
     assert_eq!(results(&dir, "one"), results(&dir, "two"));
 }
 
-/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something else.
+/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something
+/// else.
 #[cfg(feature = "viewer")]
 #[test]
 fn before_and_after_are_recorded_side_by_side() {
@@ -204,7 +206,8 @@ fn before_and_after_are_recorded_side_by_side() {
     assert!(!dir.path("without/tune/study/before_after.rrd").exists());
 }
 
-/// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation runs alone.
+/// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation
+/// runs alone.
 #[test]
 fn defaults_that_cannot_be_measured_are_refused() {
     let blind = "{metric: mass_rmse_kg_valid, after_s: 0, until_s: 1}";

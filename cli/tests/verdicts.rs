@@ -6,8 +6,8 @@ mod common;
 
 use common::{TestFolder, words};
 
-/// A quick scenario with these expectations (lines of YAML). Its track is short and crooked, and no estimator is judged by its integrity
-/// there unless the lines say so.
+/// A quick scenario with these expectations (lines of YAML). Its track is short and crooked, and no estimator is judged
+/// by its integrity there unless the lines say so.
 fn quick(expect: &str) -> String {
     let integrity = match expect.contains("integrity:") {
         true => "",
@@ -159,7 +159,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// A bound on an error without one on the availability is refused, and the message says what to add; each of the three ways will do.
+/// A bound on an error without one on the availability is refused, and the message says what to add; each of the three
+/// ways will do.
 #[test]
 fn an_error_is_not_bounded_without_its_availability() {
     let bound =
@@ -191,7 +192,7 @@ fn an_error_is_not_bounded_without_its_availability() {
     }
 }
 
-/// What is asked of the availability is checked, over the time of the error.
+/// An expectation of the availability is checked over the time of the error.
 #[test]
 fn the_availability_beside_an_error_is_a_bound() {
     let expect = "expect:\n  - {estimator: dffrls_aukf_robust, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
@@ -207,7 +208,8 @@ fn the_availability_beside_an_error_is_a_bound() {
 const MISLEADING: &str =
     "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90}\n";
 
-/// Limits that any error exceeds: the scenario is red although all that it expects holds, and the finding stands above all else.
+/// Limits that any error exceeds: the scenario is red although all that it expects holds, and the finding stands above
+/// all else.
 #[test]
 fn what_misleads_is_red_and_named_first() {
     let dir = with(&[("one", quick(&format!("{HOLDS}{MISLEADING}")))]);

@@ -1,5 +1,5 @@
-//! `monorig report --view`: one page with viewer and recordings, opened by Chromium without a request. Skipped, with a word, where the Python
-//! package rerun-sdk or Chromium is not there.
+//! `monorig report --view`: one page with viewer and recordings, opened by Chromium without a request. Skipped, with a
+//! word, where the Python package rerun-sdk or Chromium is not there.
 
 #![cfg(feature = "viewer")]
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
@@ -32,7 +32,7 @@ fn with_runs() -> (TestFolder, [&'static str; 2]) {
     (dir, ["runs/minimal@load10000/1", "runs/minimal@load5000/1"])
 }
 
-/// Whether the viewer is installed; if not, what is said of it is what helps.
+/// Returns whether the viewer is installed; if not, the message must help.
 fn written(dir: &TestFolder, task: &[&str]) -> bool {
     let (code, out, err) = dir.monorig(task);
     if code == Some(0) {
@@ -83,7 +83,8 @@ fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
     assert!(!log.contains("rerun.io"), "the page asked for something");
 }
 
-/// The page as Chromium has it after a while of the page's own time; what it asks the network for goes to net.json. None without Chromium.
+/// The page as Chromium has it after a while of the page's own time; what it asks the network for goes to net.json.
+/// None without Chromium.
 fn opened(dir: &TestFolder, name: &str) -> Option<String> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let there = |name: &&str| {

@@ -212,7 +212,7 @@ impl TestFolder {
         )
     }
 
-    /// What monorig says when it refuses: code 2, no panic, nothing left behind.
+    /// Runs monorig, which must refuse: code 2, no panic, nothing left behind. Returns its words.
     pub fn refused(&self, arguments: &[&str]) -> String {
         let before = self.names();
         let (code, out, err) = self.monorig(arguments);
@@ -274,7 +274,8 @@ pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
     all
 }
 
-/// Words of a message, and the kind of error that has them; the first that fits counts. An error with none of them breaks a rule.
+/// Words of a message, and the kind of error that has them; the first that fits counts. An error with none of them
+/// breaks a rule.
 const KINDS: &[(&str, &str)] = &[
     ("unknown key", "unknown key"),
     ("` is missing", "missing key"),
@@ -308,8 +309,8 @@ const KINDS: &[(&str, &str)] = &[
     ("unrecognized subcommand", "usage"),
 ];
 
-/// A row of a table of refusals: the case, then kind and place (file:line:column) of each error, and its key. That each error with a place shows the
-/// line with a mark, and what would be right, is checked here.
+/// A row of a table of refusals: the case, then kind and place (file:line:column) of each error, and its key. That each
+/// error with a place shows the line with a mark, and what would be right, is checked here.
 pub fn row(case: &str, told: &str) -> String {
     let errors = || told.lines().filter_map(|l| l.strip_prefix("error: "));
     let rows: Vec<[&str; 3]> = errors().map(kind_place_and_key).collect();
