@@ -1,7 +1,7 @@
 //! One HTML file with the web viewer and recordings inside: it opens from disk, offline, and loads and sends nothing.
 //!
-//! A content security policy forbids every connection: left alone, the viewer would send usage data. The module is packed with gzip,
-//! which the browser unpacks; all of it stands in the page as base64.
+//! A content security policy forbids every connection: left alone, the viewer would send usage data. The module is
+//! packed with gzip, which the browser unpacks; all of it stands in the page as base64.
 
 use super::web_viewer::WebViewer;
 use crate::ui::errors::CliError;
