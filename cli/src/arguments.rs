@@ -10,7 +10,8 @@ use std::path::PathBuf;
 /// Threads to work with.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Jobs {
-    /// Runs at a time [default: the cores this process may use: affinity, cgroup quota, SLURM_CPUS_PER_TASK]. Results do not depend on it
+    /// Runs at a time [default: the cores this process may use: affinity, cgroup quota, SLURM_CPUS_PER_TASK]. Results
+    /// do not depend on it
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }

@@ -6,7 +6,8 @@ use monorig_sim::closed_loop::registry::Registry;
 
 /// A command: its arguments, which clap derives from a struct, and what is done with them.
 ///
-/// `#[derive(clap::Parser)]` with `#[command(name = "…")]` makes name, help and arguments of the struct; [`crate::App::command`] adds it.
+/// `#[derive(clap::Parser)]` with `#[command(name = "…")]` makes name, help and arguments of the struct;
+/// [`crate::App::command`] adds it.
 pub trait Command: CommandFactory + FromArgMatches {
     /// Describes name, help and arguments.
     fn args(_registry: &Registry) -> clap::Command {

@@ -1,7 +1,7 @@
 //! The command line of monorig: read the arguments, build, run, report.
 //!
-//! The program `monorig` is [`App`] with what monorig has of its own. A program of one's own adds its estimators and controllers; every
-//! command then takes them from a scenario as it takes ours:
+//! The program `monorig` is [`App`] with what monorig has of its own. A program of one's own adds its estimators and
+//! controllers; every command then takes them from a scenario as it takes ours:
 //!
 //! ```no_run
 //! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
@@ -137,8 +137,8 @@ impl App {
         }
     }
 
-    /// Adds a type of estimator with the parameters `P`. A name that is taken, or that cannot be part of a channel's path, is an error of
-    /// [`App::main`].
+    /// Adds a type of estimator with the parameters `P`. A name that is taken, or that cannot be part of a channel's
+    /// path, is an error of [`App::main`].
     pub fn estimator<P, E>(
         mut self,
         name: &str,
@@ -183,12 +183,12 @@ impl App {
         self.wrong = self.wrong.take().or(mistake);
     }
 
-    /// Reads the command line, does what it says, and returns the exit code.
+    /// Runs the command of the command line, and returns the exit code.
     pub fn main(self) -> ExitCode {
         self.main_with(std::env::args_os())
     }
 
-    /// Does what these words of a command line say, the first of them the program's name.
+    /// Runs the command of these words, the first of them the program's name.
     fn main_with(self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
         if let Some(wrong) = self.wrong {
             errors::show(&CliError::Program(wrong));

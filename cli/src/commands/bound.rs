@@ -84,7 +84,7 @@ fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
     Ok(CommandOutcome::Held)
 }
 
-/// What the sheet says; one without accelerometer or wheel speed bounds nothing.
+/// Refuses a scenario whose sheet has no accelerometer or no wheel speed: it has no bound.
 fn bounded(scenario: &Scenario) -> Result<(), Error> {
     let builder = SimulationBuilder::from_scenario(scenario.clone())?;
     let noise = builder

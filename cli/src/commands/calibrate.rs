@@ -27,10 +27,10 @@ those under `reference` in the map.";
 pub struct CalibrateArgs {
     /// The log: one file, or the folder in which the files of the map are; without it where the map says
     pub log: Option<PathBuf>,
-    /// What the columns of the log measure
+    /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
     pub map: PathBuf,
-    /// What is known of the drive
+    /// Quantities that are known of the drive
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', required = true)]
     pub known: Vec<Known>,
     /// Also write what was found as JSON
@@ -41,7 +41,7 @@ pub struct CalibrateArgs {
     pub sets: Vec<(String, String)>,
 }
 
-/// What can be known of a drive.
+/// Quantities of a drive that can be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Known {
     /// The total mass

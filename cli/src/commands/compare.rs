@@ -130,7 +130,8 @@ fn named(text: &str) -> Result<NamedEstimator, String> {
     }
 }
 
-/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an error.
+/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an
+/// error.
 fn additions(
     scenario: &Scenario,
     wanted: &[NamedEstimator],
@@ -276,7 +277,8 @@ fn run(
     Ok(runs)
 }
 
-/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on those valid in common.
+/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on
+/// those valid in common.
 fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
     let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
     let mut parts = Vec::new();

@@ -32,7 +32,7 @@ pub struct DrawArgs {
     /// Seed of the first course; each further one has the next
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// How many courses
+    /// Number of courses
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub count: u64,
     /// Folder the scenarios go to
@@ -75,7 +75,7 @@ fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     Ok(CommandOutcome::Held)
 }
 
-/// Refuse to replace a file that says something else.
+/// Refuses to replace a file with another content.
 fn keep(place: &Path, text: &str) -> Result<(), CliError> {
     match std::fs::read(place) {
         Ok(there) if there != text.as_bytes() => Err(input_error(

@@ -109,7 +109,7 @@ fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
     }
 }
 
-/// What was changed against the scenario file in this run.
+/// Changes to the scenario file in this run.
 fn changes(task: &ExplainArgs, manifest: &Manifest) -> Result<Vec<(String, String)>, CliError> {
     let pairs = manifest.changes.iter().map(|change| {
         let pair = change.split_once('=');

@@ -34,7 +34,7 @@ pub struct JudgeArgs {
     /// Folder of a run that has kept its samples, or a log
     #[arg(value_name = "RUN|LOG")]
     pub what: PathBuf,
-    /// What the columns of a log measure; not of a run
+    /// Map file: the quantities in the columns of a log; not of a run
     #[arg(long, value_name = "MAP")]
     pub map: Option<PathBuf>,
     /// Table of the estimates: CSV, Parquet or any format of a log

@@ -30,13 +30,13 @@ const WIDTH: usize = 80;
 #[derive(Debug, clap::Parser)]
 #[command(name = "list", after_help = LIST_EXAMPLES)]
 pub struct ListArgs {
-    /// What to list
+    /// Names to list
     pub what: Listed,
     /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]
     pub of: Option<String>,
 }
 
-/// What can be listed.
+/// The lists there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Listed {
     /// Types of estimators

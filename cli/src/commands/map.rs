@@ -110,7 +110,7 @@ fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
     Ok(CommandOutcome::Held)
 }
 
-/// The line of the track file that says what the vehicle runs on.
+/// Writes the line of the track file for the rail profile or the width of the road.
 fn section(task: &MapArgs) -> Result<String, CliError> {
     if let Some(width) = task.road_width {
         return Ok(format!("road_width_m: {width}"));
@@ -131,7 +131,7 @@ fn section(task: &MapArgs) -> Result<String, CliError> {
     Ok(format!("profile: {}", serde_json::Value::from(name)))
 }
 
-/// What the map is, in a few lines.
+/// Describes the map in a line.
 fn text(points: &[MapPoint], out: &Path) -> String {
     let read: Vec<&MapPoint> = points.iter().filter(|p| p.read).collect();
     let (first, last) = (

@@ -1,4 +1,5 @@
-//! The commands, a file each: its arguments with their help, and what it does. A new one is a file, its `mod` and its line in the list.
+//! The commands, a file each: its arguments with their help, and what it does. A new one is a file, its `mod` and its
+//! line in the list.
 
 mod bound;
 mod calibrate;

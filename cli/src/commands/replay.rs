@@ -38,7 +38,7 @@ schema map` prints every key.";
 pub struct ReplayArgs {
     /// The log: one file, or the folder in which the files of the map are; without it where the map says
     pub log: Option<PathBuf>,
-    /// What the columns of the log measure
+    /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
     pub map: PathBuf,
     /// Estimators to run instead of those of the map, by name
@@ -47,8 +47,8 @@ pub struct ReplayArgs {
     /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
     #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
-    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor torque and specific force
-    /// that it has, and how far off the measured ones are
+    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
+    /// torque and specific force that it has, and how far off the measured ones are
     #[arg(long)]
     pub ghost: bool,
     /// Only say what is wrong with the log: each check with a number and a verdict
@@ -63,7 +63,8 @@ pub struct ReplayArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate too
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
+    /// too
     #[arg(long)]
     pub full_rate: bool,
     /// Write the verdicts as JUnit XML, as CI servers read it
@@ -74,7 +75,7 @@ pub struct ReplayArgs {
     pub sets: Vec<(String, String)>,
 }
 
-/// Where the noise is from, in the words of the map file.
+/// Reads the source of the noise, in the words of the map file.
 fn noise_source(word: &str) -> Result<NoiseSource, String> {
     match word {
         "from-log" => Ok(NoiseSource::FromLog),

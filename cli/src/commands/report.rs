@@ -41,7 +41,8 @@ installed.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "report", after_help = REPORT_EXAMPLES)]
 pub struct ReportArgs {
-    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or of a study
+    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or
+    /// of a study
     #[arg(required = true, num_args = 1..=2, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
     /// Write the report here instead of into or beside what it is about
@@ -61,7 +62,7 @@ impl Command for ReportArgs {
     }
 }
 
-/// Write a report. Its exit code says whether it could be written, not whether what it is about held.
+/// Writes a report. The exit code is 0 once it is written, also where an expectation of the run failed.
 fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     let (html, out) = match task.paths.as_slice() {
         _ if task.view => view(task)?,
@@ -134,7 +135,7 @@ fn recording(run: &Path) -> Result<Recording, CliError> {
     })
 }
 
-/// What the recording of a run is called: scenario with variant, and seed.
+/// Name of the recording of a run: scenario with variant, and seed.
 fn recording_name(run: &Path) -> Result<String, CliError> {
     let manifest = Manifest::read(&run.join(manifest::NAME))?;
     Ok(format!("{}-{}", manifest.scenario, manifest.seed))

@@ -66,8 +66,8 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate too, instead of at half
-    /// of it after two hours (360 000 rows), a quarter after four …
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate
+    /// too, instead of at half of it after two hours (360 000 rows), a quarter after four …
     #[arg(long)]
     pub full_rate: bool,
     /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it
@@ -99,7 +99,7 @@ impl RunArgs {
     }
 }
 
-/// What moves the train.
+/// The plant that moves the train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PlantChoice {
     /// Rigid bodies in rapier
@@ -114,8 +114,8 @@ impl Command for RunArgs {
     }
 }
 
-/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and comparisons. Nothing is
-/// written before the whole input has been found good.
+/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and
+/// comparisons. Nothing is written before the whole input has been found good.
 fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let overrides = task.overrides();
     let variant = Variant::new(&overrides, task.name.as_deref());

@@ -102,7 +102,7 @@ fn text(found: &[Found]) -> String {
     text
 }
 
-/// What is known of a run; what cannot be read says so in its row.
+/// Reads the row of a run; one that cannot be read gets a row with the word for it.
 fn read(name: &str, folder: &Path) -> Found {
     let seed = folder.file_name().unwrap_or_default().to_string_lossy();
     let manifest = Manifest::read(&folder.join(manifest::NAME));

@@ -29,12 +29,12 @@ to the overlapping Allan deviation.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "sensors")]
 pub struct SensorsArgs {
-    /// What to do
+    /// Task
     #[command(subcommand)]
     pub command: SensorsCommand,
 }
 
-/// What can be done with recordings of instruments.
+/// Tasks for recordings of instruments.
 #[derive(Debug, clap::Subcommand)]
 pub enum SensorsCommand {
     /// Fit noise density, bias instability, random walk and vibration to a recording, in the keys of a sensor sheet

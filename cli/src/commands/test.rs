@@ -71,7 +71,7 @@ pub struct TestArgs {
     /// Compare with what --json wrote for an earlier test; a metric that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
-    /// How much worse the mean over the seeds may be than in the baseline
+    /// Share by which the mean over the seeds may be worse than in the baseline
     #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest

@@ -17,19 +17,19 @@ use std::path::Path;
 pub struct ResultKind {
     /// Its name in messages.
     pub name: &'static str,
-    /// What its file name ends with.
+    /// End of its file name.
     ending: &'static str,
-    /// Reads all of it, and says what is in it.
+    /// Reads all of it, and describes its content.
     pub read: Read,
-    /// Whether a run has left it, with its check sum in the manifest.
+    /// True for files of a run, whose check sums are in the manifest.
     pub of_run: bool,
 }
 
-/// Files of this ending are results only if they say so: a scenario may be written as JSON too.
+/// Files of this ending are results only if their key `kind` marks them: a scenario may be written as JSON too.
 const ANY_JSON: &str = ".json";
 
 const PARQUET: &str = ".parquet";
-/// What a run calls its channels.
+/// File name of the channels of a run.
 const CHANNELS: &str = "channels.parquet";
 
 /// The first that fits a name counts.
@@ -108,7 +108,7 @@ pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     (found.ending != ANY_JSON || has_results(path)).then_some(found)
 }
 
-/// Whether a JSON file says that it is of `test --json` or `compare --json`.
+/// Returns whether a JSON file was written by `test --json` or `compare --json`.
 fn has_results(path: &Path) -> bool {
     let value = read_result(path).ok();
     let value = value.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
@@ -187,7 +187,7 @@ fn budget(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Of a study, of `test --json` or of `compare --json`: what a report can be made of.
+/// Reads results of a study, of `test --json` or of `compare --json`.
 fn many_runs(path: &Path) -> Result<String, Error> {
     let page = study::page(path)?;
     Ok(format!("{}: {}", page.title, page.subtitle))

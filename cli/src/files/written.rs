@@ -84,7 +84,7 @@ pub fn junit(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Whether a file is called by a check sum, as the copies that a study keeps of its inputs.
+/// Returns whether a file is named by a check sum, as a study names the copies of its inputs.
 pub fn is_copy(name: &str) -> bool {
     name.len() == DIGITS && name.bytes().all(|b| b.is_ascii_hexdigit())
 }
@@ -102,7 +102,7 @@ pub fn copy(path: &Path) -> Result<String, Error> {
     }
 }
 
-/// What estimators are told about a vehicle.
+/// Checks a file of the nominal vehicle.
 pub fn vehicle(document: &Document) -> Result<String, Error> {
     let file: VehicleFile = document.parse()?;
     let help = "all of them, as `monorig export` writes them, or no layout";

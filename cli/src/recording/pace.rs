@@ -4,8 +4,8 @@ use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
 use std::time::{Duration, Instant};
 
-/// An observer that waits until the clock has come to where the simulation is: 1 = real time, 2 = twice as fast. A run that is slower
-/// than this does not wait.
+/// An observer that waits until the clock has come to where the simulation is: 1 = real time, 2 = twice as fast. A run
+/// that is slower than this does not wait.
 pub struct Pace {
     times_real: f64,
     begun: Option<Instant>,

@@ -20,11 +20,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What is left of a run.
+/// A run that was simulated and recorded.
 pub struct SimulatedRun {
     /// Numbers for the report.
     pub summary: Summary,
-    /// Whether it was stopped from outside.
+    /// True if it was stopped from outside.
     pub interrupted: bool,
     /// Its folder.
     pub folder: PathBuf,
@@ -32,7 +32,7 @@ pub struct SimulatedRun {
     pub wall_s: f64,
 }
 
-/// Where a run is recorded, and how.
+/// Options of a recorded run.
 pub struct RecordOptions<'a> {
     /// Folder the results go to.
     pub out: &'a Path,
@@ -46,9 +46,9 @@ pub struct RecordOptions<'a> {
     pub full_rate: bool,
     /// Keep every sample in `samples.parquet`.
     pub keep_samples: bool,
-    /// What was changed against the scenario file, as `path=value`; the scenario's name tells the variant already.
+    /// Changes to the scenario file, as `path=value`; the scenario's name has the variant already.
     pub changes: &'a [String],
-    /// Where estimators and controller are from: their defaults go into the manifest.
+    /// Registry of estimators and controllers: their defaults go into the manifest.
     pub registry: &'a Registry,
 }
 

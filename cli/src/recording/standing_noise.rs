@@ -1,4 +1,5 @@
-//! Noise by averaging time of a log's IMU, where the vehicle stands: what `replay --noise from-log` and `calibrate` show of it.
+//! Noise by averaging time of a log's IMU, where the vehicle stands: what `replay --noise from-log` and `calibrate`
+//! show of it.
 
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -8,8 +9,8 @@ use monorig_logs::identify::Parameter;
 use monorig_logs::map::Map;
 use monorig_logs::standing::{Instrument, StandingAxis, standing};
 
-/// Random walk of the integral and bias instability of each axis (IEEE Std 952-1997, annex C, fitted to the overlapping Allan deviation). A
-/// log in which the vehicle does not stand is told so, and has none.
+/// Random walk of the integral and bias instability of each axis (IEEE Std 952-1997, annex C, fitted to the overlapping
+/// Allan deviation). A log in which the vehicle does not stand has none, and a note is shown.
 pub fn figures(map: &Map) -> Result<Vec<Parameter>, CliError> {
     let mut plan = Plan::new(map)?;
     calibrate(map, &mut plan)?;
@@ -29,7 +30,8 @@ fn of_axis(axis: &StandingAxis) -> Vec<Parameter> {
     let Some(fit) = noise_fit::fit(&points) else {
         return Vec::new();
     };
-    // relative, of so many independent averages: 1/√(2n) of one averaging time, and up to 1/√n of a fit to several that share samples
+    // relative, of so many independent averages: 1/√(2n) of one averaging time, and up to 1/√n of a fit to several that
+    // share samples
     let relative = |averages: f64| 1.0 / averages.sqrt();
     let (name, walk, unit, walk_unit) = match axis.instrument {
         Instrument::SpecificForce => ("specific force", "velocity", "m/s2", "m/s/√s"),

@@ -1,7 +1,9 @@
-//! Variants of a scenario: what was changed on the command line, and the name under which such a run is kept apart from others.
+//! Variants of a scenario: what was changed on the command line, and the name under which such a run is kept apart from
+//! others.
 //!
-//! A run of the scenario as it stands is called by its name, and one with `--set` or `--plant` `NAME@VARIANT`: a name that was given,
-//! or a short hash of the changes. Folder and recording have it, so that two variants are never taken for one run.
+//! A run of the scenario as it stands is called by its name, and one with `--set` or `--plant` `NAME@VARIANT`: a name
+//! that was given, or a short hash of the changes. Folder and recording have it, so that two variants are never taken
+//! for one run.
 
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -20,7 +22,7 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// Of these changes; `name`: what the user calls it.
+    /// Makes the variant of these changes; `name` is the user's name for it.
     pub fn new(overrides: &[(String, String)], name: Option<&str>) -> Self {
         let list = overrides.iter().filter(|(path, _)| path != SEEDS);
         let by_path: BTreeMap<&str, &str> = list.map(|(p, v)| (p.as_str(), v.trim())).collect();
@@ -37,7 +39,7 @@ impl Variant {
         Self { changes, name }
     }
 
-    /// What a run of the scenario is called.
+    /// Name of a run of the scenario.
     pub fn run_name(&self, scenario: &str) -> String {
         match &self.name {
             Some(name) => format!("{scenario}@{name}"),

@@ -1,6 +1,7 @@
 //! Errors for people: what is wrong, where, and what would be right.
 //!
-//! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column: …`.
+//! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column:
+//! …`.
 
 use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
@@ -18,9 +19,9 @@ pub enum CliError {
     /// `check` has found mistakes, and has shown them.
     #[error("{bad} of {all} files cannot be used")]
     BadFiles {
-        /// How many.
+        /// Number of files that cannot be used.
         bad: usize,
-        /// Of how many.
+        /// Number of files that were checked.
         all: usize,
     },
     /// Standard output cannot be written.
@@ -46,9 +47,9 @@ pub enum CliError {
     /// Something on the command line that cannot be used.
     #[error("{message}\n  help: {help}")]
     Refused {
-        /// What is wrong.
+        /// The mistake.
         message: String,
-        /// What would be right.
+        /// The right way.
         help: String,
     },
     /// Stopped from outside: counts as not run.
@@ -75,7 +76,7 @@ impl CliError {
     }
 }
 
-/// The reason why a folder cannot be written: a file that is in its way, else what the system said.
+/// The reason why a folder cannot be written: a file that is in its way, else the error of the system.
 fn why_not(folder: &std::path::Path, source: &std::io::Error) -> String {
     match folder.ancestors().find(|part| part.is_file()) {
         Some(file) if file == folder => "it is a file".to_owned(),
@@ -127,7 +128,7 @@ fn shown(e: &InputError) -> InputError {
     }
 }
 
-/// Whether there was no room for what had to be written.
+/// Returns whether the error is a lack of room.
 fn full(e: &std::io::Error) -> bool {
     use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(e.kind(), StorageFull | QuotaExceeded | FileTooLarge)

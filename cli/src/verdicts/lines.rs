@@ -20,8 +20,8 @@ pub(crate) struct Made<'a> {
     pub(crate) took: Duration,
 }
 
-/// The verdict in a line, a line for everything that does not hold with its values by seed, and, of runs that were made here, how to repeat the
-/// worst of them.
+/// The verdict in a line, a line for everything that does not hold with its values by seed, and, of runs that were made
+/// here, how to repeat the worst of them.
 pub(crate) fn judged(
     verdict: &ScenarioVerdict,
     made: Option<Made<'_>>,

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// The test that a shard is a part of: the same in all shards of one test but for `shard`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ShardHeader {
-    /// Which part.
+    /// The part of the runs.
     #[serde(flatten)]
     pub(crate) shard: Shard,
     /// The program, and the arithmetic of the machine.
@@ -116,7 +116,8 @@ pub(crate) fn json(
     Ok(text + "\n")
 }
 
-/// Put the shards of a test together, judge them, and write what `monorig test --json` would have written for the whole.
+/// Put the shards of a test together, judge them, and write what `monorig test --json` would have written for the
+/// whole.
 pub(crate) fn merge(parts: &[PathBuf], to: &Path) -> Result<CommandOutcome, CliError> {
     let mut first: Option<ShardHeader> = None;
     let mut seen: Vec<u64> = Vec::new();

@@ -9,7 +9,8 @@ pub use monorig_viz::sink::LIVE_CHUNK_S;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full rate.
+/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full
+/// rate.
 pub fn sink(
     path: PathBuf,
     live: Option<SocketAddr>,
