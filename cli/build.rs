@@ -1,11 +1,11 @@
-//! Tells the program from which git revision it is built: `MONORIG_REVISION`, `-dirty` behind it if a source file was changed since.
-//! `MONORIG_BUILD`: for which system and by which compiler.
-//! Without git, or outside of a checkout of monorig, the variable is not set, and the program says `unknown`.
+//! Tells the program from which git revision it is built: `MONORIG_REVISION`, `-dirty` behind it if a source file was
+//! changed since. `MONORIG_BUILD`: for which system and by which compiler. Without git, or outside of a checkout of
+//! monorig, the variable is not set, and the program says `unknown`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program is built from, seen from this package.
+/// Sources of the program, seen from this package.
 const SOURCES: &[&str] = &[
     "../Cargo.toml",
     "../Cargo.lock",
@@ -71,7 +71,7 @@ fn is_revision(text: &str) -> bool {
     text.len() >= 40 && text.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// What git says; none if it cannot.
+/// Returns the output of git; none if it fails.
 fn git(arguments: &[&str]) -> Option<String> {
     // `status` must not touch the index: that would look like a change to the next build
     let mut command = Command::new("git");

@@ -1,5 +1,5 @@
-//! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents. Its tables are
-//! whole, and those of the parameters say what the program says.
+//! The documentation leads nowhere that is not there: links, headings, files, commands, the table of contents. Its
+//! tables are whole.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -13,22 +13,40 @@ fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Every page: those of the book, README and the changelog.
-fn pages() -> Vec<PathBuf> {
-    let mut pages = vec![project().join("README.md"), project().join("CHANGELOG.md")];
-    let mut folders = vec![project().join("docs/src")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "md") {
-                pages.push(path);
-            }
+/// Files of the project below a folder, without what is built and what is hidden.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        // a link leads to what is listed already
+        let kind = entry.file_type().unwrap();
+        if kind.is_dir() && !name.starts_with('.') && name != "target" {
+            files.extend(files_below(&entry.path()));
+        } else if kind.is_file() {
+            files.push(entry.path());
         }
     }
-    assert!(pages.len() > 20, "{pages:?}");
+    files
+}
+
+/// Every page of the project.
+fn pages() -> Vec<PathBuf> {
+    let mut pages = files_below(&project());
+    pages.retain(|path| path.extension().is_some_and(|e| e == "md"));
+    assert!(pages.len() > 40, "{pages:?}");
     pages
+}
+
+/// Checks every page, and shows everything that is wrong at once.
+fn check_pages(wrong: impl Fn(&Path, &str) -> Vec<String>) {
+    let mut all = Vec::new();
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        let of_page = wrong(&page, &text).into_iter();
+        all.extend(of_page.map(|w| format!("{}: {w}", page.display())));
+    }
+    assert_eq!(all, [""; 0]);
 }
 
 /// Lines of a page that are not in a block of code.
@@ -61,7 +79,7 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(name).collect()
 }
 
-/// What is wrong with the links of a page.
+/// Links of a page that lead nowhere.
 fn dead(page: &Path, text: &str) -> Vec<String> {
     let mut dead = Vec::new();
     for link in links(text) {
@@ -73,7 +91,7 @@ fn dead(page: &Path, text: &str) -> Vec<String> {
         let has = |text: &str| anchors(text).iter().any(|a| a == anchor);
         let there = match (file, anchor) {
             ("", _) => has(text),
-            (_, "") => target.is_file(),
+            (_, "") => target.exists(),
             _ => std::fs::read_to_string(&target).is_ok_and(|text| has(&text)),
         };
         if !there {
@@ -99,19 +117,97 @@ fn named(text: &str) -> Vec<&str> {
 
 #[test]
 fn no_link_is_dead() {
-    for page in pages() {
-        let text = std::fs::read_to_string(&page).unwrap();
-        assert_eq!(dead(&page, &text), [""; 0], "{}", page.display());
-    }
+    check_pages(dead);
 }
 
 #[test]
 fn files_named_in_examples_are_there() {
-    for page in pages() {
-        let text = std::fs::read_to_string(&page).unwrap();
-        let mut gone = named(&text);
-        gone.retain(|path| !project().join(path).exists());
-        assert_eq!(gone, [""; 0], "{}", page.display());
+    check_pages(|_, text| {
+        let gone = named(text)
+            .into_iter()
+            .filter(|path| !project().join(path).exists());
+        gone.map(str::to_owned).collect()
+    });
+}
+
+/// Names of source files in backquotes, such as `sim/src/lib.rs` or `lib.rs`.
+fn sources(text: &str) -> Vec<&str> {
+    let is_source = |word: &&str| {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+        let known = [".rs", ".py", ".sh", ".toml"]
+            .iter()
+            .any(|end| word.ends_with(end));
+        known && word.chars().all(plain) && !word.starts_with(['.', '/'])
+    };
+    let in_quotes = prose(text).flat_map(|line| line.split('`').skip(1).step_by(2));
+    in_quotes.filter(is_source).collect()
+}
+
+/// The changelog is history: its files may be gone.
+#[test]
+fn source_files_in_backquotes_are_there() {
+    let files: Vec<String> = files_below(&project())
+        .iter()
+        .map(|path| path.display().to_string().replace('\\', "/"))
+        .collect();
+    let is_there = |name: &str| files.iter().any(|file| file.ends_with(&format!("/{name}")));
+    check_pages(|page, text| match page.ends_with("CHANGELOG.md") {
+        true => Vec::new(),
+        false => {
+            let gone = sources(text).into_iter().filter(|name| !is_there(name));
+            gone.map(str::to_owned).collect()
+        }
+    });
+}
+
+/// Names of the commands, from the files that have them.
+fn commands() -> Vec<String> {
+    let files = files_below(&project().join("cli/src/commands"));
+    let texts = files
+        .iter()
+        .map(|path| std::fs::read_to_string(path).unwrap());
+    let names = texts.flat_map(|text| {
+        let parts = text.split("name = \"").skip(1);
+        let of_file: Vec<String> = parts
+            .filter_map(|p| Some(p.split_once('"')?.0.to_owned()))
+            .collect();
+        of_file
+    });
+    let is_name = |name: &String| name.chars().all(|c| c.is_ascii_lowercase());
+    let names: Vec<String> = names.filter(is_name).collect();
+    assert!(names.len() > 20, "{names:?}");
+    names
+}
+
+/// Commands of monorig that a page names: the word behind `monorig` in backquotes, and at the start of a line of code.
+fn commands_named(text: &str) -> Vec<&str> {
+    let begins = |part: &'_ str| part.starts_with("monorig ");
+    let in_quotes = prose(text).flat_map(|line| line.split('`').skip(1).step_by(2));
+    let in_code = text
+        .lines()
+        .filter(|line| line.starts_with("    "))
+        .map(str::trim);
+    let all = in_quotes.chain(in_code).filter(|part| begins(part));
+    let words = all.filter_map(|part| part.split_whitespace().nth(1));
+    let is_name = |word: &&str| word.chars().all(|c| c.is_ascii_lowercase());
+    words.filter(is_name).collect()
+}
+
+#[test]
+fn commands_named_in_pages_are_there_and_the_introduction_has_all() {
+    let commands = commands();
+    let known = |name: &str| name == "help" || commands.iter().any(|c| c == name);
+    check_pages(|_, text| {
+        let gone = commands_named(text).into_iter().filter(|name| !known(name));
+        gone.map(|name| format!("monorig {name}")).collect()
+    });
+    for page in ["docs/src/introduction.md", "README.md"] {
+        let text = std::fs::read_to_string(project().join(page)).unwrap();
+        let missing = |name: &&String| {
+            !text.contains(&format!("`{name}`")) && !text.contains(&format!("monorig {name}"))
+        };
+        let missing: Vec<&String> = commands.iter().filter(missing).collect();
+        assert_eq!(missing, [""; 0], "{page}");
     }
 }
 
@@ -141,12 +237,48 @@ fn torn(text: &str) -> Vec<&str> {
         .collect()
 }
 
+/// Cargo features of a crate, without `default`.
+fn features(manifest: &str) -> Vec<String> {
+    let list = manifest.split("[features]\n").nth(1).unwrap_or_default();
+    let list = list.split("\n[").next().unwrap_or_default();
+    let names = list
+        .lines()
+        .filter_map(|line| Some(line.split_once(" = ")?.0));
+    names
+        .filter(|name| !name.starts_with('#') && *name != "default")
+        .map(str::to_owned)
+        .collect()
+}
+
 #[test]
-fn rows_of_tables_have_as_many_cells_as_their_titles() {
-    for page in pages() {
-        let text = std::fs::read_to_string(&page).unwrap();
-        assert_eq!(torn(&text), [""; 0], "{}", page.display());
-    }
+fn the_features_of_the_estimators_are_in_their_readme() {
+    let read =
+        |name: &str| std::fs::read_to_string(project().join("estimators").join(name)).unwrap();
+    let (features, readme) = (features(&read("Cargo.toml")), read("README.md"));
+    assert!(features.len() > 5, "{features:?}");
+    let missing = features
+        .iter()
+        .filter(|name| !readme.contains(&format!("`{name}`")));
+    assert_eq!(missing.collect::<Vec<_>>(), [""; 0]);
+}
+
+/// First rows of tables without a title: their second line is no rule, as where a blank line tears a table.
+fn headless(text: &str) -> Vec<&str> {
+    let lines: Vec<&str> = prose(text).collect();
+    let is_row = |line: Option<&&str>| line.is_some_and(|l| l.starts_with('|'));
+    let is_rule =
+        |line: Option<&&str>| line.is_some_and(|l| l.starts_with("|-") || l.starts_with("|:-"));
+    let first = |i: &usize| is_row(lines.get(*i)) && !(*i > 0 && is_row(lines.get(i - 1)));
+    let headless = (0..lines.len()).filter(|i| first(i) && !is_rule(lines.get(i + 1)));
+    headless.map(|i| lines[i]).collect()
+}
+
+#[test]
+fn tables_have_titles_and_rows_as_many_cells() {
+    check_pages(|_, text| {
+        let wrong = torn(text).into_iter().chain(headless(text));
+        wrong.map(str::to_owned).collect()
+    });
 }
 
 /// Scenario files in the folder and in those below it.
@@ -176,7 +308,8 @@ fn quoted(names: impl Iterator<Item = String>) -> String {
     once.join(", ")
 }
 
-/// Known failures of every scenario, an entry a row: scenario, estimators, metrics, why. They are rows of the page, and the page has no others.
+/// Known failures of every scenario, an entry a row: scenario, estimators, metrics, why. They are rows of the page, and
+/// the page has no others.
 #[test]
 fn the_page_of_known_failures_is_what_the_scenarios_say() {
     let mut known = BTreeSet::new();
@@ -227,6 +360,10 @@ fn what_is_wrong_is_found() {
     let text =
         "| a | b |\n|---|---|\n| 1 | 2 |\n| \\|v\\| | 2 |\n| |v| | 2 |\n| 1 |\n\n| c |\n|---|\n";
     assert_eq!(torn(text), ["| |v| | 2 |", "| 1 |"]);
+    assert_eq!(headless("| a |\n|---|\n| 1 |\n\n| 2 |\n| 3 |\n"), ["| 2 |"]);
+    let text = "`lib.rs`, `a/b.py` and `runs/a.yaml`; `monorig run x` and `monorig rum`\n\n    monorig chek a\n";
+    assert_eq!(sources(text), ["lib.rs", "a/b.py"]);
+    assert_eq!(commands_named(text), ["run", "rum", "chek"]);
 }
 
 /// A row of a table: name, unit, default, range, meaning.

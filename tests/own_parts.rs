@@ -12,7 +12,7 @@ use monorig_sim::record::identity::Identity;
 use std::path::{Path, PathBuf};
 
 choices! {
-    /// What is added to the mass.
+    /// Mass that is added.
     Extra {
         /// Nothing.
         Nothing = "nothing",
@@ -139,7 +139,7 @@ fn summary(
     result.summary.ok_or(result.error.unwrap_or_default())
 }
 
-/// What it reports is what is measured of it, and what a controller of another crate is given.
+/// Metrics and a controller of another crate get the values that it reports.
 #[test]
 fn foreign_parts_run_and_are_measured() {
     let estimators = "{oracle: {mass_kg: 15000, doubled: false, extra: nothing}, \

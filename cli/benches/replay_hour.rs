@@ -1,5 +1,6 @@
-//! How fast a log is replayed, and with how much memory: one hour at 200 Hz with 20 channels (14 million samples), as Parquet and CSV, through
-//! one estimator and through four, with metrics and recording. `cargo bench --bench replay_hour`; `MONORIG_SECONDS=60` for a shorter log.
+//! How fast a log is replayed, and with how much memory: one hour at 200 Hz with 20 channels (14 million samples), as
+//! Parquet and CSV, through one estimator and through four, with metrics and recording. `cargo bench --bench
+//! replay_hour`; `MONORIG_SECONDS=60` for a shorter log.
 
 #![allow(clippy::unwrap_used)] // a bench
 

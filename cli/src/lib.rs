@@ -1,7 +1,7 @@
 //! The command line of monorig: read the arguments, build, run, report.
 //!
-//! The program `monorig` is [`App`] with what monorig has of its own. A program of one's own adds its estimators and controllers; every
-//! command then takes them from a scenario as it takes ours:
+//! The program `monorig` is [`App`] with what monorig has of its own. A program of one's own adds its estimators and
+//! controllers; every command then takes them from a scenario as it takes ours:
 //!
 //! ```no_run
 //! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
@@ -26,62 +26,119 @@
 //!         .main()
 //! }
 //! ```
+//!
+//! A command of one's own is a struct with its arguments:
+//!
+//! ```no_run
+//! use monorig_cli::{App, CliError, Command, CommandOutcome, Program, clap};
+//!
+//! /// Print the names of all estimators.
+//! #[derive(clap::Parser)]
+//! #[command(name = "names")]
+//! struct Names {
+//!     /// Only names with this text
+//!     #[arg(long, default_value = "")]
+//!     filter: String,
+//! }
+//! impl Command for Names {
+//!     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+//!         let names = program.registry.estimators().iter().map(|e| e.name());
+//!         names.filter(|n| n.contains(&self.filter)).for_each(|n| println!("{n}"));
+//!         Ok(CommandOutcome::Held)
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     App::new().command::<Names>().main()
+//! }
+//! ```
 
+pub use clap;
+pub use command::{Command, CommandOutcome, Program};
 pub use monorig_estimators;
 pub use monorig_sim;
+pub use ui::errors::CliError;
 
+mod arguments;
+mod command;
 mod commands;
 mod files;
 mod identity;
-mod pace;
-mod simulate;
+mod recording;
 mod ui;
-mod variant;
+mod verdicts;
 mod viewer;
 
-use clap::{CommandFactory, FromArgMatches};
-use commands::Arguments;
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
+use command::CommandEntry;
+use commands::COMMANDS;
+use identity::version;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
-use monorig_sim::closed_loop::registry::{Registry, RegistryError};
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::control::{Controller, ControllerSetup};
+use std::ffi::OsString;
 use std::process::ExitCode;
-use ui::errors::{self, CliError};
-use ui::note;
+use ui::terminal::TerminalArgs;
+use ui::{errors, note};
 
-/// How a task that could be done has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum CommandOutcome {
-    /// Everything held.
-    Held,
-    /// An expectation failed.
-    Failed,
+const EXAMPLES: &str = "\
+Examples:
+  monorig run scenarios/minimal.yaml           simulate: see runs/minimal/1/
+  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7
+  monorig test scenarios --filter minimal      does what it expects hold?
+  monorig tune scenarios/tuning/quick.yaml     search for the best parameters
+  monorig report runs/minimal/1                plots and verdicts, one HTML file
+  monorig list estimators                      also metrics, faults, scenarios …
+  monorig runs                                 the runs there are, and variants
+  monorig check scenarios/*.yaml               find mistakes without running
+  monorig schema scenario                      every key a scenario can have
+
+Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input,
+files).";
+
+/// A physics-simulated test rig for the mass and slope estimators of monorail cranes.
+#[derive(Debug, clap::Parser)]
+#[command(name = "monorig", version, after_help = EXAMPLES, max_term_width = 100)]
+#[command(subcommand_required = true, arg_required_else_help = true)]
+struct Arguments {
+    #[command(flatten)]
+    terminal: TerminalArgs,
 }
 
-/// The program: monorig's commands over a registry of estimators and controllers.
-#[derive(Debug, Default)]
+/// The program: commands over a registry of estimators and controllers.
+#[derive(Debug)]
 pub struct App {
     registry: Registry,
-    wrong: Option<RegistryError>,
+    commands: Vec<CommandEntry>,
+    /// The first mistake in what was added.
+    wrong: Option<String>,
+}
+
+impl Default for App {
+    fn default() -> Self {
+        Self::with_registry(Registry::default())
+    }
 }
 
 impl App {
-    /// With the estimators and controllers that monorig has of its own.
+    /// Makes a program with the estimators and controllers of monorig.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// With the estimators and controllers of this registry and no others.
+    /// Makes a program with the estimators and controllers of this registry and no others.
     pub fn with_registry(registry: Registry) -> Self {
         Self {
             registry,
+            commands: COMMANDS.to_vec(),
             wrong: None,
         }
     }
 
-    /// Add a type of estimator with the parameters `P`. A name that is taken, or that cannot be part of a channel's path, is an error of
-    /// [`App::main`].
+    /// Adds a type of estimator with the parameters `P`. A name that is taken, or that cannot be part of a channel's
+    /// path, is an error of [`App::main`].
     pub fn estimator<P, E>(
         mut self,
         name: &str,
@@ -91,12 +148,12 @@ impl App {
         P: Parameters + 'static,
         E: Estimator + Send + 'static,
     {
-        let added = self.registry.estimator(name, build).err();
-        self.wrong = self.wrong.or(added);
+        let mistake = self.registry.estimator(name, build).err();
+        self.keep_first(mistake.map(|e| e.to_string()));
         self
     }
 
-    /// Add a type of controller with the parameters `P`, as [`App::estimator`] does.
+    /// Adds a type of controller with the parameters `P`, as [`App::estimator`] does.
     pub fn controller<P, C>(
         mut self,
         name: &str,
@@ -106,28 +163,50 @@ impl App {
         P: Parameters + 'static,
         C: Controller + Send + 'static,
     {
-        let added = self.registry.controller(name, build).err();
-        self.wrong = self.wrong.or(added);
+        let mistake = self.registry.controller(name, build).err();
+        self.keep_first(mistake.map(|e| e.to_string()));
         self
     }
 
-    /// Read the command line, do what it says, and return the exit code.
+    /// Adds a command. A name that is taken is an error of [`App::main`].
+    pub fn command<C: Command>(mut self) -> Self {
+        let name = C::command().get_name().to_owned();
+        let mut there = self.commands.iter().map(|c| (c.args)(&self.registry));
+        let taken = name == "help" || there.any(|c| c.get_name() == name);
+        self.keep_first(taken.then(|| format!("there is a command `{name}` already")));
+        self.commands.push(CommandEntry::of::<C>());
+        self
+    }
+
+    /// Keeps the first mistake.
+    fn keep_first(&mut self, mistake: Option<String>) {
+        self.wrong = self.wrong.take().or(mistake);
+    }
+
+    /// Runs the command of the command line, and returns the exit code.
     pub fn main(self) -> ExitCode {
+        self.main_with(std::env::args_os())
+    }
+
+    /// Runs the command of these words, the first of them the program's name.
+    fn main_with(self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
         if let Some(wrong) = self.wrong {
-            errors::show(&CliError::Registry(wrong));
+            errors::show(&CliError::Program(wrong));
             return ExitCode::from(2);
         }
-        let command =
-            commands::with_names(Arguments::command(), &self.registry).version(commands::version());
-        let parsed = command
-            .try_get_matches()
-            .and_then(|matches| Arguments::from_arg_matches(&matches));
-        let arguments = match parsed {
-            Ok(arguments) => arguments,
+        let command_line = self.command_line();
+        let parsed = command_line.clone().try_get_matches_from(words);
+        let parsed = parsed.and_then(|m| Ok((Arguments::from_arg_matches(&m)?, m)));
+        let (arguments, matches) = match parsed {
+            Ok(parsed) => parsed,
             Err(e) => return errors::usage(&e),
         };
         ui::terminal::set(arguments.terminal);
-        let done = arguments.command.run(&self.registry);
+        let program = Program {
+            registry: &self.registry,
+            command_line: &command_line,
+        };
+        let done = self.run(&matches, &program);
         let refused = monorig_lab::batch::refused_threads();
         if refused > 0 {
             note::note(&format!(
@@ -138,10 +217,91 @@ impl App {
             Ok(CommandOutcome::Held) => ExitCode::SUCCESS,
             Ok(CommandOutcome::Failed) => ExitCode::from(1),
             Err(CliError::ReaderGone) => ExitCode::SUCCESS,
+            Err(CliError::Usage(e)) => errors::usage(&e),
             Err(e) => {
                 errors::show(&e);
                 ExitCode::from(2)
             }
         }
+    }
+
+    /// The command line with every command.
+    fn command_line(&self) -> clap::Command {
+        let commands = self.commands.iter().map(|c| (c.args)(&self.registry));
+        Arguments::command()
+            .version(version())
+            .subcommands(commands)
+    }
+
+    /// Runs the command that the words name.
+    fn run(&self, matches: &ArgMatches, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        let (name, of_command) = matches.subcommand().unwrap_or(("", matches));
+        let names = program
+            .command_line
+            .get_subcommands()
+            .map(clap::Command::get_name);
+        let entry = names.zip(&self.commands).find(|(n, _)| *n == name);
+        match entry {
+            Some((_, entry)) => (entry.run)(of_command, program),
+            // clap has refused every other name
+            None => Ok(CommandOutcome::Held),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_sim::closed_loop::registry::Registry;
+
+    /// Fail on demand.
+    #[derive(clap::Parser)]
+    #[command(name = "own")]
+    struct Own {
+        /// Exit code
+        #[arg(long)]
+        code: u8,
+    }
+
+    impl Command for Own {
+        fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+            let names = program.command_line.get_subcommands();
+            assert!(names.map(clap::Command::get_name).any(|n| n == "own"));
+            match self.code {
+                0 => Ok(CommandOutcome::Held),
+                1 => Ok(CommandOutcome::Failed),
+                _ => Err(CliError::refused("no such code", "0 or 1")),
+            }
+        }
+    }
+
+    fn code(app: App, words: &str) -> ExitCode {
+        app.main_with(words.split(' ').map(OsString::from))
+    }
+
+    #[test]
+    fn a_command_of_ones_own_runs_beside_ours() {
+        for n in 0..=2 {
+            let app = App::new().command::<Own>();
+            let words = format!("monorig own --code {n}");
+            assert_eq!(code(app, &words), ExitCode::from(n));
+        }
+        let app = App::new().command::<Own>();
+        assert_eq!(code(app, "monorig own --cod 1"), ExitCode::from(2));
+    }
+
+    #[test]
+    fn a_name_that_is_taken_is_refused() {
+        /// Nothing.
+        #[derive(clap::Parser)]
+        #[command(name = "run")]
+        struct Again;
+        impl Command for Again {
+            fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+                Ok(CommandOutcome::Held)
+            }
+        }
+        let app = App::with_registry(Registry::default()).command::<Again>();
+        assert_eq!(code(app, "monorig run"), ExitCode::from(2));
     }
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Simulation, columns};
+use common::{TestFolder, columns};
 use serde_json::Value;
 
 const TYPE: &str = "dffrls_aekf_robust";
@@ -59,16 +59,16 @@ budget: 4
 sensitivity: {curve: 0, map: 0}
 ";
 
-fn rig() -> Simulation {
-    let rig = Simulation::new();
+fn dir() -> TestFolder {
+    let dir = TestFolder::new();
     for (name, text) in [
         ("quick.yaml", SCENARIO),
         ("spread.yaml", STUDY),
         ("tuning.yaml", TUNING),
     ] {
-        rig.write(name, text.as_bytes());
+        dir.write(name, text.as_bytes());
     }
-    rig
+    dir
 }
 
 fn json(text: &str) -> Value {
@@ -79,8 +79,8 @@ fn names(estimators: &Value) -> Vec<String> {
     estimators.as_object().unwrap().keys().cloned().collect()
 }
 
-fn held(rig: &Simulation, arguments: &[&str]) -> String {
-    let (code, out, err) = rig.monorig(arguments);
+fn held(dir: &TestFolder, arguments: &[&str]) -> String {
+    let (code, out, err) = dir.monorig(arguments);
     assert_eq!(code, Some(0), "{arguments:?}\n{out}{err}");
     out
 }
@@ -89,16 +89,16 @@ const INSTANCES: [&str; 3] = [TYPE, "plain", "tuned"];
 
 #[test]
 fn an_instance_has_its_name_everywhere_in_a_run_and_its_report() {
-    let rig = rig();
-    let told = held(&rig, &["run", "quick.yaml", "--no-rerun"]);
+    let dir = dir();
+    let told = held(&dir, &["run", "quick.yaml", "--no-rerun"]);
     assert!(INSTANCES.iter().all(|name| told.contains(name)), "{told}");
-    let metrics = json(&rig.read("runs/quick/1/metrics.json"));
+    let metrics = json(&dir.read("runs/quick/1/metrics.json"));
     assert_eq!(names(&metrics["estimators"]), INSTANCES);
     assert_eq!(metrics["expectations"][0]["estimator"], "tuned");
-    let manifest = json(&rig.read("runs/quick/1/manifest.json"));
+    let manifest = json(&dir.read("runs/quick/1/manifest.json"));
     assert_eq!(manifest["resolved"]["estimators"]["tuned"]["is"], TYPE);
 
-    let columns = columns(&rig.path("runs/quick/1"));
+    let columns = columns(&dir.path("runs/quick/1"));
     let estimates: Vec<&String> = columns
         .keys()
         .filter(|c| c.starts_with("estimates/plain/"))
@@ -113,8 +113,8 @@ fn an_instance_has_its_name_everywhere_in_a_run_and_its_report() {
     assert_ne!(bits(mass), bits("estimates/plain/total_mass"));
     assert!(columns.keys().any(|c| c.starts_with("internals/tuned/")));
 
-    held(&rig, &["report", "runs/quick/1"]);
-    let report = rig.read("runs/quick/1/report.html");
+    held(&dir, &["report", "runs/quick/1"]);
+    let report = dir.read("runs/quick/1/report.html");
     for part in ["Total mass: tuned", "Slope: plain", "delta = 0.9", TYPE] {
         assert!(report.contains(part), "no {part}");
     }
@@ -122,15 +122,15 @@ fn an_instance_has_its_name_everywhere_in_a_run_and_its_report() {
 
 #[test]
 fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
-    let rig = rig();
-    held(&rig, &["test", "quick.yaml", "--json", "tested.json"]);
-    let tested = json(&rig.read("tested.json"));
+    let dir = dir();
+    held(&dir, &["test", "quick.yaml", "--json", "tested.json"]);
+    let tested = json(&dir.read("tested.json"));
     let summary = &tested["scenarios"][0]["runs"][0]["summary"];
     assert_eq!(names(&summary["estimators"]), INSTANCES);
 
     // named in the scenario, and added on the command line
     let told = held(
-        &rig,
+        &dir,
         &[
             "compare",
             "quick.yaml",
@@ -148,17 +148,17 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
     );
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("differs: from tuned"), "{told}");
-    let compared = json(&rig.read("compared.json"));
+    let compared = json(&dir.read("compared.json"));
     assert_eq!(compared["estimators"]["other"]["is"], TYPE);
     let mean = |i: usize| compared["table"][i]["mean"]["mean"].as_f64().unwrap();
     assert_eq!(mean(0), mean(1), "the same type and parameters");
     assert_ne!(mean(0), mean(2));
-    held(&rig, &["report", "compared.json"]);
-    let report = rig.read("compared.html");
+    held(&dir, &["report", "compared.json"]);
+    let report = dir.read("compared.html");
     assert!(report.contains("other") && report.contains("delta = 0.9"));
 
-    held(&rig, &["study", "spread.yaml"]);
-    let results = rig.read("runs/spread/results.jsonl");
+    held(&dir, &["study", "spread.yaml"]);
+    let results = dir.read("runs/spread/results.jsonl");
     for run in results.lines().skip(1) {
         let run = json(run);
         assert_eq!(names(&run["summary"]["estimators"]), INSTANCES);
@@ -168,17 +168,17 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
 /// The winner's file is of the type, so that any instance can include it.
 #[test]
 fn an_instance_is_tuned_in_the_loop_and_its_winner_included() {
-    let rig = rig();
-    held(&rig, &["tune", "tuning.yaml", "--no-rerun"]);
-    let winner = rig.read("runs/tune/tuning/winner.yaml");
+    let dir = dir();
+    held(&dir, &["tune", "tuning.yaml", "--no-rerun"]);
+    let winner = dir.read("runs/tune/tuning/winner.yaml");
     assert!(winner.contains(&format!("estimator: {TYPE}")), "{winner}");
     let from = "estimators={tuned: {is: dffrls_aekf_robust, from: runs/tune/tuning/winner.yaml}}";
-    held(&rig, &["run", "quick.yaml", "--no-rerun", "--set", from]);
+    held(&dir, &["run", "quick.yaml", "--no-rerun", "--set", from]);
 }
 
 #[test]
 fn what_cannot_be_an_instance_is_refused() {
-    let rig = rig();
+    let dir = dir();
     for (arguments, part) in [
         (
             &[
@@ -212,7 +212,7 @@ fn what_cannot_be_an_instance_is_refused() {
             "write NAME or NAME=TYPE",
         ),
     ] {
-        let told = rig.refused(arguments);
+        let told = dir.refused(arguments);
         assert!(told.contains(part), "{arguments:?}: {told}");
     }
 }

@@ -1,8 +1,9 @@
-//! A car on a road: what is refused, and with which reason. Each case is a change to a good scenario or to a file it names.
+//! A car on a road: what is refused, and with which reason. Each case is a change to a good scenario or to a file it
+//! names.
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 
 const SCENARIO: &str = "\
 version: 1
@@ -65,30 +66,30 @@ const CASES: &[(&str, &str, &str, &[&str])] = &[
     ("road/hongqi_ehs3.yaml", "relaxation_m: 0.3", "relaxation: 0.3", &["relaxation", "relaxation_m"]),
 ];
 
-fn rig() -> Simulation {
-    let rig = Simulation::new();
+fn dir() -> TestFolder {
+    let dir = TestFolder::new();
     for (name, text) in [
         ("car.yaml", SCENARIO),
         ("road.yaml", ROAD),
         ("car_sensors.yaml", SENSORS),
     ] {
-        rig.write(name, text.as_bytes());
+        dir.write(name, text.as_bytes());
     }
-    rig
+    dir
 }
 
 #[test]
 fn wrong_cars_roads_and_scenarios_are_refused_with_their_reason() {
     for (file, from, to, told) in CASES {
-        let rig = rig();
-        let good = rig.read(file);
+        let dir = dir();
+        let good = dir.read(file);
         assert_eq!(
             good.matches(from).count(),
             1,
             "{file}: `{from}` must be there once"
         );
-        rig.write(file, good.replace(from, to).as_bytes());
-        let said = rig.refused(&["run", "car.yaml"]);
+        dir.write(file, good.replace(from, to).as_bytes());
+        let said = dir.refused(&["run", "car.yaml"]);
         for part in *told {
             assert!(
                 said.contains(part),
@@ -101,8 +102,8 @@ fn wrong_cars_roads_and_scenarios_are_refused_with_their_reason() {
 /// The good scenario runs, with everything recorded, and what it leaves behind is whole; a train is not steered.
 #[test]
 fn a_car_is_recorded_like_a_train() {
-    let rig = rig();
-    let (code, out, err) = rig.monorig(&["run", "car.yaml"]);
+    let dir = dir();
+    let (code, out, err) = dir.monorig(&["run", "car.yaml"]);
     assert_eq!(code, Some(0), "{out}{err}");
     let files = [
         "channels.parquet",
@@ -112,10 +113,10 @@ fn a_car_is_recorded_like_a_train() {
     ]
     .map(|f| format!("runs/car/1/{f}"));
     for file in &files {
-        let (code, out, err) = rig.monorig(&["check", file]);
+        let (code, out, err) = dir.monorig(&["check", file]);
         assert_eq!(code, Some(0), "{out}{err}");
     }
-    let manifest = rig.read("runs/car/1/manifest.json");
+    let manifest = dir.read("runs/car/1/manifest.json");
     assert!(
         manifest.contains("\"plant\": \"road\"") && manifest.contains("road/hongqi_ehs3.yaml"),
         "{manifest}"
@@ -123,6 +124,6 @@ fn a_car_is_recorded_like_a_train() {
 
     let steered = project().join("assets/sensors/guo2024.yaml");
     let set = format!("sensors={}", steered.display());
-    let said = rig.refused(&["run", "scenario.yaml", "--set", &set]);
+    let said = dir.refused(&["run", "scenario.yaml", "--set", &set]);
     assert!(said.contains("a train is not steered"), "{said}");
 }

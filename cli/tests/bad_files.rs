@@ -1,11 +1,12 @@
-//! Bad files under a good scenario: every case is a change to one of them, with a snapshot of what monorig says.
+//! Bad files under a good scenario: every case is a change to one of them. The snapshots hold kind and place of each
+//! error.
 //!
 //! None may panic, every one must end with code 2, none may leave anything where results go, and `check` must find all
 //! that `run` does. New snapshots: see `bad_input.rs`.
 
 mod common;
 
-use common::{Simulation, without_lists};
+use common::{TestFolder, row};
 
 /// Case, text to replace, replacement. An empty text to replace means the whole file.
 type Change = (&'static str, &'static str, &'static str);
@@ -296,16 +297,17 @@ const FILES: &[(&str, &[Change], Option<&str>)] = &[
 
 #[test]
 fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
+    let mut rows = Vec::new();
     for (file, changes, track) in FILES {
         for (case, from, to) in *changes {
-            let rig = Simulation::new();
-            rig.write("notes.stl", b"not a mesh");
+            let dir = TestFolder::new();
+            dir.write("notes.stl", b"not a mesh");
             if let Some(track) = track {
-                let scenario = rig.read("scenario.yaml");
+                let scenario = dir.read("scenario.yaml");
                 let other = scenario.replace("track: track.yaml", &format!("track: {track}"));
-                rig.write("scenario.yaml", other.as_bytes());
+                dir.write("scenario.yaml", other.as_bytes());
             }
-            let good = rig.read(file);
+            let good = dir.read(file);
             let bad = match *from {
                 "" => (*to).to_owned(),
                 from => {
@@ -317,22 +319,25 @@ fn a_changed_file_is_refused_with_its_reason_by_run_and_check() {
                     good.replace(from, to)
                 }
             };
-            rig.write(file, bad.as_bytes());
-            let told = rig.refused(&["run", "scenario.yaml"]);
+            dir.write(file, bad.as_bytes());
+            let told = dir.refused(&["run", "scenario.yaml"]);
             let name = file.replace(['/', '.'], "_").replace("_yaml", "");
-            insta::assert_snapshot!(format!("{name}__{case}"), without_lists(&told));
-            let checked = rig.refused(&["check", "scenario.yaml"]);
+            rows.push(row(&format!("{name}__{case}"), &told));
+            let checked = dir.refused(&["check", "scenario.yaml"]);
             assert!(
                 checked.starts_with(&told),
                 "{file} {case}: check said\n{checked}run said\n{told}"
             );
         }
     }
+    let snapshot = rows.join("\n");
+    insta::assert_snapshot!("files", snapshot);
 }
 
 /// A file named by another one that cannot be read at all.
 #[test]
-fn an_unreadable_file_below_the_scenario_is_told() {
+fn an_unreadable_file_below_the_scenario_is_refused() {
+    let mut rows = Vec::new();
     for file in [
         "track.yaml",
         "train.yaml",
@@ -346,10 +351,10 @@ fn an_unreadable_file_below_the_scenario_is_told() {
             ("empty", Some(&b""[..])),
             ("circle", None),
         ] {
-            let rig = Simulation::new();
+            let dir = TestFolder::new();
             if file == "survey.csv" {
-                let scenario = rig.read("scenario.yaml");
-                rig.write(
+                let scenario = dir.read("scenario.yaml");
+                dir.write(
                     "scenario.yaml",
                     scenario
                         .replace("track: track.yaml", "track: surveyed.yaml")
@@ -357,15 +362,17 @@ fn an_unreadable_file_below_the_scenario_is_told() {
                 );
             }
             match bytes {
-                Some(bytes) => rig.write(file, bytes),
+                Some(bytes) => dir.write(file, bytes),
                 None => {
-                    std::fs::remove_file(rig.path(file)).unwrap();
-                    rig.circle(file);
+                    std::fs::remove_file(dir.path(file)).unwrap();
+                    dir.circle(file);
                 }
             }
-            let told = rig.refused(&["run", "scenario.yaml"]);
+            let told = dir.refused(&["run", "scenario.yaml"]);
             let name = file.rsplit('/').next().unwrap().replace('.', "_");
-            insta::assert_snapshot!(format!("unreadable__{name}__{case}"), told);
+            rows.push(row(&format!("{name}__{case}"), &told));
         }
     }
+    let snapshot = rows.join("\n");
+    insta::assert_snapshot!("unreadable", snapshot);
 }

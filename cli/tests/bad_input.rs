@@ -1,13 +1,14 @@
-//! Bad input: every case is a change to a good file or command line, with a snapshot of what monorig says.
+//! Bad input: every case is a change to a good file or command line. The snapshots hold kind and place of each error,
+//! and a few whole messages.
 //!
-//! None may panic, every one must end with code 2, and none may leave anything where results go.
-//! New snapshots are taken with `INSTA_UPDATE=always cargo test --release -p monorig` and read before they are committed.
-//! Cases of scenarios and the command line stand here; those of another kind of file go into a file beside this one, which
-//! uses the same [`common::Simulation`].
+//! None may panic, every one must end with code 2, and none may leave anything where results go. New snapshots are
+//! taken with `INSTA_UPDATE=always cargo test --release -p monorig` and read before they are committed. Cases of
+//! scenarios and the command line stand here; those of another kind of file go into a file beside this one, which uses
+//! the same [`common::TestFolder`].
 
 mod common;
 
-use common::{GOOD, Simulation};
+use common::{GOOD, TestFolder, row};
 
 /// A scenario with one change: name of the case, text to replace, replacement.
 const CHANGED: &[(&str, &str, &str)] = &[
@@ -231,37 +232,70 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ("schema_of_unknown_kind", &["schema", "scenari"]),
 ];
 
+/// Cases whose whole messages are held, as users see them.
+const TYPICAL: &[&str] = &[
+    "unknown_key",
+    "missing_key",
+    "wrong_type_text",
+    "negative_mass",
+    "track_not_there",
+    "tab",
+    "unknown_plant",
+    "in_loop_unknown",
+    "set_bad_value",
+    "seed_negative",
+    "no_such_task",
+    "plant_unknown",
+    "file_not_there",
+    "out_is_a_file",
+    "check_finds_all",
+];
+
+/// Compares kind and place of all errors, and the whole messages of typical ones.
+fn compare(name: &str, refused: &[(&str, String)]) {
+    let rows: Vec<String> = refused.iter().map(|(case, told)| row(case, told)).collect();
+    let snapshot = rows.join("\n");
+    insta::assert_snapshot!(name, snapshot);
+    let typical = refused.iter().filter(|(case, _)| TYPICAL.contains(case));
+    let messages: Vec<String> = typical
+        .map(|(case, told)| format!("{case}:\n{}", told.trim_end()))
+        .collect();
+    let snapshot = messages.join("\n\n");
+    insta::assert_snapshot!(format!("{name}_messages"), snapshot);
+}
+
 #[test]
 fn a_changed_scenario_is_refused_with_its_reason() {
+    let mut refused = Vec::new();
     for (name, from, to) in CHANGED {
         assert_eq!(
             GOOD.matches(from).count(),
             1,
             "{name}: the change must hit exactly one place"
         );
-        let rig = Simulation::new();
-        rig.write("scenario.yaml", GOOD.replace(from, to).as_bytes());
-        insta::assert_snapshot!(
-            format!("scenario__{name}"),
-            rig.refused(&["run", "scenario.yaml"])
-        );
+        let dir = TestFolder::new();
+        dir.write("scenario.yaml", GOOD.replace(from, to).as_bytes());
+        refused.push((*name, dir.refused(&["run", "scenario.yaml"])));
     }
+    compare("scenario", &refused);
 }
 
 #[test]
 fn a_wrong_command_line_or_file_is_refused_with_its_reason() {
+    let mut refused = Vec::new();
     for (name, arguments) in COMMANDS {
-        let rig = Simulation::new();
-        rig.write("empty.yaml", b"");
-        rig.write("comments.yaml", b"# nothing\n\n");
-        rig.write("binary.yaml", b"version: 1\nwhy: \xff\xfe\n");
-        rig.write("list.yaml", b"- 1\n- 2\n");
-        rig.write("odd.yaml", b"colour: red\n");
-        rig.write("deep.yaml", "[".repeat(5000).as_bytes());
-        rig.write("laughs.yaml", laughs().as_bytes());
-        rig.circle("circle.yaml");
-        insta::assert_snapshot!(format!("command__{name}"), rig.refused(arguments));
+        let dir = TestFolder::new();
+        dir.write("empty.yaml", b"");
+        dir.write("comments.yaml", b"# nothing\n\n");
+        dir.write("binary.yaml", b"version: 1\nwhy: \xff\xfe\n");
+        dir.write("list.yaml", b"- 1\n- 2\n");
+        dir.write("odd.yaml", b"colour: red\n");
+        dir.write("deep.yaml", "[".repeat(5000).as_bytes());
+        dir.write("laughs.yaml", laughs().as_bytes());
+        dir.circle("circle.yaml");
+        refused.push((*name, dir.refused(arguments)));
     }
+    compare("command", &refused);
 }
 
 /// A list of lists of lists … by anchors: some hundred bytes that would fill the memory.
@@ -276,8 +310,8 @@ fn laughs() -> String {
 
 #[test]
 fn the_good_scenario_is_good() {
-    let rig = Simulation::new();
-    let (code, out, err) = rig.monorig(&["check", "scenario.yaml"]);
+    let dir = TestFolder::new();
+    let (code, out, err) = dir.monorig(&["check", "scenario.yaml"]);
     assert_eq!(
         (code, out.as_str()),
         (Some(0), "scenario.yaml: scenario ok\n"),
@@ -287,24 +321,24 @@ fn the_good_scenario_is_good() {
 
 #[test]
 fn a_full_disk_under_standard_output_is_an_error_and_a_gone_reader_is_none() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let full = std::fs::OpenOptions::new()
         .write(true)
         .open("/dev/full")
         .unwrap();
-    let (code, _, err) = rig.monorig_to(&["schema", "scenario"], full.into());
+    let (code, _, err) = dir.monorig_to(&["schema", "scenario"], full.into());
     assert_eq!(code, Some(2), "{err}");
     assert!(err.contains("standard output"), "{err}");
 
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let (code, _, err) = rig.monorig_to(&["schema", "scenario"], writer.into());
+    let (code, _, err) = dir.monorig_to(&["schema", "scenario"], writer.into());
     assert_eq!((code, err.as_str()), (Some(0), ""));
 }
 
 #[test]
 fn help_and_version_are_no_errors() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     for arguments in [
         &["--help"][..],
         &["run", "--help"],
@@ -313,12 +347,12 @@ fn help_and_version_are_no_errors() {
         &["--version"],
         &["schema"],
     ] {
-        let (code, out, err) = rig.monorig(arguments);
+        let (code, out, err) = dir.monorig(arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
         assert!(!out.is_empty());
     }
     assert!(
-        rig.monorig(&["--help"])
+        dir.monorig(&["--help"])
             .1
             .contains("monorig run scenarios/")
     );

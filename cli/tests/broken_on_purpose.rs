@@ -1,14 +1,14 @@
-//! What is broken on purpose makes `monorig test` red, with the name of what failed.
+//! A part that is broken on purpose makes `monorig test` red, with the name of what failed.
 
 #![allow(clippy::unwrap_used)]
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 
 /// The vehicle test of Liu et al. 2023 on the point mass, with bounds that it holds.
-fn climb(change: impl Fn(String) -> String) -> Simulation {
-    let rig = Simulation::new();
+fn climb(change: impl Fn(String) -> String) -> TestFolder {
+    let dir = TestFolder::new();
     let assets = project().join("assets").canonicalize().unwrap();
     let assets = assets.display();
     let text = format!(
@@ -36,13 +36,13 @@ expect:
   - {{estimator: dffrls_aekf_robust, metric: slope_rmse_deg_valid, after_s: 10, at_most: 0.328, availability: 0.5}}
 "
     );
-    rig.write("climb.yaml", change(text).as_bytes());
-    rig
+    dir.write("climb.yaml", change(text).as_bytes());
+    dir
 }
 
 fn red(change: impl Fn(String) -> String, names: &str) {
-    let rig = climb(change);
-    let (code, out, err) = rig.monorig(&["test", "climb.yaml", "--junit", "v.xml"]);
+    let dir = climb(change);
+    let (code, out, err) = dir.monorig(&["test", "climb.yaml", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     // lines are wrapped
     let told = out.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -50,7 +50,7 @@ fn red(change: impl Fn(String) -> String, names: &str) {
     let at = at.unwrap_or_else(|| panic!("{names} is not named in\n{out}"));
     let verdict: String = told[at..].chars().take(200).collect();
     assert!(verdict.contains("(seed "), "{verdict}");
-    assert!(rig.read("v.xml").contains(names));
+    assert!(dir.read("v.xml").contains(names));
 }
 
 #[test]
@@ -77,8 +77,8 @@ fn a_stuck_sensor_is_red() {
     );
 }
 
-/// Equation 14 of Liu et al. (2023) as printed lacks an inverse: its covariance turns negative. The same estimator with the equation
-/// corrected holds the bound, which is the range of the handbook, 0.01 to 0.03.
+/// Equation 14 of Liu et al. (2023) as printed lacks an inverse: its covariance turns negative. The same estimator with
+/// the equation corrected holds the bound, which is the range of the handbook, 0.01 to 0.03.
 #[test]
 fn an_estimator_with_equation_14_as_printed_is_red() {
     let identify = |eq14: &'static str| {

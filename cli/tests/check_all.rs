@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{GOOD, Simulation};
+use common::{GOOD, TestFolder};
 use std::path::{Path, PathBuf};
 
 /// All files in a folder and in the folders in it.
@@ -30,7 +30,7 @@ vary: [{path: load.mass_kg, uniform: [1000, 2500]}]
 
 #[test]
 fn every_file_that_is_written_is_known() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let short = GOOD.replace("stop: {after_s: 60}", "stop: {after_s: 8}");
     let short: String = short
         .lines()
@@ -40,8 +40,8 @@ fn every_file_that_is_written_is_known() {
         })
         .map(|l| format!("{l}\n"))
         .collect();
-    rig.write("scenario.yaml", short.as_bytes());
-    rig.write("study.yaml", STUDY.as_bytes());
+    dir.write("scenario.yaml", short.as_bytes());
+    dir.write("study.yaml", STUDY.as_bytes());
     for task in [
         &[
             "run",
@@ -123,29 +123,29 @@ fn every_file_that_is_written_is_known() {
         &["study", "study.yaml", "--out", "out/studies"],
         &["report", "out/t.json"],
     ] {
-        let (code, out, err) = rig.monorig(task);
+        let (code, out, err) = dir.monorig(task);
         assert!(matches!(code, Some(0 | 1)), "{task:?}: {out}{err}");
     }
-    let files = all(&rig.path("out"));
+    let files = all(&dir.path("out"));
     assert!(files.len() > 30, "{files:?}");
     for file in &files {
-        let (code, out, err) = rig.monorig(&["check", file.to_str().unwrap()]);
+        let (code, out, err) = dir.monorig(&["check", file.to_str().unwrap()]);
         assert_eq!(code, Some(0), "{}: {out}{err}", file.display());
     }
 }
 
-/// What is damaged is told, in every one of these.
+/// A damaged file is refused, in every one of these formats.
 #[test]
 fn what_is_damaged_is_refused() {
-    let rig = Simulation::new();
-    rig.write("a.csv", b"a,b\n1,2\n3\n");
-    rig.write("a.xml", b"<testsuites><testsuite></testsuites>");
-    rig.write("a.dbc", b"BO_ what");
-    rig.write("a.mcap", b"\x89MCAP0\r\n");
+    let dir = TestFolder::new();
+    dir.write("a.csv", b"a,b\n1,2\n3\n");
+    dir.write("a.xml", b"<testsuites><testsuite></testsuites>");
+    dir.write("a.dbc", b"BO_ what");
+    dir.write("a.mcap", b"\x89MCAP0\r\n");
     let name = "0".repeat(64);
-    rig.write(&name, b"something else");
+    dir.write(&name, b"something else");
     for file in ["a.csv", "a.xml", "a.dbc", "a.mcap", &name] {
-        let told = rig.refused(&["check", file]);
+        let told = dir.refused(&["check", file]);
         assert!(told.contains(file), "{told}");
     }
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -26,21 +26,22 @@ expect:
   - {estimator: dffrls_aukf_robust, metric: mass_availability, at_least: 0}
 ";
 
-fn tests() -> Simulation {
-    let rig = Simulation::new();
-    std::fs::create_dir_all(rig.path("all")).unwrap();
+fn tests() -> TestFolder {
+    let dir = TestFolder::new();
+    std::fs::create_dir_all(dir.path("all")).unwrap();
     for (name, seeds, bound) in [("a", "1..3", "1"), ("b", "[7]", "1"), ("c", "1..2", "1e-9")] {
         let text = QUICK.replace("SEEDS", seeds).replace("BOUND", bound);
-        rig.write(&format!("all/{name}.yaml"), text.as_bytes());
+        dir.write(&format!("all/{name}.yaml"), text.as_bytes());
     }
-    rig
+    dir
 }
 
-/// Four shards, merged, are the same bytes and the same verdict as one process; a scenario without a run in a shard is no failure.
+/// Four shards, merged, are the same bytes and the same verdict as one process; a scenario without a run in a shard is
+/// no failure.
 #[test]
 fn shards_of_a_test_are_judged_by_merge() {
-    let rig = tests();
-    let (code, whole, _) = rig.monorig(&["test", "all", "--json", "whole.json"]);
+    let dir = tests();
+    let (code, whole, _) = dir.monorig(&["test", "all", "--json", "whole.json"]);
     assert_eq!(code, Some(1), "c does not hold: {whole}");
     let mut files = Vec::new();
     for part in [3, 1, 4, 2] {
@@ -48,11 +49,11 @@ fn shards_of_a_test_are_judged_by_merge() {
         let arguments = [
             "test", "all", "--shard", &shard, "--json", &file, "--expect", "merge",
         ];
-        let (code, out, err) = rig.monorig(&arguments);
+        let (code, out, err) = dir.monorig(&arguments);
         assert_eq!(code, Some(0), "{out}{err}");
         files.push(file);
     }
-    let (code, ..) = rig.monorig(&["test", "all", "--shard", "4/4", "--json", "judged.json"]);
+    let (code, ..) = dir.monorig(&["test", "all", "--shard", "4/4", "--json", "judged.json"]);
     assert_eq!(
         code,
         Some(0),
@@ -67,7 +68,7 @@ fn shards_of_a_test_are_judged_by_merge() {
             .collect::<Vec<_>>()
     };
     let run = |arguments: Vec<String>| {
-        rig.monorig(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        dir.monorig(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
     };
     let (code, out, err) = run(merge(&files));
     assert_eq!(code, Some(1), "{out}{err}");
@@ -75,7 +76,7 @@ fn shards_of_a_test_are_judged_by_merge() {
         out.ends_with("3 scenarios, 6 runs: 2 held, 1 failed\n"),
         "{out}"
     );
-    assert!(rig.read("all.json") == rig.read("whole.json"));
+    assert!(dir.read("all.json") == dir.read("whole.json"));
 
     for (files, says) in [
         (&files[..3], "runs are here"),
@@ -98,16 +99,16 @@ fn shards_of_a_test_are_judged_by_merge() {
         ),
         ("\"of\": 4", "\"of\": 5", "shards there"),
     ] {
-        let text = rig.read("shard-2.json");
+        let text = dir.read("shard-2.json");
         assert!(text.contains(from));
-        rig.write("other.json", text.replacen(from, to, 1).as_bytes());
+        dir.write("other.json", text.replacen(from, to, 1).as_bytes());
         let mut files = files.clone();
         files[3] = "other.json".into();
         let (code, _, err) = run(merge(&files));
         assert_eq!(code, Some(2));
         assert!(err.contains(says), "{err}");
     }
-    let told = rig.refused(&["test", "all", "--shard", "1/2"]);
+    let told = dir.refused(&["test", "all", "--shard", "1/2"]);
     assert!(told.contains("--json"), "{told}");
 }
 
@@ -130,7 +131,7 @@ budget: 6
 sensitivity: {curve: 3, map: 2, map_parameters: 1}
 ";
 
-fn results(rig: &Simulation, out: &str) -> Vec<String> {
+fn results(dir: &TestFolder, out: &str) -> Vec<String> {
     let names = [
         "report.html",
         "trials.jsonl",
@@ -138,14 +139,14 @@ fn results(rig: &Simulation, out: &str) -> Vec<String> {
         "validation.json",
         "sensitivity.json",
     ];
-    let read = |name: &&str| rig.read(&format!("{out}/tune/study/{name}"));
+    let read = |name: &&str| dir.read(&format!("{out}/tune/study/{name}"));
     names.iter().map(read).collect()
 }
 
-fn start(rig: &Simulation, arguments: &[&str]) -> Child {
+fn start(dir: &TestFolder, arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_monorig"))
         .args(arguments)
-        .current_dir(rig.path(""))
+        .current_dir(dir.path(""))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -155,9 +156,9 @@ fn start(rig: &Simulation, arguments: &[&str]) -> Child {
 /// Three workers, one of them killed with a question in its hands: the same results as of one process.
 #[test]
 fn workers_change_nothing_and_a_killed_one_neither() {
-    let rig = Simulation::new();
-    rig.write("study.yaml", STUDY.as_bytes());
-    let (code, told, err) = rig.monorig(&[
+    let dir = TestFolder::new();
+    dir.write("study.yaml", STUDY.as_bytes());
+    let (code, told, err) = dir.monorig(&[
         "tune",
         "study.yaml",
         "--no-rerun",
@@ -169,10 +170,10 @@ fn workers_change_nothing_and_a_killed_one_neither() {
     assert_eq!(code, Some(0), "{told}{err}");
 
     let worker = ["tune", "study.yaml", "--worker", "queue", "--jobs", "1"];
-    let mut victim = start(&rig, &worker);
-    let mut others = [start(&rig, &worker), start(&rig, &worker)];
+    let mut victim = start(&dir, &worker);
+    let mut others = [start(&dir, &worker), start(&dir, &worker)];
     let mut search = start(
-        &rig,
+        &dir,
         &[
             "tune",
             "study.yaml",
@@ -186,7 +187,7 @@ fn workers_change_nothing_and_a_killed_one_neither() {
         ],
     );
     let held = |pid: u32| {
-        let taken = std::fs::read_dir(rig.path("queue/taken"));
+        let taken = std::fs::read_dir(dir.path("queue/taken"));
         let names = taken.into_iter().flatten().flatten().map(|e| e.file_name());
         let mark = format!("@{pid}-");
         names
@@ -211,18 +212,18 @@ fn workers_change_nothing_and_a_killed_one_neither() {
             "a worker ends with the search"
         );
     }
-    assert!(results(&rig, "one") == results(&rig, "many"));
+    assert!(results(&dir, "one") == results(&dir, "many"));
     assert!(
-        !rig.path("runs/tune/study").exists(),
+        !dir.path("runs/tune/study").exists(),
         "a worker writes no results"
     );
 
     // a worker of another study does not answer
-    rig.write(
+    dir.write(
         "study.yaml",
         STUDY.replace("budget: 6", "budget: 7").as_bytes(),
     );
-    std::fs::remove_file(rig.path("queue/finished")).unwrap();
-    let told = rig.refused(&worker);
+    std::fs::remove_file(dir.path("queue/finished")).unwrap();
+    let told = dir.refused(&worker);
     assert!(told.contains("made from something else"), "{told}");
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use serde_json::Value;
 
 const QUICK: &str = "\
@@ -23,10 +23,10 @@ published:
   - {source: 'Somebody 2024, table 9', estimator: imm_stf_robust, metric: slope_mae_deg, value: 12.375}
 ";
 
-fn rig() -> Simulation {
-    let rig = Simulation::new();
-    rig.write("quick.yaml", QUICK.as_bytes());
-    rig
+fn dir() -> TestFolder {
+    let dir = TestFolder::new();
+    dir.write("quick.yaml", QUICK.as_bytes());
+    dir
 }
 
 const METRICS: &str = "slope_mae_deg,slope_availability";
@@ -43,24 +43,24 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&all, more].concat()
 }
 
-/// Means and differences are those of the single runs, and an estimator that was not in the scenario runs beside the others
-/// without changing them.
+/// Means and differences are those of the single runs, and an estimator that was not in the scenario runs beside the
+/// others without changing them.
 #[test]
 fn the_table_says_what_the_runs_say() {
-    let rig = rig();
+    let dir = dir();
     let files = ["--json", "both.json", "--csv", "both.csv"];
     let both = [
         &["--estimators", "dffrls_aukf_robust,imm_stf_robust"][..],
         &files,
     ]
     .concat();
-    let (code, out, err) = rig.monorig(&compare(&both));
+    let (code, out, err) = dir.monorig(&compare(&both));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
         out.contains("12.4") && out.contains("published: Somebody 2024, table 9"),
         "{out}"
     );
-    let json: Value = serde_json::from_str(&rig.read("both.json")).unwrap();
+    let json: Value = serde_json::from_str(&dir.read("both.json")).unwrap();
     let value = |run: &Value, name: &str| {
         run["summary"]["estimators"][name]["slope_mae_deg"]
             .as_f64()
@@ -101,23 +101,23 @@ fn the_table_says_what_the_runs_say() {
         assert!(out.contains(share), "{out}");
     }
     assert_eq!(row["published"]["value"], 12.375);
-    assert_eq!(rig.read("both.csv").lines().count(), 1 + 2 * 2);
+    assert_eq!(dir.read("both.csv").lines().count(), 1 + 2 * 2);
 
-    let (code, ..) = rig.monorig(&compare(&["--json", "alone.json"]));
+    let (code, ..) = dir.monorig(&compare(&["--json", "alone.json"]));
     assert_eq!(code, Some(0));
-    let alone: Value = serde_json::from_str(&rig.read("alone.json")).unwrap();
+    let alone: Value = serde_json::from_str(&dir.read("alone.json")).unwrap();
     for (a, b) in alone["runs"].as_array().unwrap().iter().zip(runs) {
         let of = |run: &Value| run["summary"]["estimators"]["dffrls_aukf_robust"].clone();
         assert_eq!(of(a), of(b));
     }
 }
 
-/// Without `--metrics` the ratios to the Cramér-Rao bound stand beside the errors where the sheet bounds anything, and `monorig test --metrics` tells the
-/// same numbers over all runs.
+/// Without `--metrics` the ratios to the Cramér-Rao bound stand beside the errors where the sheet bounds anything, and
+/// `monorig test --metrics` tells the same numbers over all runs.
 #[test]
 fn errors_over_their_bound_are_shown_where_there_is_one() {
-    let rig = rig();
-    let sheet = rig.read("sensors.yaml");
+    let dir = dir();
+    let sheet = dir.read("sensors.yaml");
     let task = [
         "compare",
         "quick.yaml",
@@ -126,11 +126,11 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
         "--json",
         "c.json",
     ];
-    let (code, out, err) = rig.monorig(&task);
+    let (code, out, err) = dir.monorig(&task);
     assert_eq!(code, Some(0), "{out}{err}");
     let bounded = sheet.contains("accelerometer") && sheet.contains("wheel_speed");
     assert!(bounded && out.contains("slope_rmse_over_bound"), "{out}");
-    let json: Value = serde_json::from_str(&rig.read("c.json")).unwrap();
+    let json: Value = serde_json::from_str(&dir.read("c.json")).unwrap();
     let mut ratios: Vec<f64> = json["runs"]
         .as_array()
         .unwrap()
@@ -142,7 +142,7 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
 
     let metrics = ["--metrics", "slope_rmse_over_bound"];
     let (_, out, err) =
-        rig.monorig(&[&["test", "quick.yaml", "--seeds", "1..3"][..], &metrics].concat());
+        dir.monorig(&[&["test", "quick.yaml", "--seeds", "1..3"][..], &metrics].concat());
     let row = out.lines().find(|l| l.contains("3/3"));
     let row = row.unwrap_or_else(|| panic!("{out}{err}"));
     assert!(
@@ -163,25 +163,25 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
         .filter(|l| !l.starts_with("wheel_speed"))
         .map(|l| format!("{l}\n"))
         .collect();
-    rig.write("blind.yaml", blind.as_bytes());
-    let (_, out, err) = rig.monorig(&[&task[..], &["--set", "sensors=blind.yaml"]].concat());
+    dir.write("blind.yaml", blind.as_bytes());
+    let (_, out, err) = dir.monorig(&[&task[..], &["--set", "sensors=blind.yaml"]].concat());
     assert!(!out.contains("over_bound"), "{out}{err}");
 }
 
 #[test]
 fn threads_change_nothing() {
-    let rig = rig();
+    let dir = dir();
     for jobs in ["1", "2"] {
         let file = format!("{jobs}.json");
-        let (code, ..) = rig.monorig(&compare(&["--jobs", jobs, "--json", &file]));
+        let (code, ..) = dir.monorig(&compare(&["--jobs", jobs, "--json", &file]));
         assert_eq!(code, Some(0));
-        assert!(rig.read(&file) == rig.read("1.json"));
+        assert!(dir.read(&file) == dir.read("1.json"));
     }
 }
 
 #[test]
 fn what_is_not_there_is_named() {
-    let rig = rig();
+    let dir = dir();
     for (more, says) in [
         (
             ["--estimators", "dffrls_aukf_robust,immstf_robust"],
@@ -197,12 +197,12 @@ fn what_is_not_there_is_named() {
         ),
         (["--seeds", "x"], "no range of seeds"),
     ] {
-        let told = rig.refused(&[&["compare", "quick.yaml"][..], &more].concat());
+        let told = dir.refused(&[&["compare", "quick.yaml"][..], &more].concat());
         assert!(told.contains(says), "{told}");
     }
     let bad = QUICK.replace("metric: slope_mae_deg", "metric: slope_mea_deg");
-    rig.write("quick.yaml", bad.as_bytes());
-    let told = rig.refused(&["compare", "quick.yaml"]);
+    dir.write("quick.yaml", bad.as_bytes());
+    let told = dir.refused(&["compare", "quick.yaml"]);
     assert!(
         told.contains("quick.yaml:13:78") && told.contains("did you mean"),
         "{told}"

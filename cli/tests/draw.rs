@@ -2,38 +2,38 @@
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 
-fn rig() -> (Simulation, String) {
+fn dir() -> (TestFolder, String) {
     let ranges = project().join("assets/ranges/roadway.yaml");
-    (Simulation::new(), ranges.display().to_string())
+    (TestFolder::new(), ranges.display().to_string())
 }
 
 #[test]
 fn drawn_scenarios_are_whole_and_are_not_replaced() {
-    let (rig, ranges) = rig();
+    let (dir, ranges) = dir();
     let draw = ["draw", &ranges, "--seed", "7", "--count", "2"];
-    assert_eq!(rig.monorig(&draw).0, Some(0));
+    assert_eq!(dir.monorig(&draw).0, Some(0));
     let scenarios = ["drawn/drawn_7.yaml", "drawn/drawn_8.yaml"];
-    let (code, told, err) = rig.monorig(&["check", scenarios[0], scenarios[1]]);
+    let (code, told, err) = dir.monorig(&["check", scenarios[0], scenarios[1]]);
     assert_eq!(code, Some(0), "{told}{err}");
-    let first = rig.read(scenarios[0]);
-    assert_eq!(rig.monorig(&draw).0, Some(0));
-    assert_eq!(rig.read(scenarios[0]), first);
+    let first = dir.read(scenarios[0]);
+    assert_eq!(dir.monorig(&draw).0, Some(0));
+    assert_eq!(dir.read(scenarios[0]), first);
 
     let mine = first.replace("seeds:", "# mine\nseeds:");
-    rig.write(scenarios[0], mine.as_bytes());
-    let told = rig.refused(&draw);
+    dir.write(scenarios[0], mine.as_bytes());
+    let told = dir.refused(&draw);
     assert!(
         told.contains("drawn_7.yaml") && told.contains("--out"),
         "{told}"
     );
-    assert_eq!(rig.read(scenarios[0]), mine);
+    assert_eq!(dir.read(scenarios[0]), mine);
 }
 
 #[test]
 fn bad_ranges_are_refused_with_their_place() {
-    let (rig, ranges) = rig();
+    let (dir, ranges) = dir();
     let good = std::fs::read_to_string(&ranges).unwrap();
     let folder = project().join("assets");
     let good = good.replace("../", &format!("{}/", folder.display()));
@@ -57,25 +57,26 @@ fn bad_ranges_are_refused_with_their_place() {
         ("dx80_176y.yaml", "dx81_176y.yaml", "there is no"),
     ] {
         assert!(good.contains(from), "{from}");
-        rig.write("ranges.yaml", good.replace(from, to).as_bytes());
+        dir.write("ranges.yaml", good.replace(from, to).as_bytes());
         for command in [&["draw", "ranges.yaml"][..], &["check", "ranges.yaml"]] {
-            let told = rig.refused(command);
+            let told = dir.refused(command);
             assert!(
                 told.contains("ranges.yaml") && told.contains(says),
                 "{to}\n{told}"
             );
         }
-        assert!(!rig.path("drawn").exists());
+        assert!(!dir.path("drawn").exists());
     }
 }
 
-/// The bound is printed with the errors of the scenario's estimators beside it, and does not depend on the number of threads.
+/// The bound is printed with the errors of the scenario's estimators beside it, and does not depend on the number of
+/// threads.
 #[test]
 fn the_bound_of_a_scenario() {
-    let (rig, _) = rig();
+    let (dir, _) = dir();
     let bound = |jobs: &str| {
         let task = ["bound", "scenario.yaml", "--seeds", "1..2", "--jobs", jobs];
-        let (code, told, err) = rig.monorig(&[&task[..], &["--csv", "b.csv"]].concat());
+        let (code, told, err) = dir.monorig(&[&task[..], &["--csv", "b.csv"]].concat());
         assert_eq!(code, Some(0), "{told}{err}");
         told
     };
@@ -85,7 +86,7 @@ fn the_bound_of_a_scenario() {
         told.contains("bound") && told.contains("dffrls_aekf_robust"),
         "{told}"
     );
-    let csv = rig.read("b.csv");
+    let csv = dir.read("b.csv");
     // the first step, and every tenth of a second to the 60th
     assert_eq!(csv.lines().count(), 1 + 1 + 600, "{csv}");
 }

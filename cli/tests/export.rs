@@ -4,11 +4,12 @@
 
 mod common;
 
-use common::{Simulation, columns};
+use common::{TestFolder, columns};
 use std::collections::BTreeMap;
 
-/// A run that has kept its samples: jitter, latency and dropouts of the wheel speed, and with the sample's events a load change and a stuck IMU.
-fn run(rig: &Simulation, more: &[&str]) {
+/// A run that has kept its samples: jitter, latency and dropouts of the wheel speed, and with the sample's events a
+/// load change and a stuck IMU.
+fn run(dir: &TestFolder, more: &[&str]) {
     let task = [
         "run",
         "scenario.yaml",
@@ -21,36 +22,36 @@ fn run(rig: &Simulation, more: &[&str]) {
         "--set",
         "estimators.rail_fusion={}",
     ];
-    let (code, out, err) = rig.monorig(&[&task[..], more].concat());
+    let (code, out, err) = dir.monorig(&[&task[..], more].concat());
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
 }
 
 /// Runs have the folder of their variant.
-fn folder(rig: &Simulation) -> String {
-    let name = std::fs::read_dir(rig.path("runs")).unwrap().next().unwrap();
+fn folder(dir: &TestFolder) -> String {
+    let name = std::fs::read_dir(dir.path("runs")).unwrap().next().unwrap();
     let name = name.unwrap().file_name().into_string().unwrap();
     format!("runs/{name}/1")
 }
 
 /// Exports a run and replays the export; the columns of run and replay.
-fn there_and_back(rig: &Simulation, run: &str, format: &str) -> [BTreeMap<String, Vec<f64>>; 2] {
-    let (code, out, err) = rig.monorig(&["export", run, "--to", format, "--out", format]);
+fn there_and_back(dir: &TestFolder, run: &str, format: &str) -> [BTreeMap<String, Vec<f64>>; 2] {
+    let (code, out, err) = dir.monorig(&["export", run, "--to", format, "--out", format]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let map = std::fs::read_dir(rig.path(format)).unwrap();
+    let map = std::fs::read_dir(dir.path(format)).unwrap();
     let map = map
         .map(|e| e.unwrap().file_name().into_string().unwrap())
         .find(|name| name.ends_with(".map.yaml"))
         .unwrap();
     assert!(out.contains(&map), "{out}");
     let map = format!("{format}/{map}");
-    let (code, out, err) = rig.monorig(&["check", &map]);
+    let (code, out, err) = dir.monorig(&["check", &map]);
     assert_eq!(code, Some(0), "{out}{err}");
     let again = format!("again_{format}");
-    let (code, out, err) = rig.monorig(&["replay", "--map", &map, "--no-rerun", "--out", &again]);
+    let (code, out, err) = dir.monorig(&["replay", "--map", &map, "--no-rerun", "--out", &again]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-    let scenario = std::fs::read_dir(rig.path(&again)).unwrap().next().unwrap();
+    let scenario = std::fs::read_dir(dir.path(&again)).unwrap().next().unwrap();
     [
-        columns(&rig.path(run)),
+        columns(&dir.path(run)),
         columns(&scenario.unwrap().path().join("1")),
     ]
 }
@@ -87,16 +88,16 @@ fn compare(both: &[BTreeMap<String, Vec<f64>>; 2], mut each: impl FnMut(&str, f6
 
 #[test]
 fn a_lossless_export_is_the_run_again_bit_for_bit() {
-    let rig = Simulation::new();
-    run(&rig, &[]);
-    let run = folder(&rig);
-    let (code, out, err) = rig.monorig(&["check", &format!("{run}/samples.parquet")]);
+    let dir = TestFolder::new();
+    run(&dir, &[]);
+    let run = folder(&dir);
+    let (code, out, err) = dir.monorig(&["check", &format!("{run}/samples.parquet")]);
     assert!(
         code == Some(0) && out.contains("steps of 2 ms"),
         "{out}{err}"
     );
     for format in ["csv", "parquet", "mcap", "mf4"] {
-        let both = there_and_back(&rig, &run, format);
+        let both = there_and_back(&dir, &run, format);
         let mut differ = Vec::new();
         compare(&both, |name, a, b| {
             if a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan()) {
@@ -112,14 +113,14 @@ fn a_lossless_export_is_the_run_again_bit_for_bit() {
     }
 }
 
-/// CAN rounds: stamps to 1 µs, forces to 1e-5 m/s², torques to 1e-3 N·m, speeds to 1e-5 m/s. A filter that is stable makes differences of
-/// that order in slope (1e-5 / 9.81 rad) and mass (1e-3 N·m of some 10) of it. Without the events: at the edges of a fault a detector that
-/// decides a step later makes more of it (1.5e-4 rad here).
+/// CAN rounds: stamps to 1 µs, forces to 1e-5 m/s², torques to 1e-3 N·m, speeds to 1e-5 m/s. A filter that is stable
+/// makes differences of that order in slope (1e-5 / 9.81 rad) and mass (1e-3 N·m of some 10) of it. Without the events:
+/// at the edges of a fault a detector that decides a step later makes more of it (1.5e-4 rad here).
 #[test]
 fn an_export_to_can_is_the_run_within_the_steps_of_its_signals() {
-    let rig = Simulation::new();
-    run(&rig, &["--set", "events=[]"]);
-    let both = there_and_back(&rig, &folder(&rig), "can");
+    let dir = TestFolder::new();
+    run(&dir, &["--set", "events=[]"]);
+    let both = there_and_back(&dir, &folder(&dir), "can");
     let (mut slope, mut mass) = (0.0f64, 0.0f64);
     compare(&both, |name, a, b| {
         if name.ends_with("dffrls_aekf_robust/grade") {
@@ -134,8 +135,8 @@ fn an_export_to_can_is_the_run_within_the_steps_of_its_signals() {
 
 #[test]
 fn what_cannot_be_exported_says_why() {
-    let rig = Simulation::new();
-    let (code, out, err) = rig.monorig(&[
+    let dir = TestFolder::new();
+    let (code, out, err) = dir.monorig(&[
         "run",
         "scenario.yaml",
         "--no-rerun",
@@ -149,9 +150,9 @@ fn what_cannot_be_exported_says_why() {
         "expect=[]",
     ]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-    let run = folder(&rig);
-    let told = rig.refused(&["export", &run, "--to", "csv"]);
+    let run = folder(&dir);
+    let told = dir.refused(&["export", &run, "--to", "csv"]);
     assert!(told.contains("--keep-samples"), "{told}");
-    let told = rig.refused(&["export", "nowhere", "--to", "csv"]);
+    let told = dir.refused(&["export", "nowhere", "--to", "csv"]);
     assert!(told.contains("nowhere"), "{told}");
 }

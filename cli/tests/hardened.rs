@@ -4,19 +4,19 @@
 
 mod common;
 
-use common::{GOOD, Simulation};
+use common::{GOOD, TestFolder};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Refused within 5 s and with so little address space, kB.
-fn refused(rig: &Simulation, memory_kb: u64, arguments: &[&str]) -> String {
+fn refused(dir: &TestFolder, memory_kb: u64, arguments: &[&str]) -> String {
     let begun = Instant::now();
     let limits = format!("ulimit -v {memory_kb}; ulimit -t 5; exec \"$0\" \"$@\"");
     let mut command = Command::new("bash");
     command
         .args(["-c", &limits, env!("CARGO_BIN_EXE_monorig")])
         .args(arguments);
-    let (code, out, err) = rig.output(command.stdout(Stdio::piped()));
+    let (code, out, err) = dir.output(command.stdout(Stdio::piped()));
     assert_eq!(code, Some(2), "{arguments:?}: {out}{err}");
     assert!(!err.contains("panicked"), "{err}");
     assert!(
@@ -29,7 +29,7 @@ fn refused(rig: &Simulation, memory_kb: u64, arguments: &[&str]) -> String {
 
 #[test]
 fn what_is_far_too_much_is_refused_with_the_limit() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let obstacle = "  - {at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}\n";
     let before = GOOD.split_once("obstacles:").unwrap().0;
     let many = |n: usize| format!("{before}obstacles:\n{}", obstacle.repeat(n));
@@ -51,11 +51,11 @@ fn what_is_far_too_much_is_refused_with_the_limit() {
         ("obstacles.yaml", many(2000), "at most 1000"),
         ("many.yaml", many(100_000), "at most"),
     ] {
-        rig.write(name, text.as_bytes());
-        let told = refused(&rig, 1_000_000, &["check", "--kind", "scenario", name]);
+        dir.write(name, text.as_bytes());
+        let told = refused(&dir, 1_000_000, &["check", "--kind", "scenario", name]);
         assert!(told.contains(limit), "{name}: {told}");
     }
-    let urdf = rig.read("units/drive_unit.urdf");
+    let urdf = dir.read("units/drive_unit.urdf");
     let spaces: String = (0..300_000).map(|i| format!(" xmlns:a{i}=\"b\"")).collect();
     for (inside, limit) in [
         (
@@ -72,8 +72,8 @@ fn what_is_far_too_much_is_refused_with_the_limit() {
         ),
         ("<a>".repeat(1000), "50 deep"),
     ] {
-        rig.write("units/drive_unit.urdf", inside.as_bytes());
-        let told = refused(&rig, 1_000_000, &["check", "units/drive_unit.yaml"]);
+        dir.write("units/drive_unit.urdf", inside.as_bytes());
+        let told = refused(&dir, 1_000_000, &["check", "units/drive_unit.yaml"]);
         assert!(told.contains(limit), "{told}");
     }
 }
@@ -81,9 +81,9 @@ fn what_is_far_too_much_is_refused_with_the_limit() {
 /// A pipe would be waited for, and a device has no end.
 #[test]
 fn pipes_and_devices_are_no_files() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let made = Command::new("mkfifo")
-        .arg(rig.path("pipe"))
+        .arg(dir.path("pipe"))
         .status()
         .unwrap();
     assert!(made.success());
@@ -93,10 +93,10 @@ fn pipes_and_devices_are_no_files() {
             &["report", name],
             &["check", "--kind", "track", name],
         ] {
-            let told = refused(&rig, 1_000_000, arguments);
+            let told = refused(&dir, 1_000_000, arguments);
             assert!(told.contains("not a regular file"), "{arguments:?}: {told}");
         }
-        std::fs::create_dir_all(rig.path("alone")).unwrap();
+        std::fs::create_dir_all(dir.path("alone")).unwrap();
         for result in [
             "run.rrd",
             "channels.parquet",
@@ -104,14 +104,14 @@ fn pipes_and_devices_are_no_files() {
             "manifest.json",
         ] {
             let link = format!("alone/{result}");
-            let _ = std::fs::remove_file(rig.path(&link));
+            let _ = std::fs::remove_file(dir.path(&link));
             let to = if name == "pipe" {
-                rig.path("pipe")
+                dir.path("pipe")
             } else {
                 name.into()
             };
-            std::os::unix::fs::symlink(to, rig.path(&link)).unwrap();
-            refused(&rig, 1_000_000, &["check", &link]);
+            std::os::unix::fs::symlink(to, dir.path(&link)).unwrap();
+            refused(&dir, 1_000_000, &["check", &link]);
         }
     }
 }
@@ -119,15 +119,15 @@ fn pipes_and_devices_are_no_files() {
 /// Colours, a cleared screen, text from right to left: none of it comes from a file.
 #[test]
 fn control_characters_of_files_do_not_reach_the_terminal() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let bad = "\u{1b}[2J\u{202e}\u{9b}31m";
-    rig.write(
+    dir.write(
         "bad.yaml",
         format!("{GOOD}\"{bad}\": 1 # {bad}\n").as_bytes(),
     );
     let name = "bad\u{1b}[31m.yaml";
-    rig.write(name, GOOD.as_bytes());
-    rig.write(
+    dir.write(name, GOOD.as_bytes());
+    dir.write(
         "run.yaml",
         GOOD.replace("A sample.", "\"\\e[2J\"").as_bytes(),
     );
@@ -144,7 +144,7 @@ fn control_characters_of_files_do_not_reach_the_terminal() {
             "colour\u{1b}=1",
         ],
     ] {
-        let (_, out, err) = rig.monorig(arguments);
+        let (_, out, err) = dir.monorig(arguments);
         let told = format!("{out}{err}");
         let hidden: Vec<char> = told
             .chars()
@@ -158,20 +158,20 @@ fn control_characters_of_files_do_not_reach_the_terminal() {
 /// A page loads nothing, runs nothing, and links nowhere but to files and the web.
 #[test]
 fn a_report_can_do_nothing() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let text = "why: <script>alert(1)</script>\u{202e}";
     let scenario = GOOD
         .replace("why: A sample.", text)
         .replace("after_s: 60", "after_s: 45");
-    rig.write(
+    dir.write(
         "javascript:x.yaml",
         scenario.replace("rapier", "point-mass").as_bytes(),
     );
-    let (code, out, err) = rig.monorig(&["run", "javascript:x.yaml", "--out", "."]);
+    let (code, out, err) = dir.monorig(&["run", "javascript:x.yaml", "--out", "."]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-    let (code, _, err) = rig.monorig(&["report", "javascript:x/1", "--out", "page.html"]);
+    let (code, _, err) = dir.monorig(&["report", "javascript:x/1", "--out", "page.html"]);
     assert_eq!(code, Some(0), "{err}");
-    let page = rig.read("page.html");
+    let page = dir.read("page.html");
     assert!(page.contains("Content-Security-Policy") && page.contains("default-src 'none'"));
     assert!(!page.contains("<script") && !page.contains('\u{202e}'));
     assert!(page.contains("href=\"./javascript:x/1/") && !page.contains("href=\"javascript:"));
@@ -180,38 +180,38 @@ fn a_report_can_do_nothing() {
 /// Whatever a file is called, its results stay in the folder of results.
 #[test]
 fn names_do_not_lead_out_of_the_folder_of_results() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let short = GOOD
         .replace("after_s: 60", "after_s: 45")
         .replace("rapier", "point-mass");
-    rig.write("...yaml", short.as_bytes());
-    rig.refused(&["run", "...yaml", "--out", "results"]);
+    dir.write("...yaml", short.as_bytes());
+    dir.refused(&["run", "...yaml", "--out", "results"]);
 }
 
 /// `--json` and `--junit` write files, and nothing through a link or into a device.
 #[test]
 fn reports_go_into_files_only() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let short = GOOD
         .replace("after_s: 60", "after_s: 45")
         .replace("rapier", "point-mass");
-    rig.write("quick.yaml", short.as_bytes());
-    rig.write("precious", b"precious");
-    std::os::unix::fs::symlink(rig.path("precious"), rig.path("link")).unwrap();
+    dir.write("quick.yaml", short.as_bytes());
+    dir.write("precious", b"precious");
+    std::os::unix::fs::symlink(dir.path("precious"), dir.path("link")).unwrap();
     for to in ["link", "/dev/null"] {
         for option in ["--json", "--junit"] {
-            let told = rig.refused(&["test", "quick.yaml", "--seeds", "1", option, to]);
+            let told = dir.refused(&["test", "quick.yaml", "--seeds", "1", option, to]);
             assert!(told.contains(to), "{told}");
         }
     }
-    assert_eq!(rig.read("precious"), "precious");
+    assert_eq!(dir.read("precious"), "precious");
     assert!(std::path::Path::new("/dev/null").exists());
 }
 
 /// Scenarios below the folder named, and such with a capital ending, are tested; other files are named as left out.
 #[test]
 fn a_folder_is_tested_with_all_below_it() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let quick = |name: &str| {
         let head = GOOD
             .split_once("events:")
@@ -225,14 +225,14 @@ fn a_folder_is_tested_with_all_below_it() {
             .fold(text, |text, file| {
                 text.replace(&format!("{file}: {file}"), &format!("{file}: {up}{file}"))
             });
-        rig.write(name, text.as_bytes());
+        dir.write(name, text.as_bytes());
     };
-    std::fs::create_dir_all(rig.path("all/below")).unwrap();
+    std::fs::create_dir_all(dir.path("all/below")).unwrap();
     for name in ["all/one.yaml", "all/TWO.YAML", "all/below/three.yml"] {
         quick(name);
     }
-    rig.write("all/below/track.yaml", rig.read("track.yaml").as_bytes());
-    let (code, out, err) = rig.monorig(&["test", "all", "--seeds", "1"]);
+    dir.write("all/below/track.yaml", dir.read("track.yaml").as_bytes());
+    let (code, out, err) = dir.monorig(&["test", "all", "--seeds", "1"]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
     assert!(out.contains("3 scenarios, 3 runs"), "{out}{err}");
     assert!(
@@ -244,28 +244,28 @@ fn a_folder_is_tested_with_all_below_it() {
 /// A share so small that it rounds to no seed still asks for one.
 #[test]
 fn a_quantile_can_always_fail() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let head = GOOD
         .split_once("events:")
         .unwrap()
         .0
         .replace("after_s: 60", "after_s: 6");
     let expect = "expect: [{metric: speed_rmse_mps, at_most: -1, quantile: 1.0e-10}]\n";
-    rig.write(
+    dir.write(
         "quick.yaml",
         format!("{}{expect}", head.replace("rapier", "point-mass")).as_bytes(),
     );
-    let (code, out, err) = rig.monorig(&["test", "quick.yaml", "--seeds", "1..3"]);
+    let (code, out, err) = dir.monorig(&["test", "quick.yaml", "--seeds", "1..3"]);
     assert_eq!(code, Some(1), "{out}{err}");
 }
 
-/// What a study's file changes is blamed on it, not on a `--set` that nobody typed.
+/// An error in a change of a study names the study's file, not a `--set` that nobody typed.
 #[test]
 fn errors_of_a_study_name_the_study() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let study = "version: 1\nwhy: A spread.\nscenario: scenario.yaml\nruns: 3\nvary:\n  - {path: load.mass_kg, uniform: [-9, -8]}\n";
-    rig.write("spread.yaml", study.as_bytes());
-    let told = rig.refused(&["study", "spread.yaml"]);
+    dir.write("spread.yaml", study.as_bytes());
+    let told = dir.refused(&["study", "spread.yaml"]);
     assert!(
         !told.contains("--set") && told.contains("by spread.yaml"),
         "{told}"
@@ -275,13 +275,13 @@ fn errors_of_a_study_name_the_study() {
 /// Threads that the system does not make: the work is done all the same, and it is told.
 #[test]
 fn without_threads_it_is_slower_and_the_same() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let head = GOOD
         .split_once("events:")
         .unwrap()
         .0
         .replace("after_s: 60", "after_s: 6");
-    rig.write(
+    dir.write(
         "quick.yaml",
         head.replace("rapier", "point-mass").as_bytes(),
     );
@@ -300,7 +300,7 @@ fn without_threads_it_is_slower_and_the_same() {
         if let Some(bytes) = stack {
             command.env("RUST_MIN_STACK", bytes); // more than there is address space
         }
-        rig.output(command.stdout(Stdio::piped()))
+        dir.output(command.stdout(Stdio::piped()))
     };
     let (code, _, err) = test(None, "a.json");
     assert!(matches!(code, Some(0 | 1)), "{err}");
@@ -310,5 +310,5 @@ fn without_threads_it_is_slower_and_the_same() {
         err.contains("did not make 3 of the threads") && !err.contains("panicked"),
         "{err}"
     );
-    assert_eq!(rig.read("a.json"), rig.read("b.json"));
+    assert_eq!(dir.read("a.json"), dir.read("b.json"));
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 use std::process::{Command, Stdio};
 
 /// Examples in a help text: lines that start with `monorig`, with those they go on in, without the remark behind them.
@@ -69,12 +69,12 @@ fn help_fits_80_columns() {
 
 #[test]
 fn every_example_works() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     for folder in ["assets", "scenarios"] {
         let copied = Command::new("cp")
             .arg("-r")
             .arg(project().join(folder))
-            .arg(rig.path(""))
+            .arg(dir.path(""))
             .status();
         assert!(copied.unwrap().success());
     }
@@ -95,10 +95,10 @@ fn every_example_works() {
     ] {
         let mut arguments: Vec<&str> = task.into_iter().collect();
         arguments.push("--help");
-        let (code, help, err) = rig.monorig(&arguments);
+        let (code, help, err) = dir.monorig(&arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
         let found = examples(&help);
-        let _ = std::fs::remove_dir_all(rig.path("runs/tune")); // every page begins with its own search
+        let _ = std::fs::remove_dir_all(dir.path("runs/tune")); // every page begins with its own search
         assert!(!found.is_empty(), "no example in\n{help}");
         for example in found {
             let mut shell = Command::new("sh");
@@ -106,7 +106,7 @@ fn every_example_works() {
                 .args(["-c", &example])
                 .env("PATH", &path)
                 .stdout(Stdio::piped());
-            let (code, out, err) = rig.output(&mut shell);
+            let (code, out, err) = dir.output(&mut shell);
             // 1: it ran, and an expectation of the scenario failed
             assert!(
                 matches!(code, Some(0 | 1)),

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 
 /// Every kind by itself, and as the kind it is not.
 #[test]
 fn kinds_are_told_apart() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     for (file, kind) in [
         ("scenario.yaml", "scenario"),
         ("track.yaml", "track"),
@@ -21,7 +21,7 @@ fn kinds_are_told_apart() {
         ("rails/i140e.yaml", "rail-profile"),
         ("road/hongqi_ehs3.yaml", "car"),
     ] {
-        let (code, out, err) = rig.monorig(&["check", file]);
+        let (code, out, err) = dir.monorig(&["check", file]);
         assert_eq!(
             (code, out.as_str()),
             (Some(0), format!("{file}: {kind} ok\n").as_str()),
@@ -39,7 +39,7 @@ fn kinds_are_told_apart() {
             "tuning",
         ] {
             if other != kind {
-                let told = rig.refused(&["check", "--kind", other, file]);
+                let told = dir.refused(&["check", "--kind", other, file]);
                 assert!(told.contains(file) && told.contains("help:"), "{told}");
             }
         }

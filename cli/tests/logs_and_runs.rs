@@ -4,16 +4,16 @@
 
 mod common;
 
-use common::{Simulation, columns, project};
+use common::{TestFolder, columns, project};
 use std::fmt::Write as _;
 
 /// A drive with speed changes on the sample's track that has kept its samples.
-fn run(rig: &Simulation) -> String {
-    run_of(rig, "scenario.yaml")
+fn run(dir: &TestFolder) -> String {
+    run_of(dir, "scenario.yaml")
 }
 
-fn run_of(rig: &Simulation, scenario: &str) -> String {
-    let (code, out, err) = rig.monorig(&[
+fn run_of(dir: &TestFolder, scenario: &str) -> String {
+    let (code, out, err) = dir.monorig(&[
         "run",
         scenario,
         "--keep-samples",
@@ -28,19 +28,20 @@ fn run_of(rig: &Simulation, scenario: &str) -> String {
         "drive.speed=[{at_s: 0, mps: 0}, {at_s: 3, mps: 1}, {at_s: 20, mps: 0.5}, {at_s: 35, mps: 1.4}, {at_s: 50, mps: 0.7}, {at_s: 65, mps: 1.2}]",
     ]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-    let name = std::fs::read_dir(rig.path("runs")).unwrap().next().unwrap();
+    let name = std::fs::read_dir(dir.path("runs")).unwrap().next().unwrap();
     format!(
         "runs/{}/1",
         name.unwrap().file_name().into_string().unwrap()
     )
 }
 
-/// The estimates of the run itself, judged as if they were made elsewhere, are as good as those of the run; with 1 t on top they are 1 t off.
+/// The estimates of the run itself, judged as if they were made elsewhere, are as good as those of the run; with 1 t on
+/// top they are 1 t off.
 #[test]
 fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
-    let rig = Simulation::new();
-    let run = run(&rig);
-    let all = columns(&rig.path(&run));
+    let dir = TestFolder::new();
+    let run = run(&dir);
+    let all = columns(&dir.path(&run));
     let of = |name: &str| &all[&format!("estimates/dffrls_aekf_robust/{name}")];
     for (file, more_kg) in [("same.csv", 0.0), ("heavy.csv", 1000.0)] {
         let mut text = String::from("t,mass_kg,mass_sd_kg,mass_valid,slope_rad,slope_valid\n");
@@ -57,10 +58,10 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
             )
             .unwrap();
         }
-        rig.write(file, text.replace("NaN", "").as_bytes());
+        dir.write(file, text.replace("NaN", "").as_bytes());
     }
     let judged = |file: &str| -> serde_json::Value {
-        let (code, out, err) = rig.monorig(&[
+        let (code, out, err) = dir.monorig(&[
             "judge",
             &run,
             "--estimates",
@@ -70,12 +71,12 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
             "judged",
         ]);
         assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-        let folder = std::fs::read_dir(rig.path("judged")).unwrap();
+        let folder = std::fs::read_dir(dir.path("judged")).unwrap();
         let mut names = folder.map(|e| e.unwrap().file_name().into_string().unwrap());
         let name = names.next().unwrap();
         assert_eq!(names.next(), None, "something is left beside the results");
-        let metrics = rig.read(&format!("judged/{name}/1/metrics.json"));
-        let (code, out, err) = rig.monorig(&["report", &format!("judged/{name}/1")]);
+        let metrics = dir.read(&format!("judged/{name}/1/metrics.json"));
+        let (code, out, err) = dir.monorig(&["report", &format!("judged/{name}/1")]);
         assert_eq!(code, Some(0), "{out}{err}");
         serde_json::from_str(&metrics).unwrap()
     };
@@ -101,26 +102,26 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
     };
     let (same, heavy) = (mae(&metrics), mae(&judged("heavy.csv")));
     assert!((heavy - 1000.0).abs() <= same + 1e-6, "{same} {heavy}");
-    let told = rig.refused(&["judge", "nowhere", "--estimates", "same.csv"]);
+    let told = dir.refused(&["judge", "nowhere", "--estimates", "same.csv"]);
     assert!(told.contains("no folder of a run"), "{told}");
-    rig.write("bad.csv", b"t,m\n0,1\n");
-    let told = rig.refused(&["judge", &run, "--estimates", "bad.csv"]);
+    dir.write("bad.csv", b"t,m\n0,1\n");
+    let told = dir.refused(&["judge", &run, "--estimates", "bad.csv"]);
     assert!(told.contains("mass_kg"), "{told}");
 }
 
-/// Simulator → log → parameters: a torque read 8 % too large and the running resistance of the train come out of the log within three
-/// standard deviations.
+/// Simulator → log → parameters: a torque read 8 % too large and the running resistance of the train come out of the
+/// log within three standard deviations.
 #[test]
 fn what_was_planted_in_a_run_is_found_in_its_log() {
-    let rig = Simulation::new();
-    let run = run(&rig);
-    let (code, out, err) = rig.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
+    let dir = TestFolder::new();
+    let run = run(&dir);
+    let (code, out, err) = dir.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
     assert_eq!(code, Some(0), "{out}{err}");
     let map = out
         .lines()
         .find_map(|l| l.strip_prefix("monorig replay --map "))
         .unwrap();
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "calibrate",
         "--map",
         map,
@@ -132,13 +133,13 @@ fn what_was_planted_in_a_run_is_found_in_its_log() {
         "faults=[{from_s: 0, channel: traction, fault: scale, size: 1.08}]",
     ]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let found: serde_json::Value = serde_json::from_str(&rig.read("found.json")).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&dir.read("found.json")).unwrap();
     let get = |name: &str| {
         let all = found.as_array().unwrap().iter();
         let p = all.clone().find(|p| p["name"] == name).unwrap();
         (p["value"].as_f64().unwrap(), p["sd"].as_f64().unwrap())
     };
-    let resistance = columns(&rig.path(&run))["truth/running_resistance"].clone();
+    let resistance = columns(&dir.path(&run))["truth/running_resistance"].clone();
     let known: Vec<f64> = resistance.into_iter().filter(|x| x.is_finite()).collect();
     let resistance = known[known.len() / 2];
     for (name, planted) in [
@@ -152,16 +153,17 @@ fn what_was_planted_in_a_run_is_found_in_its_log() {
             "{name}: {value} ± {sd}, planted {planted}\n{out}"
         );
     }
-    let told = rig.refused(&["calibrate", "--map", map, "--known", "mass"]);
+    let told = dir.refused(&["calibrate", "--map", map, "--known", "mass"]);
     assert!(told.contains("--known mass,slope"), "{told}");
 }
 
-/// A minute at rest with white noise of a known density, then a drive: `--noise from-log` shows the random walk of the integral of each axis
-/// (standard deviation of a sample times the root of its period) within three standard deviations, and nothing of a bias that is not there;
-/// it stands in the manifest. Of a log that never stands it says so.
+/// A minute at rest with white noise of a known density, then a drive: `--noise from-log` shows the random walk of the
+/// integral of each axis (standard deviation of a sample times the root of its period) within three standard
+/// deviations, and nothing of a bias that is not there; it stands in the manifest. Of a log that never stands it says
+/// so.
 #[test]
 fn allan_figures_are_those_of_the_standing_part_of_a_log() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let mut noise = monorig_sim::sensors::stream::Stream::new(3, "standing");
     let (force_sd, rate_sd, period_s) = (0.04, 0.002, 0.01);
     let mut lines = Vec::new();
@@ -180,11 +182,11 @@ fn allan_figures_are_those_of_the_standing_part_of_a_log() {
         lines.push(line);
     }
     let title = "t,v,fx,fy,fz,wx,wy,wz\n";
-    rig.write(
+    dir.write(
         "stands.csv",
         (title.to_owned() + &lines.join("\n")).as_bytes(),
     );
-    rig.write(
+    dir.write(
         "drives.csv",
         (title.to_owned() + &lines[6000..].join("\n")).as_bytes(),
     );
@@ -198,7 +200,7 @@ channels:
   wheel_speed: [{columns: [v], unit: m/s}]
 estimators: {attitude: {}}
 ";
-    rig.write("log.map.yaml", map.as_bytes());
+    dir.write("log.map.yaml", map.as_bytes());
     let played = |log: &str, out: &str| {
         let args = [
             "replay",
@@ -209,10 +211,10 @@ estimators: {attitude: {}}
             "--out",
             out,
         ];
-        let (code, said, err) = rig.monorig(&args);
+        let (code, said, err) = dir.monorig(&args);
         assert!(matches!(code, Some(0 | 1)), "{said}{err}");
         let manifest: serde_json::Value =
-            serde_json::from_str(&rig.read(&format!("{out}/log/1/manifest.json"))).unwrap();
+            serde_json::from_str(&dir.read(&format!("{out}/log/1/manifest.json"))).unwrap();
         (err, manifest.to_string())
     };
     let (_, manifest) = played("stands.csv", "a");
@@ -249,25 +251,25 @@ estimators: {attitude: {}}
     assert!(!manifest.contains("random walk"), "{manifest}");
 }
 
-/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the differences as the
-/// force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running resistance that is 0.01 too large as
-/// −0.01 m g.
+/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the
+/// differences as the force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running
+/// resistance that is 0.01 too large as −0.01 m g.
 #[test]
 fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     // a track without bends, whose resistance the ghost does not know
     let straight = std::fs::read_to_string(project().join("scenarios/minimal.yaml")).unwrap();
     let assets = project().join("assets");
     let straight = straight.replace("../assets", &assets.display().to_string());
-    rig.write("straight.yaml", straight.as_bytes());
-    let run = run_of(&rig, "straight.yaml");
-    let (code, out, err) = rig.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
+    dir.write("straight.yaml", straight.as_bytes());
+    let run = run_of(&dir, "straight.yaml");
+    let (code, out, err) = dir.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let folder = std::fs::read_dir(rig.path("log")).unwrap();
+    let folder = std::fs::read_dir(dir.path("log")).unwrap();
     let mut names = folder.map(|e| e.unwrap().file_name().into_string().unwrap());
     let map = names.find(|name| name.ends_with(".map.yaml")).unwrap();
     let map = format!("log/{map}");
-    let known = columns(&rig.path(&run));
+    let known = columns(&dir.path(&run));
     let (mass, resistance) = (
         known["truth/total_mass"][0],
         // at the start the train stands and has none
@@ -290,11 +292,11 @@ fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
             "--set",
             set,
         ];
-        let (code, out, err) = rig.monorig(&args);
+        let (code, out, err) = dir.monorig(&args);
         assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-        let name = std::fs::read_dir(rig.path(folder)).unwrap().next().unwrap();
+        let name = std::fs::read_dir(dir.path(folder)).unwrap().next().unwrap();
         let name = name.unwrap().file_name().into_string().unwrap();
-        let all = columns(&rig.path(&format!("{folder}/{name}/1")));
+        let all = columns(&dir.path(&format!("{folder}/{name}/1")));
         let path = format!("ghost/{of}");
         let rows = all[&path].iter().zip(&all[&format!("{path}_difference")]);
         // the first seconds have the jerk of the start, which means over a second smear
@@ -346,7 +348,7 @@ fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
         -0.01,
         5e-4,
     );
-    let alone = rig.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
+    let alone = dir.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
     assert!(
         alone.contains("`slope` and `mass` under `reference`"),
         "{alone}"

@@ -1,10 +1,11 @@
-//! Runs of many rows: their recordings are thinned, `--full-rate` records all, and their reports are no longer than those of short runs.
+//! Runs of many rows: their recordings are thinned, `--full-rate` records all, and their reports are no longer than
+//! those of short runs.
 
 #![allow(clippy::unwrap_used)]
 
 mod common;
 
-use common::{GOOD, Simulation};
+use common::{GOOD, TestFolder};
 
 /// The good scenario on a point, 100 rows a second.
 fn scenario(after_s: u32) -> String {
@@ -20,8 +21,8 @@ estimators: {ffrls: {}}
 "
 }
 
-fn rig() -> Simulation {
-    let rig = Simulation::new();
+fn dir() -> TestFolder {
+    let dir = TestFolder::new();
     let seldom = "\
 version: 1
 source: A sample.
@@ -30,20 +31,20 @@ gyro: {mount: imu_link, sampling: {rate_hz: 10}}
 wheel_speed: {sampling: {rate_hz: 10}}
 motor_torque: {sampling: {rate_hz: 10}}
 ";
-    rig.write("seldom.yaml", seldom.as_bytes());
-    rig.write("short.yaml", scenario(370).as_bytes());
-    rig.write("long.yaml", scenario(3700).as_bytes());
-    rig
+    dir.write("seldom.yaml", seldom.as_bytes());
+    dir.write("short.yaml", scenario(370).as_bytes());
+    dir.write("long.yaml", scenario(3700).as_bytes());
+    dir
 }
 
 /// Runs a scenario; how many rows `check` finds in its recording.
-fn rows(rig: &Simulation, name: &str, more: &[&str]) -> usize {
+fn rows(dir: &TestFolder, name: &str, more: &[&str]) -> usize {
     let file = format!("{name}.yaml");
     let mut arguments = vec!["run", &file, "--no-rerun"];
     arguments.extend(more);
-    let (code, _, told) = rig.monorig(&arguments);
+    let (code, _, told) = dir.monorig(&arguments);
     assert!(matches!(code, Some(0 | 1)), "{told}");
-    let (code, out, told) = rig.monorig(&["check", &format!("runs/{name}/1/channels.parquet")]);
+    let (code, out, told) = dir.monorig(&["check", &format!("runs/{name}/1/channels.parquet")]);
     assert_eq!(code, Some(0), "{told}");
     let (before, _) = out.split_once(" rows").unwrap();
     before.rsplit(' ').next().unwrap().parse().unwrap()
@@ -52,22 +53,22 @@ fn rows(rig: &Simulation, name: &str, more: &[&str]) -> usize {
 /// 370 000 steps, each a row: 360 000 at the full rate, then every second one.
 #[test]
 fn recordings_are_thinned_unless_told_not_to_be() {
-    let rig = rig();
-    assert_eq!(rows(&rig, "short", &[]), 37_000);
-    let thinned = rows(&rig, "long", &[]);
+    let dir = dir();
+    assert_eq!(rows(&dir, "short", &[]), 37_000);
+    let thinned = rows(&dir, "long", &[]);
     assert!(thinned.abs_diff(365_000) <= 1, "{thinned} rows");
-    assert_eq!(rows(&rig, "long", &["--full-rate"]), 370_000);
+    assert_eq!(rows(&dir, "long", &["--full-rate"]), 370_000);
 }
 
 /// A plot has as many points as it has pixels, however many rows there are.
 #[test]
 fn reports_do_not_grow_with_the_rows() {
-    let rig = rig();
+    let dir = dir();
     let bytes = |name: &str| {
-        rows(&rig, name, &[]);
-        let (code, _, told) = rig.monorig(&["report", &format!("runs/{name}/1")]);
+        rows(&dir, name, &[]);
+        let (code, _, told) = dir.monorig(&["report", &format!("runs/{name}/1")]);
         assert_eq!(code, Some(0), "{told}");
-        rig.read(&format!("runs/{name}/1/report.html")).len()
+        dir.read(&format!("runs/{name}/1/report.html")).len()
     };
     let (short, long) = (bytes("short"), bytes("long"));
     assert!(

@@ -4,17 +4,17 @@
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 use monorig_sim::rail::Rail;
 use monorig_sim::record::readback;
 
 const SCENARIO: &str = "liu2023_section1";
 
 /// Drives a scenario with `rail_fusion` in the loop and maps the run.
-fn drive_and_map(rig: &Simulation, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
+fn drive_and_map(dir: &TestFolder, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
     let file = project().join(format!("scenarios/{scenario}.yaml"));
     let seed = seed.to_string();
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "run",
         &file.display().to_string(),
         "--seed",
@@ -39,7 +39,7 @@ fn drive_and_map(rig: &Simulation, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
     let run = format!("runs/{scenario}@drive/{seed}");
     let profile = project().join("assets/rails/i140e.yaml");
     let profile = profile.display().to_string();
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "map",
         &run,
         "--profile",
@@ -48,7 +48,7 @@ fn drive_and_map(rig: &Simulation, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
         "maps/rail.yaml",
     ]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let csv = rig.read("maps/rail.csv");
+    let csv = dir.read("maps/rail.csv");
     assert!(csv.contains("s_m,grade_deg,sd_deg,heading_deg,heading_sd_deg"));
     let rows = csv
         .lines()
@@ -63,10 +63,11 @@ fn track_of(name: &str) -> Rail {
     Rail::load(&project().join(format!("assets/tracks/{name}.yaml"))).unwrap()
 }
 
-/// Maps a run of seed `seed`; returns for each place that was read: chainage, error of the grade over its standard deviation.
-fn mapped(rig: &Simulation, seed: u64) -> Vec<(f64, f64)> {
+/// Maps a run of seed `seed`; returns for each place that was read: chainage, error of the grade over its standard
+/// deviation.
+fn mapped(dir: &TestFolder, seed: u64) -> Vec<(f64, f64)> {
     let track = track_of("liu2023_section1");
-    let rows = drive_and_map(rig, SCENARIO, seed);
+    let rows = drive_and_map(dir, SCENARIO, seed);
     let error = |row: &Vec<f64>| {
         let grade = track.grade(row[0]).to_degrees();
         (row[0], (row[1] - grade) / row[2])
@@ -74,12 +75,13 @@ fn mapped(rig: &Simulation, seed: u64) -> Vec<(f64, f64)> {
     rows.iter().map(error).collect()
 }
 
-/// Bends to both sides: the heading against that of the first place is the track's within its standard deviation, and the map is a track with bends.
+/// Bends to both sides: the heading against that of the first place is the track's within its standard deviation, and
+/// the map is a track with bends.
 #[test]
 fn the_bends_of_the_map_are_those_of_the_track() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let track = track_of("rail_bends");
-    let rows = drive_and_map(&rig, "monorail_bends", 1);
+    let rows = drive_and_map(&dir, "monorail_bends", 1);
     let first = rows[0].clone();
     let turned = |s: f64| (track.heading(s) - track.heading(first[0])).to_degrees();
     let errors: Vec<(f64, f64)> = rows
@@ -96,20 +98,20 @@ fn the_bends_of_the_map_are_those_of_the_track() {
     println!("heading {rms:.3}° off, within three standard deviations {share:.3}");
     assert!(share > 0.98, "{share}");
     assert!(rms < 1.0, "{rms}°");
-    let map = Rail::load(&rig.path("maps/rail.yaml")).unwrap();
+    let map = Rail::load(&dir.path("maps/rail.yaml")).unwrap();
     let last = rows[rows.len() - 1][0];
     let of_map = (map.heading(last) - map.heading(first[0])).to_degrees();
     assert!((of_map - turned(last)).abs() < 2.0, "{of_map}°");
 }
 
-/// The map is the track within its standard deviation: normalised errors of five drives are those of a standard normal variable, as far as
-/// five biases tell. The train comes from 21.5 m to 77 m.
+/// The map is the track within its standard deviation: normalised errors of five drives are those of a standard normal
+/// variable, as far as five biases tell. The train comes from 21.5 m to 77 m.
 #[test]
 fn the_map_of_a_drive_is_the_track_within_its_standard_deviation() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let (mut within, mut all, mut squares) = (0.0, 0.0, 0.0);
     for seed in 1..=5 {
-        let places = mapped(&rig, seed);
+        let places = mapped(&dir, seed);
         let (first, last) = (places[0].0, places[places.len() - 1].0);
         assert!(first < 23.0 && last > 75.0, "{first} {last}");
         for (_, z) in places {
@@ -125,12 +127,12 @@ fn the_map_of_a_drive_is_the_track_within_its_standard_deviation() {
 /// A scenario drives on the map as it did on the track.
 #[test]
 fn a_scenario_drives_on_the_map() {
-    let rig = Simulation::new();
-    mapped(&rig, 1);
+    let dir = TestFolder::new();
+    mapped(&dir, 1);
     let scenario = project().join(format!("scenarios/{SCENARIO}.yaml"));
     let scenario = scenario.display().to_string();
-    let map = format!("track={}", rig.path("maps/rail.yaml").display());
-    let (_, out, err) = rig.monorig(&[
+    let map = format!("track={}", dir.path("maps/rail.yaml").display());
+    let (_, out, err) = dir.monorig(&[
         "run",
         &scenario,
         "--seed",
@@ -151,7 +153,7 @@ fn a_scenario_drives_on_the_map() {
     ]);
     let of = |variant: &str| {
         let file = format!("runs/liu2023_section1@{variant}/1/channels.parquet");
-        let columns = readback::columns(&rig.path(&file), |c| c.starts_with("truth/"));
+        let columns = readback::columns(&dir.path(&file), |c| c.starts_with("truth/"));
         let (_, columns) = columns.unwrap_or_else(|e| panic!("{e}: {out}{err}"));
         columns
             .get("truth/grade_at_imu")
@@ -166,8 +168,8 @@ fn a_scenario_drives_on_the_map() {
 
 #[test]
 fn a_run_without_an_attitude_filter_is_told() {
-    let rig = Simulation::new();
-    let (code, out, err) = rig.monorig(&["run", "scenario.yaml", "--no-rerun", "--out", "runs"]);
+    let dir = TestFolder::new();
+    let (code, out, err) = dir.monorig(&["run", "scenario.yaml", "--no-rerun", "--out", "runs"]);
     assert!(code.is_some(), "{out}{err}");
     let map = |estimator: &str| {
         let args = [
@@ -178,7 +180,7 @@ fn a_run_without_an_attitude_filter_is_told() {
             "--road-width",
             "3.5",
         ];
-        rig.monorig(&args)
+        dir.monorig(&args)
     };
     for (estimator, word) in [
         ("dffrls_aekf_robust", "pitch_rad"),

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 
 const HUSKY: &str = "tests/data/real/husky/husky.map.yaml";
 const TRAIN: &str = "tests/data/real/train_standstill/train_standstill.map.yaml";
@@ -13,9 +13,9 @@ fn of_project(file: &str) -> String {
 
 #[test]
 fn a_log_leaves_what_a_run_leaves() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let map = of_project(HUSKY);
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "replay",
         "--map",
         &map,
@@ -31,26 +31,26 @@ fn a_log_leaves_what_a_run_leaves() {
         "{out}"
     );
     for name in ["manifest.json", "channels.parquet", "metrics.json"] {
-        assert!(rig.path("a/husky/1").join(name).is_file(), "{name}");
+        assert!(dir.path("a/husky/1").join(name).is_file(), "{name}");
     }
-    let metrics = std::fs::read_to_string(rig.path("a/husky/1/metrics.json")).unwrap();
+    let metrics = std::fs::read_to_string(dir.path("a/husky/1/metrics.json")).unwrap();
     let metrics: serde_json::Value = serde_json::from_str(&metrics).unwrap();
     let of = |name: &str| &metrics["estimators"]["ekf_v_theta_biases"][name];
     assert!(of("slope_rmse_deg").is_number() && of("slope_nees_mean").is_number());
     assert!(of("mass_rmse_kg").is_null(), "no mass is known of it");
-    let manifest = std::fs::read_to_string(rig.path("a/husky/1/manifest.json")).unwrap();
+    let manifest = std::fs::read_to_string(dir.path("a/husky/1/manifest.json")).unwrap();
     assert!(manifest.contains("imu_flooring_03.csv") && manifest.contains("\"channels\""));
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "check",
         "a/husky/1/channels.parquet",
         "a/husky/1/manifest.json",
         "a/husky/1/metrics.json",
     ]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let (code, out, err) = rig.monorig(&["report", "a/husky/1"]);
+    let (code, out, err) = dir.monorig(&["report", "a/husky/1"]);
     assert_eq!(code, Some(0), "{out}{err}");
     // the same log, the same bits
-    let (code, ..) = rig.monorig(&[
+    let (code, ..) = dir.monorig(&[
         "replay",
         "--map",
         &map,
@@ -62,17 +62,17 @@ fn a_log_leaves_what_a_run_leaves() {
     ]);
     assert_eq!(code, Some(0));
     for name in ["manifest.json", "channels.parquet", "metrics.json"] {
-        let of = |folder: &str| std::fs::read(rig.path(folder).join("husky/1").join(name)).unwrap();
+        let of = |folder: &str| std::fs::read(dir.path(folder).join("husky/1").join(name)).unwrap();
         assert!(of("a") == of("b"), "{name} differs");
     }
 }
 
 #[test]
 fn a_log_is_a_regression_test() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let map = std::fs::read_to_string(of_project(TRAIN)).unwrap();
     let expect = "expect: [{estimator: attitude, metric: nis_mean, after_s: 0.5, at_least: 1000, availability: 0.01}]\n";
-    std::fs::write(rig.path("train.map.yaml"), map + expect).unwrap();
+    std::fs::write(dir.path("train.map.yaml"), map + expect).unwrap();
     let folder = of_project("tests/data/real/train_standstill");
     let task = [
         "replay",
@@ -83,9 +83,9 @@ fn a_log_is_a_regression_test() {
         "--junit",
         "junit.xml",
     ];
-    let (code, out, err) = rig.monorig(&task);
+    let (code, out, err) = dir.monorig(&task);
     assert_eq!(code, Some(1), "{out}{err}");
-    let junit = std::fs::read_to_string(rig.path("junit.xml")).unwrap();
+    let junit = std::fs::read_to_string(dir.path("junit.xml")).unwrap();
     assert!(
         junit.contains("<failure") && junit.contains("nis_mean"),
         "{junit}"
@@ -94,19 +94,19 @@ fn a_log_is_a_regression_test() {
 
 #[test]
 fn checks_and_mistakes_have_their_exit_codes() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let map = of_project(HUSKY);
-    let (code, out, err) = rig.monorig(&["replay", "--map", &map, "--check"]);
+    let (code, out, err) = dir.monorig(&["replay", "--map", &map, "--check"]);
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
         out.contains("|f|") && out.contains("nothing wrong was found"),
         "{out}"
     );
     let in_g = "channels.specific_force.unit=g";
-    let (code, out, err) = rig.monorig(&["replay", "--map", &map, "--check", "--set", in_g]);
+    let (code, out, err) = dir.monorig(&["replay", "--map", &map, "--check", "--set", in_g]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.contains("BAD"), "{out}");
-    let told = rig.refused(&[
+    let told = dir.refused(&[
         "replay",
         "--map",
         &map,
@@ -114,17 +114,17 @@ fn checks_and_mistakes_have_their_exit_codes() {
         "channels.specific_force.unit=Nm",
     ]);
     assert!(told.contains("no unit of an acceleration"), "{told}");
-    let told = rig.refused(&["replay", "--map", &map, "--estimators", "rail_fusoin"]);
+    let told = dir.refused(&["replay", "--map", &map, "--estimators", "rail_fusoin"]);
     assert!(told.contains("rail_fusion"), "{told}");
-    let told = rig.refused(&["replay", "nowhere", "--map", &map]);
+    let told = dir.refused(&["replay", "nowhere", "--map", &map]);
     assert!(told.contains("names 2 files"), "{told}");
 }
 
 #[test]
 fn a_log_is_inspected() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let log = of_project("tests/data/real/husky/imu_flooring_03.csv");
-    let (code, out, err) = rig.monorig(&["inspect", &log]);
+    let (code, out, err) = dir.monorig(&["inspect", &log]);
     assert_eq!(code, Some(0), "{err}");
     for words in [
         "5001 rows over 50.000 s, 100.0 Hz",
@@ -134,8 +134,8 @@ fn a_log_is_inspected() {
         assert!(out.contains(words), "{words} in\n{out}");
     }
     let bus = of_project("logs/tests/data/can.log");
-    assert!(rig.refused(&["inspect", &bus]).contains("--dbc"));
-    let (code, out, _) = rig.monorig(&[
+    assert!(dir.refused(&["inspect", &bus]).contains("--dbc"));
+    let (code, out, _) = dir.monorig(&[
         "inspect",
         &bus,
         "--dbc",
@@ -150,8 +150,8 @@ fn a_log_is_inspected() {
 /// A map is a kind of file that `check` knows.
 #[test]
 fn a_map_is_checked() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let map = of_project(HUSKY);
-    let (code, out, err) = rig.monorig(&["check", &map]);
+    let (code, out, err) = dir.monorig(&["check", &map]);
     assert_eq!((code, out), (Some(0), format!("{map}: map ok\n")), "{err}");
 }

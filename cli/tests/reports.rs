@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use monorig_lab::text::number;
 
 /// A quick scenario whose words need escaping; one expectation holds, one does not.
@@ -57,22 +57,22 @@ fn self_contained(html: &str) {
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
 }
 
-fn with_run() -> Simulation {
-    let rig = Simulation::new();
-    rig.write("quick & dirty.yaml", QUICK.as_bytes());
-    let (code, out, err) = rig.monorig(&["run", "quick & dirty.yaml", "--no-rerun"]);
+fn with_run() -> TestFolder {
+    let dir = TestFolder::new();
+    dir.write("quick & dirty.yaml", QUICK.as_bytes());
+    let (code, out, err) = dir.monorig(&["run", "quick & dirty.yaml", "--no-rerun"]);
     assert_eq!(code, Some(1), "{out}{err}");
-    rig
+    dir
 }
 
 const RUN: &str = "runs/quick & dirty/1";
 
 #[test]
 fn of_a_run() {
-    let rig = with_run();
-    let (code, out, err) = rig.monorig(&["report", RUN]);
+    let dir = with_run();
+    let (code, out, err) = dir.monorig(&["report", RUN]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let html = rig.read("runs/quick & dirty/1/report.html");
+    let html = dir.read("runs/quick & dirty/1/report.html");
     self_contained(&html);
     let text = text(&html);
     for part in [
@@ -96,18 +96,18 @@ fn of_a_run() {
     }
     assert!(html.contains("href=\"channels.parquet\"") && !html.contains("href=\"run.rrd\""));
     // the same again, and elsewhere with links that lead back
-    rig.monorig(&["report", RUN]);
-    assert_eq!(rig.read("runs/quick & dirty/1/report.html"), html);
-    let (code, ..) = rig.monorig(&["report", RUN, "--out", "pages/one.html"]);
+    dir.monorig(&["report", RUN]);
+    assert_eq!(dir.read("runs/quick & dirty/1/report.html"), html);
+    let (code, ..) = dir.monorig(&["report", RUN, "--out", "pages/one.html"]);
     assert_eq!(code, Some(0));
-    let elsewhere = rig.read("pages/one.html");
+    let elsewhere = dir.read("pages/one.html");
     let link = "href=\"../runs/quick &amp; dirty/1/channels.parquet\"";
     assert!(elsewhere.contains(link));
 }
 
 #[test]
 fn of_a_run_without_estimators() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let without = QUICK
         .replace(
             "estimators: {dffrls_aukf_robust: {}, mmrls_sh_stf_robust: {}}\n",
@@ -117,28 +117,28 @@ fn of_a_run_without_estimators() {
         .filter(|l| !l.contains("estimator: mmrls_sh_stf_robust"))
         .map(|l| format!("{l}\n"))
         .collect::<String>();
-    rig.write("bare.yaml", without.as_bytes());
-    let (code, out, err) = rig.monorig(&["run", "bare.yaml", "--no-rerun"]);
+    dir.write("bare.yaml", without.as_bytes());
+    let (code, out, err) = dir.monorig(&["run", "bare.yaml", "--no-rerun"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let (code, out, err) = rig.monorig(&["report", "runs/bare/1"]);
+    let (code, out, err) = dir.monorig(&["report", "runs/bare/1"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let html = rig.read("runs/bare/1/report.html");
+    let html = dir.read("runs/bare/1/report.html");
     assert!(text(&html).contains("The one expectation held"));
     assert!(text(&html).contains("no data"));
 }
 
 #[test]
 fn of_a_test_with_every_verdict() {
-    let rig = Simulation::new();
-    rig.write("quick.yaml", QUICK.as_bytes());
-    let (code, ..) = rig.monorig(&["test", "quick.yaml", "--json", "out/verdicts.json"]);
+    let dir = TestFolder::new();
+    dir.write("quick.yaml", QUICK.as_bytes());
+    let (code, ..) = dir.monorig(&["test", "quick.yaml", "--json", "out/verdicts.json"]);
     assert_eq!(code, Some(1));
-    let (code, out, err) = rig.monorig(&["report", "out/verdicts.json"]);
+    let (code, out, err) = dir.monorig(&["report", "out/verdicts.json"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let html = rig.read("out/verdicts.html");
+    let html = dir.read("out/verdicts.html");
     self_contained(&html);
     let text = text(&html);
-    let json: serde_json::Value = serde_json::from_str(&rig.read("out/verdicts.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&dir.read("out/verdicts.json")).unwrap();
     let checks = json["scenarios"][0]["checks"].as_array().unwrap();
     assert!(checks.len() >= 4, "{checks:?}");
     for check in checks {
@@ -164,20 +164,20 @@ vary:
 /// Metrics stand over the values that were drawn; a last line that a kill has torn is left out.
 #[test]
 fn of_a_study() {
-    let rig = Simulation::new();
-    rig.write("quick.yaml", QUICK.as_bytes());
-    rig.write("masses.yaml", STUDY.as_bytes());
-    let (code, out, err) = rig.monorig(&["study", "masses.yaml"]);
+    let dir = TestFolder::new();
+    dir.write("quick.yaml", QUICK.as_bytes());
+    dir.write("masses.yaml", STUDY.as_bytes());
+    let (code, out, err) = dir.monorig(&["study", "masses.yaml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     let file = "runs/masses/results.jsonl";
     let report = || {
-        let (code, out, err) = rig.monorig(&["report", file]);
+        let (code, out, err) = dir.monorig(&["report", file]);
         assert_eq!(code, Some(0), "{out}{err}");
-        let html = rig.read("runs/masses/results.html");
+        let html = dir.read("runs/masses/results.html");
         self_contained(&html);
         text(&html)
     };
-    let whole = rig.read(file);
+    let whole = dir.read(file);
     let all: Vec<&str> = whole.lines().collect();
     let runs = all[1..].iter();
     let rmse: Vec<f64> = runs
@@ -203,23 +203,24 @@ fn of_a_study() {
     // killed in the middle of the last line
     let torn = &all[4][..all[4].len() / 2];
     let killed = [&all[..4], &[torn]].concat();
-    rig.write(file, killed.join("\n").as_bytes());
+    dir.write(file, killed.join("\n").as_bytes());
     assert!(report().contains("3 of 4 runs, 3 of them finished"));
     // torn in the middle it is broken
     let broken = [&all[..2], &[torn], &all[3..]].concat();
-    rig.write(file, broken.join("\n").as_bytes());
-    let (code, _, err) = rig.monorig(&["report", file]);
+    dir.write(file, broken.join("\n").as_bytes());
+    let (code, _, err) = dir.monorig(&["report", file]);
     assert_eq!(code, Some(2));
     assert!(err.contains("results.jsonl:3:"), "{err}");
 }
 
-/// Every figure of the table of `monorig compare` stands in the page, the published ones too; runs that are left out are named.
+/// Every figure of the table of `monorig compare` stands in the page, the published ones too; runs that are left out
+/// are named.
 #[test]
 fn of_a_comparison() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let published = "published: [{source: 'A & B 2024, table 9', estimator: imm_stf_robust, metric: slope_mae_deg, value: 12.375}]\n";
-    rig.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
-    let (code, out, err) = rig.monorig(&[
+    dir.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
+    let (code, out, err) = dir.monorig(&[
         "compare",
         "quick.yaml",
         "--estimators",
@@ -231,13 +232,13 @@ fn of_a_comparison() {
     ]);
     assert_eq!(code, Some(0), "{out}{err}");
     let report = || {
-        let (code, out, err) = rig.monorig(&["report", "out/both.json"]);
+        let (code, out, err) = dir.monorig(&["report", "out/both.json"]);
         assert_eq!(code, Some(0), "{out}{err}");
-        let html = rig.read("out/both.html");
+        let html = dir.read("out/both.html");
         self_contained(&html);
         text(&html)
     };
-    let json: serde_json::Value = serde_json::from_str(&rig.read("out/both.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&dir.read("out/both.json")).unwrap();
     let page = report();
     let mut parts = vec![
         "Comparison on quick".to_owned(),
@@ -264,29 +265,29 @@ fn of_a_comparison() {
     }
     let mut cut = json.clone();
     cut["runs"][2]["summary"]["finished"] = false.into();
-    rig.write("out/both.json", cut.to_string().as_bytes());
+    dir.write("out/both.json", cut.to_string().as_bytes());
     let page = report();
     for part in ["1 of 3 runs did not come to their end", "Left out"] {
         assert!(page.contains(part), "{part}\n{page}");
     }
     cut["version"] = 2.into();
-    rig.write("out/both.json", cut.to_string().as_bytes());
-    let (code, _, err) = rig.monorig(&["report", "out/both.json"]);
+    dir.write("out/both.json", cut.to_string().as_bytes());
+    let (code, _, err) = dir.monorig(&["report", "out/both.json"]);
     assert_eq!(code, Some(2));
     assert!(err.contains("version 2 of kind `compare`"), "{err}");
 }
 
 #[test]
 fn of_nothing_that_can_be_reported() {
-    let rig = with_run();
+    let dir = with_run();
     let refused = |path: &str, words: &str| {
-        let (code, out, err) = rig.monorig(&["report", path, "--out", "none.html"]);
+        let (code, out, err) = dir.monorig(&["report", path, "--out", "none.html"]);
         assert_eq!(code, Some(2), "{path}: {out}{err}");
         assert!(
             err.contains(words) && err.contains("help:") && !err.contains("panicked"),
             "{path}: {err}"
         );
-        assert!(!rig.path("none.html").exists());
+        assert!(!dir.path("none.html").exists());
     };
     refused("runs", "not the folder of a run");
     refused("no/such/run", "no such file");
@@ -301,7 +302,7 @@ fn of_nothing_that_can_be_reported() {
         refused("runs", kind);
         refused("quick & dirty.yaml", kind);
     }
-    let file = |name: &str| rig.path(RUN).join(name);
+    let file = |name: &str| dir.path(RUN).join(name);
     let metrics = std::fs::read_to_string(file("metrics.json")).unwrap();
     std::fs::write(
         file("metrics.json"),
@@ -321,7 +322,7 @@ fn of_nothing_that_can_be_reported() {
 
 #[test]
 fn two_runs_compared() {
-    let rig = with_run();
+    let dir = with_run();
     let more = [
         "run",
         "quick & dirty.yaml",
@@ -331,12 +332,12 @@ fn two_runs_compared() {
         "--set",
         "load.mass_kg=500",
     ];
-    let (code, out, err) = rig.monorig(&more);
+    let (code, out, err) = dir.monorig(&more);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
     let light = "runs/quick & dirty@light/1";
-    let (code, out, err) = rig.monorig(&["report", RUN, light]);
+    let (code, out, err) = dir.monorig(&["report", RUN, light]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let html = rig.read("runs/quick & dirty/1/against_quick & dirty@light-1.html");
+    let html = dir.read("runs/quick & dirty/1/against_quick & dirty@light-1.html");
     self_contained(&html);
     let text = text(&html);
     for part in [
@@ -350,7 +351,7 @@ fn two_runs_compared() {
     }
     // the difference of a metric is that of what the two runs measured
     let metrics = |run: &str| -> serde_json::Value {
-        serde_json::from_str(&rig.read(&format!("{run}/metrics.json"))).unwrap()
+        serde_json::from_str(&dir.read(&format!("{run}/metrics.json"))).unwrap()
     };
     let slope = |run: &str| {
         metrics(run)["estimators"]["mmrls_sh_stf_robust"]["slope_rmse_deg"]
@@ -360,40 +361,40 @@ fn two_runs_compared() {
     let difference = number(slope(light) - slope(RUN));
     assert!(text.contains(&difference), "{difference}");
     // a run against itself has no difference
-    let (code, _, err) = rig.monorig(&["report", RUN, RUN, "--out", "same.html"]);
+    let (code, _, err) = dir.monorig(&["report", RUN, RUN, "--out", "same.html"]);
     assert_eq!(code, Some(0), "{err}");
     assert!(
-        rig.read("same.html")
+        dir.read("same.html")
             .contains("Both runs were made from the same")
     );
-    let told = rig.refused(&["report", RUN, "runs"]);
+    let told = dir.refused(&["report", RUN, "runs"]);
     assert!(told.contains("not the folder of a run"), "{told}");
 }
 
 #[test]
 fn a_page_with_the_viewer_needs_a_recording_and_the_viewer() {
-    let rig = with_run();
-    let told = rig.refused(&["report", RUN, "--view"]);
+    let dir = with_run();
+    let told = dir.refused(&["report", RUN, "--view"]);
     assert!(
         told.contains("no recording for the viewer (run.rrd)"),
         "{told}"
     );
     // a program that is no viewer
     let with = ["report", RUN, "--view", "--viewer", "track.yaml"];
-    assert!(rig.refused(&with).contains("run.rrd"));
+    assert!(dir.refused(&with).contains("run.rrd"));
 }
 
 #[test]
 fn a_run_without_errors_has_no_budget() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let short = QUICK
         .replace("stop: {after_s: 60}", "stop: {after_s: 4}")
         .replace("events: [{at_s: 20, load_mass_kg: 1500}]\n", "");
     assert_ne!(short, QUICK);
-    rig.write("short.yaml", short.as_bytes());
-    let (code, out, err) = rig.monorig(&["run", "short.yaml", "--no-rerun"]);
+    dir.write("short.yaml", short.as_bytes());
+    let (code, out, err) = dir.monorig(&["run", "short.yaml", "--no-rerun"]);
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-    let told = rig.refused(&["explain", "runs/short/1", "--seeds", "1"]);
+    let told = dir.refused(&["explain", "runs/short/1", "--seeds", "1"]);
     assert!(
         told.contains("it ends after 4.0 s") && told.contains("from 5 s on"),
         "{told}"
@@ -402,9 +403,9 @@ fn a_run_without_errors_has_no_budget() {
 
 #[test]
 fn an_error_budget_is_in_the_report() {
-    let rig = with_run();
+    let dir = with_run();
     let explain = ["explain", RUN, "--seeds", "1..2"];
-    let (code, out, err) = rig.monorig(&explain);
+    let (code, out, err) = dir.monorig(&explain);
     assert_eq!(code, Some(0), "{out}{err}");
     for part in [
         "slope_rmse_deg",
@@ -417,7 +418,7 @@ fn an_error_budget_is_in_the_report() {
     }
     assert!(out.lines().all(|l| l.chars().count() <= 80), "{out}");
     let budget: serde_json::Value =
-        serde_json::from_str(&rig.read("runs/quick & dirty/1/explain.json")).unwrap();
+        serde_json::from_str(&dir.read("runs/quick & dirty/1/explain.json")).unwrap();
     let sources = budget["sources"].as_array().unwrap();
     assert!(sources.iter().all(|s| s["failed"].is_null()), "{sources:?}");
     // without errors of instruments and model next to nothing is left of those that the errors make
@@ -433,11 +434,11 @@ fn an_error_budget_is_in_the_report() {
     assert!(none < all, "{none} {all}");
     // what is explained is the run: the first seed with everything is its own metric
     let one = ["explain", RUN, "--seeds", "1"];
-    assert_eq!(rig.monorig(&one).0, Some(0));
+    assert_eq!(dir.monorig(&one).0, Some(0));
     let budget: serde_json::Value =
-        serde_json::from_str(&rig.read("runs/quick & dirty/1/explain.json")).unwrap();
+        serde_json::from_str(&dir.read("runs/quick & dirty/1/explain.json")).unwrap();
     let metrics: serde_json::Value =
-        serde_json::from_str(&rig.read("runs/quick & dirty/1/metrics.json")).unwrap();
+        serde_json::from_str(&dir.read("runs/quick & dirty/1/metrics.json")).unwrap();
     for error in budget["errors"].as_array().unwrap() {
         let [name, metric] = ["estimator", "metric"].map(|k| error[k].as_str().unwrap());
         let measured = metrics["estimators"][name][metric].as_f64().unwrap();
@@ -447,12 +448,12 @@ fn an_error_budget_is_in_the_report() {
             "{name} {metric}"
         );
     }
-    let text = text(&rig.read("runs/quick & dirty/1/report.html"));
+    let text = text(&dir.read("runs/quick & dirty/1/report.html"));
     assert!(
         text.contains("Error budget") && text.contains("share of mean square error"),
         "{text}"
     );
-    let (code, out, err) = rig.monorig(&[
+    let (code, out, err) = dir.monorig(&[
         "check",
         "runs/quick & dirty/1/explain.json",
         "runs/quick & dirty/1/report.html",
@@ -463,11 +464,11 @@ fn an_error_budget_is_in_the_report() {
         "{out}"
     );
     // a scenario file that was changed since must be named
-    rig.write(
+    dir.write(
         "quick & dirty.yaml",
         QUICK.replace("1 < 2", "1 < 3").as_bytes(),
     );
-    assert!(rig.refused(&one).contains("--scenario"));
+    assert!(dir.refused(&one).contains("--scenario"));
     let named = [
         "explain",
         RUN,
@@ -476,7 +477,7 @@ fn an_error_budget_is_in_the_report() {
         "--scenario",
         "quick & dirty.yaml",
     ];
-    let (code, _, err) = rig.monorig(&named);
+    let (code, _, err) = dir.monorig(&named);
     assert_eq!(code, Some(0), "{err}");
     assert!(err.contains("were changed since"), "{err}");
 }

@@ -1,10 +1,10 @@
-//! What a run leaves behind: whole results, also when it is stopped from outside; nothing when the disk is full.
+//! Results that a run leaves behind: whole ones, also when it is stopped from outside; nothing when the disk is full.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -32,8 +32,8 @@ fn scenario(name: &str) -> String {
 }
 
 /// Start the winding scenario, slowed down by a small step, and send it a signal when it has written a megabyte.
-fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
-    let rig = Simulation::new();
+fn stopped_by(signal: &str) -> (TestFolder, std::process::Output) {
+    let dir = TestFolder::new();
     let mut child = Command::new(BINARY)
         .args([
             "run",
@@ -43,7 +43,7 @@ fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
             "--name",
             "fine",
         ])
-        .current_dir(rig.path(""))
+        .current_dir(dir.path(""))
         .env("NO_COLOR", "1")
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -51,7 +51,7 @@ fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
         .spawn()
         .unwrap();
     let started = Instant::now();
-    while bytes(&rig.path("runs")) < 1_000_000 {
+    while bytes(&dir.path("runs")) < 1_000_000 {
         assert!(
             child.try_wait().unwrap().is_none(),
             "it ended before it could be stopped"
@@ -66,13 +66,13 @@ fn stopped_by(signal: &str) -> (Simulation, std::process::Output) {
         .args([signal, &child.id().to_string()])
         .status();
     assert!(sent.unwrap().success());
-    (rig, child.wait_with_output().unwrap())
+    (dir, child.wait_with_output().unwrap())
 }
 
 #[test]
 fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
     for signal in ["-INT", "-TERM"] {
-        let (rig, output) = stopped_by(signal);
+        let (dir, output) = stopped_by(signal);
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{signal}: {told}");
         assert!(
@@ -80,7 +80,7 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
             "{told}"
         );
 
-        let folder = rig.path("runs/winding@fine/1");
+        let folder = dir.path("runs/winding@fine/1");
         let mut names: Vec<String> = std::fs::read_dir(&folder)
             .unwrap()
             .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -90,14 +90,14 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
         let files = RESULTS.map(|name| format!("runs/winding@fine/1/{name}"));
         let mut arguments = vec!["check"];
         arguments.extend(files.iter().map(String::as_str));
-        let (code, out, err) = rig.monorig(&arguments);
+        let (code, out, err) = dir.monorig(&arguments);
         assert_eq!(code, Some(0), "{signal}: {err}");
         let line = |name: &str| out.lines().find(|l| l.contains(name)).unwrap().to_owned();
         assert!(line("run.rrd").ends_with("complete)"), "{out}");
         assert!(line("channels.parquet").ends_with("complete)"), "{out}");
         assert!(line("metrics.json").contains("NOT finished"), "{out}");
         assert!(
-            rig.read("runs/winding@fine/1/metrics.json")
+            dir.read("runs/winding@fine/1/metrics.json")
                 .contains("\"finished\": false")
         );
         // what was recorded reaches to where it was stopped: some, not all of the 300 s at 50 Hz
@@ -115,7 +115,7 @@ fn a_run_stopped_from_outside_leaves_whole_results_that_say_so() {
 /// A torn, empty or foreign result is refused by `check`.
 #[test]
 fn results_that_are_not_whole_are_refused() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let minimal = scenario("minimal.yaml");
     let short = [
         "run",
@@ -125,37 +125,37 @@ fn results_that_are_not_whole_are_refused() {
         "--name",
         "short",
     ];
-    let (code, _, err) = rig.monorig(&short);
+    let (code, _, err) = dir.monorig(&short);
     assert_eq!(code, Some(0), "{err}");
     for name in RESULTS {
         let file = format!("runs/minimal@short/1/{name}");
-        let (code, out, err) = rig.monorig(&["check", &file]);
+        let (code, out, err) = dir.monorig(&["check", &file]);
         assert_eq!(code, Some(0), "{out}{err}");
-        let whole = std::fs::read(rig.path(&file)).unwrap();
+        let whole = std::fs::read(dir.path(&file)).unwrap();
         let half = &whole[..whole.len() / 2];
         for (what, bytes) in [
             ("torn", half),
             ("empty", b""),
             ("foreign", b"colour: red\n"),
         ] {
-            rig.write(&file, bytes);
-            let told = rig.refused(&["check", &file]);
+            dir.write(&file, bytes);
+            let told = dir.refused(&["check", &file]);
             assert!(told.contains(&file), "{name} {what}: {told}");
             assert!(told.contains("help:"), "{name} {what}: {told}");
         }
-        rig.write(&file, &whole);
+        dir.write(&file, &whole);
         let folder = file.rsplit_once('/').unwrap().0;
         for missing in [format!("{folder}/no-{name}"), format!("nowhere/{name}")] {
             assert!(
-                rig.refused(&["check", &missing]).contains("no such file"),
+                dir.refused(&["check", &missing]).contains("no such file"),
                 "{missing}"
             );
         }
     }
 }
 
-/// Ways to run with little room for results, as shell scripts: a small disk of its own if the system lets us, and a limit on
-/// the size of files.
+/// Ways to run with little room for results, as shell scripts: a small disk of its own if the system lets us, and a
+/// limit on the size of files.
 const NO_ROOM: [(&str, &str, &str); 2] = [
     (
         "small disk",
@@ -175,7 +175,7 @@ fn a_full_disk_is_told_and_nothing_half_written_stays() {
     for (way, shell, before) in NO_ROOM {
         // full at once, in the manifest; while the scene is written; in the middle of the run
         for room_kb in [4, 64, 3000] {
-            let rig = Simulation::new();
+            let dir = TestFolder::new();
             let before = before.replace("ROOM", &room_kb.to_string());
             let script =
                 format!("{before}; \"$0\" run \"$1\"; echo code $?; find runs -mindepth 1");
@@ -184,7 +184,7 @@ fn a_full_disk_is_told_and_nothing_half_written_stays() {
             command
                 .args(words)
                 .args([&script, BINARY, &scenario("winding.yaml")]);
-            let (code, out, err) = rig.output(command.stdout(Stdio::piped()));
+            let (code, out, err) = dir.output(command.stdout(Stdio::piped()));
             if code != Some(0) {
                 eprintln!("{way} is not possible here: {out}{err}");
                 break;

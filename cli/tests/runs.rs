@@ -125,7 +125,8 @@ fn two_processes_at_once_write_the_same_bits() {
     }
 }
 
-/// 10 t and 5 t are two runs for the disk and for a viewer: folder and recording id differ. The same change again is the same run.
+/// 10 t and 5 t are two runs for the disk and for a viewer: folder and recording id differ. The same change again is
+/// the same run.
 #[cfg(feature = "viewer")]
 #[test]
 fn two_variants_of_a_scenario_are_kept_apart() {
@@ -190,8 +191,8 @@ fn two_variants_of_a_scenario_are_kept_apart() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("is a file"));
 }
 
-/// One viewer that is given the recordings of two variants has two, each with its own truth and its own estimates; of one recording given twice it
-/// would have one with everything doubled.
+/// One viewer that is given the recordings of two variants has two, each with its own truth and its own estimates; of
+/// one recording given twice it would have one with everything doubled.
 #[cfg(feature = "viewer")]
 #[test]
 fn two_variants_in_one_store_are_two_recordings() {
@@ -335,8 +336,9 @@ fn the_recording_says_what_the_columns_say() {
     );
 }
 
-/// By default lines are thinned. Those of truth and control go through the first row of each tenth of a second; those of samples reach as low and
-/// as high in each fifth of a second as all samples do. What lies between two rows of the same value is drawn without a row of its own.
+/// By default lines are thinned. Those of truth and control go through the first row of each tenth of a second; those
+/// of samples reach as low and as high in each fifth of a second as all samples do. What lies between two rows of the
+/// same value is drawn without a row of its own.
 #[cfg(feature = "viewer")]
 #[test]
 fn thinned_lines_show_what_all_rows_show() {
@@ -404,8 +406,8 @@ fn thinned_lines_show_what_all_rows_show() {
     }
 }
 
-/// The bound that `monorig bound` prints over time stands beside the errors: in the columns, and in the recording as a band of two standard
-/// deviations round zero.
+/// The bound that `monorig bound` prints over time stands beside the errors: in the columns, and in the recording as a
+/// band of two standard deviations round zero.
 #[test]
 fn the_cramer_rao_bound_is_recorded() {
     let out = tempfile::tempdir().unwrap();

@@ -21,7 +21,7 @@ fn files() -> BTreeSet<String> {
     names
 }
 
-/// What the page names: first cells of its tables, and the paths of studies.
+/// Names on the page: first cells of its tables, and the paths of studies.
 fn named() -> Vec<String> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/scenarios.md");
     let page = std::fs::read_to_string(page).unwrap();
@@ -47,7 +47,7 @@ fn named() -> Vec<String> {
     names
 }
 
-/// What stands between back-ticks.
+/// The text between back-ticks.
 fn ticked(text: &str) -> impl Iterator<Item = String> + '_ {
     text.split('`').skip(1).step_by(2).map(str::to_string)
 }

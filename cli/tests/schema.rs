@@ -3,22 +3,22 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 #[test]
 fn the_committed_schemas_are_fresh() {
-    let rig = Simulation::new();
+    let dir = TestFolder::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/schema");
-    let (code, kinds, _) = rig.monorig(&["schema"]);
+    let (code, kinds, _) = dir.monorig(&["schema"]);
     assert_eq!(code, Some(0));
     let mut known = BTreeSet::new();
     for kind in kinds
         .lines()
         .filter_map(|line| line.split_whitespace().next())
     {
-        let (code, schema, err) = rig.monorig(&["schema", kind]);
+        let (code, schema, err) = dir.monorig(&["schema", kind]);
         assert_eq!(code, Some(0), "{err}");
         let file = folder.join(format!("{kind}.json"));
         if std::env::var_os("MONORIG_UPDATE").is_some() {

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -44,11 +44,11 @@ vary:
   - {path: estimators.mmrls_sh_stf_robust, choice: [{}]}
 ";
 
-fn rig(study: &str) -> Simulation {
-    let rig = Simulation::new();
-    rig.write("quick.yaml", QUICK.as_bytes());
-    rig.write("spread.yaml", study.as_bytes());
-    rig
+fn dir(study: &str) -> TestFolder {
+    let dir = TestFolder::new();
+    dir.write("quick.yaml", QUICK.as_bytes());
+    dir.write("spread.yaml", study.as_bytes());
+    dir
 }
 
 const RESULTS: &str = "runs/spread/results.jsonl";
@@ -60,18 +60,18 @@ fn merge<'a>(parts: &[&'a str]) -> Vec<&'a str> {
 /// Whatever the number of threads, in shards or whole.
 #[test]
 fn threads_and_shards_change_no_byte() {
-    let rig = rig(&STUDY.replace("runs: 200", "runs: 23"));
+    let dir = dir(&STUDY.replace("runs: 200", "runs: 23"));
     let run = |arguments: &[&str]| {
-        let (code, out, err) = rig.monorig(&[&["study", "spread.yaml"], arguments].concat());
+        let (code, out, err) = dir.monorig(&[&["study", "spread.yaml"], arguments].concat());
         assert_eq!(code, Some(0), "{out}{err}");
         out
     };
     let told = run(&["--jobs", "1", "--out", "one"]);
     assert!(told.ends_with("23 runs: 12 of 12 checks held\n"), "{told}");
     assert_eq!(run(&["--jobs", "2", "--out", "two"]), told);
-    let whole = rig.read("one/spread/results.jsonl");
+    let whole = dir.read("one/spread/results.jsonl");
     assert_eq!(whole.lines().count(), 24);
-    assert!(rig.read("two/spread/results.jsonl") == whole);
+    assert!(dir.read("two/spread/results.jsonl") == whole);
 
     let mut parts = Vec::new();
     for shard in ["3/4", "1/4", "4/4", "2/4"] {
@@ -82,18 +82,18 @@ fn threads_and_shards_change_no_byte() {
         ));
     }
     let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
-    let told = rig.refused(&merge(&parts[..3]));
+    let told = dir.refused(&merge(&parts[..3]));
     assert!(
         told.contains("do not make a whole: 1/4, 3/4, 4/4"),
         "{told}"
     );
-    let (code, _, err) = rig.monorig(&merge(&parts));
+    let (code, _, err) = dir.monorig(&merge(&parts));
     assert_eq!(code, Some(0), "{err}");
-    assert!(rig.read("all.jsonl") == whole);
+    assert!(dir.read("all.jsonl") == whole);
 
-    let torn = rig.read(parts[0]);
-    rig.write(parts[0], &torn.as_bytes()[..torn.len() - 5]);
-    let told = rig.refused(&merge(&parts));
+    let torn = dir.read(parts[0]);
+    dir.write(parts[0], &torn.as_bytes()[..torn.len() - 5]);
+    let told = dir.refused(&merge(&parts));
     assert!(
         told.contains("is not the result of run") && told.contains("it goes on"),
         "{told}"
@@ -103,15 +103,15 @@ fn threads_and_shards_change_no_byte() {
 /// Killed again and again without warning, it comes to the same bytes as an undisturbed study.
 #[test]
 fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
-    let rig = rig(STUDY);
-    let (code, _, err) = rig.monorig(&["study", "spread.yaml", "--out", "undisturbed"]);
+    let dir = dir(STUDY);
+    let (code, _, err) = dir.monorig(&["study", "spread.yaml", "--out", "undisturbed"]);
     assert_eq!(code, Some(0), "{err}");
-    let whole = rig.read("undisturbed/spread/results.jsonl");
+    let whole = dir.read("undisturbed/spread/results.jsonl");
     let mut kills = 0;
     for wait_ms in [30, 47, 111, 65, 150, 38, 95, 200, 71] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_monorig"))
             .args(["study", "spread.yaml"])
-            .current_dir(rig.path(""))
+            .current_dir(dir.path(""))
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
@@ -120,26 +120,26 @@ fn killed_at_any_moment_it_goes_on_to_the_same_bytes() {
         child.kill().unwrap(); // SIGKILL
         kills += usize::from(!child.wait().unwrap().success());
         // what stands there is the beginning of the whole, to the byte
-        let so_far = std::fs::read(rig.path(RESULTS)).unwrap_or_default();
+        let so_far = std::fs::read(dir.path(RESULTS)).unwrap_or_default();
         assert!(whole.as_bytes().starts_with(&so_far));
     }
     assert!(
         kills > 0,
         "every run of it was over before it could be killed"
     );
-    let (code, _, err) = rig.monorig(&["study", "spread.yaml"]);
+    let (code, _, err) = dir.monorig(&["study", "spread.yaml"]);
     assert_eq!(code, Some(0), "{err}");
-    assert!(rig.read(RESULTS) == whole);
+    assert!(dir.read(RESULTS) == whole);
 }
 
 /// Another study, or another track, does not go on with old results.
 #[test]
 fn a_changed_study_does_not_go_on_with_old_results() {
     let short = STUDY.replace("runs: 200", "runs: 3");
-    let rig = rig(&short);
-    assert_eq!(rig.monorig(&["study", "spread.yaml"]).0, Some(0));
-    let before = rig.read(RESULTS);
-    let track = rig.read("track.yaml");
+    let dir = dir(&short);
+    assert_eq!(dir.monorig(&["study", "spread.yaml"]).0, Some(0));
+    let before = dir.read(RESULTS);
+    let track = dir.read("track.yaml");
     for (file, text, what) in [
         (
             "spread.yaml",
@@ -152,24 +152,24 @@ fn a_changed_study_does_not_go_on_with_old_results() {
             "track.yaml has changed",
         ),
     ] {
-        let good = rig.read(file);
-        rig.write(file, text.as_bytes());
-        let told = rig.refused(&["study", "spread.yaml"]);
+        let good = dir.read(file);
+        dir.write(file, text.as_bytes());
+        let told = dir.refused(&["study", "spread.yaml"]);
         assert!(told.contains(what) && told.contains("--out"), "{told}");
-        assert_eq!(rig.read(RESULTS), before);
-        rig.write(file, good.as_bytes());
+        assert_eq!(dir.read(RESULTS), before);
+        dir.write(file, good.as_bytes());
     }
-    assert_eq!(rig.monorig(&["study", "spread.yaml"]).0, Some(0));
+    assert_eq!(dir.monorig(&["study", "spread.yaml"]).0, Some(0));
 }
 
 /// Draws stand in the results, and another variable leaves them as they were.
 #[test]
 fn a_further_variable_changes_no_other_draw() {
     let draws = |study: &str| {
-        let rig = rig(study);
-        let (code, _, err) = rig.monorig(&["study", "spread.yaml"]);
+        let dir = dir(study);
+        let (code, _, err) = dir.monorig(&["study", "spread.yaml"]);
         assert_eq!(code, Some(0), "{err}");
-        let lines = rig.read(RESULTS);
+        let lines = dir.read(RESULTS);
         let of =
             |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["draws"].clone();
         lines.lines().skip(1).map(of).collect::<Vec<_>>()
@@ -197,14 +197,14 @@ fn a_run_that_cannot_be_made_is_its_own_failure() {
     let study = STUDY
         .replace("runs: 200", "runs: 12")
         .replace("[0, 2500]", "[0, 3200]");
-    let rig = rig(&study);
-    let (code, out, err) = rig.monorig(&["study", "spread.yaml"]);
+    let dir = dir(&study);
+    let (code, out, err) = dir.monorig(&["study", "spread.yaml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(
         out.contains("FAILED  the run: ") && out.contains("cannot carry a load"),
         "{out}"
     );
-    assert_eq!(rig.read(RESULTS).lines().count(), 13);
+    assert_eq!(dir.read(RESULTS).lines().count(), 13);
 }
 
 #[test]
@@ -245,17 +245,17 @@ fn bad_studies_are_refused() {
             "there is no file",
         ),
     ] {
-        let rig = rig(&STUDY.replace(good, bad));
-        let told = rig.refused(&["study", "spread.yaml"]);
+        let dir = dir(&STUDY.replace(good, bad));
+        let told = dir.refused(&["study", "spread.yaml"]);
         assert!(told.contains(says), "{bad}\n{told}");
-        let told = rig.refused(&["check", "--kind", "study", "spread.yaml"]);
+        let told = dir.refused(&["check", "--kind", "study", "spread.yaml"]);
         assert!(told.contains(says), "{bad}\n{told}");
     }
-    let rig = rig(STUDY);
+    let dir = dir(STUDY);
     assert_eq!(
-        rig.monorig(&["check", "spread.yaml"]).1,
+        dir.monorig(&["check", "spread.yaml"]).1,
         "spread.yaml: study ok\n"
     );
-    let told = rig.refused(&["study", "spread.yaml", "--shard", "5/4"]);
+    let told = dir.refused(&["study", "spread.yaml", "--shard", "5/4"]);
     assert!(told.contains("K from 1 to N"), "{told}");
 }

@@ -1,10 +1,11 @@
-//! `monorig tune`: the same trials and winner for any number of threads and after a kill; bad studies; winners included.
+//! `monorig tune`: the same trials and winner for any number of threads and after a kill; bad studies; winners
+//! included.
 
 #![allow(clippy::unwrap_used)]
 
 mod common;
 
-use common::{Simulation, without_lists};
+use common::{TestFolder, row};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -35,10 +36,10 @@ budget: 14
 sensitivity: {curve: 3, map: 2, map_parameters: 2}
 ";
 
-fn rig() -> Simulation {
-    let rig = Simulation::new();
-    rig.write("study.yaml", STUDY.as_bytes());
-    rig
+fn dir() -> TestFolder {
+    let dir = TestFolder::new();
+    dir.write("study.yaml", STUDY.as_bytes());
+    dir
 }
 
 const RESULTS: [&str; 5] = [
@@ -49,18 +50,18 @@ const RESULTS: [&str; 5] = [
     "sensitivity.json",
 ];
 
-fn results(rig: &Simulation, out: &str) -> Vec<String> {
-    let read = |name: &&str| rig.read(&format!("{out}/tune/study/{name}"));
+fn results(dir: &TestFolder, out: &str) -> Vec<String> {
+    let read = |name: &&str| dir.read(&format!("{out}/tune/study/{name}"));
     RESULTS.iter().map(read).collect()
 }
 
 #[test]
 fn threads_kills_and_torn_lines_change_nothing() {
-    let rig = rig();
+    let dir = dir();
     let tune = |out: &str, more: &[&str]| {
         let mut arguments = vec!["tune", "study.yaml", "--cache", "cache", "--out", out];
         arguments.extend(more);
-        let (code, told, err) = rig.monorig(&arguments);
+        let (code, told, err) = dir.monorig(&arguments);
         assert_eq!(code, Some(0), "{told}{err}");
         told
     };
@@ -69,7 +70,7 @@ fn threads_kills_and_torn_lines_change_nothing() {
         told.contains("winner") && told.contains("14 trials"),
         "{told}"
     );
-    let whole = results(&rig, "one");
+    let whole = results(&dir, "one");
     assert_eq!(whole[1].lines().count(), 15);
     for part in [
         "Validation",
@@ -82,10 +83,10 @@ fn threads_kills_and_torn_lines_change_nothing() {
     }
 
     assert_eq!(tune("two", &["--jobs", "2"]), told);
-    assert_eq!(results(&rig, "two"), whole);
+    assert_eq!(results(&dir, "two"), whole);
 
     // killed in mid-search, whenever that is
-    std::fs::create_dir_all(rig.path("killed")).unwrap();
+    std::fs::create_dir_all(dir.path("killed")).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_monorig"))
         .args([
             "tune",
@@ -97,12 +98,12 @@ fn threads_kills_and_torn_lines_change_nothing() {
             "--jobs",
             "2",
         ])
-        .current_dir(rig.path(""))
+        .current_dir(dir.path(""))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let store = rig.path("killed/tune/study/trials.jsonl");
+    let store = dir.path("killed/tune/study/trials.jsonl");
     let lines = || std::fs::read_to_string(&store).map_or(0, |t| t.lines().count());
     while lines() < 6 && child.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(1));
@@ -110,23 +111,23 @@ fn threads_kills_and_torn_lines_change_nothing() {
     let _ = child.kill(); // SIGKILL; it may have come to its end by itself
     child.wait().unwrap();
     assert_eq!(tune("killed", &["--resume"]), told);
-    assert_eq!(results(&rig, "killed"), whole);
+    assert_eq!(results(&dir, "killed"), whole);
 
     // torn anywhere
     let bytes = whole[1].as_bytes();
     for share in [0.02, 0.3, 0.55, 0.9] {
         let cut = (bytes.len() as f64 * share) as usize;
-        rig.write("two/tune/study/trials.jsonl", &bytes[..cut]);
+        dir.write("two/tune/study/trials.jsonl", &bytes[..cut]);
         assert_eq!(tune("two", &["--resume"]), told, "cut at {cut}");
-        assert_eq!(results(&rig, "two"), whole, "cut at {cut}");
+        assert_eq!(results(&dir, "two"), whole, "cut at {cut}");
     }
 
     // a changed study does not go on with the trials of another
-    rig.write(
+    dir.write(
         "study.yaml",
         STUDY.replace("budget: 14", "budget: 15").as_bytes(),
     );
-    let told = rig.refused(&[
+    let told = dir.refused(&[
         "tune",
         "study.yaml",
         "--cache",
@@ -139,42 +140,43 @@ fn threads_kills_and_torn_lines_change_nothing() {
         told.contains("changed") && told.contains("--restart"),
         "{told}"
     );
-    assert_eq!(rig.read("two/tune/study/trials.jsonl"), whole[1]);
+    assert_eq!(dir.read("two/tune/study/trials.jsonl"), whole[1]);
 }
 
 /// The estimator in the loop, tuned for comfort: the same for any number of threads.
 #[test]
 fn the_closed_loop_is_tuned_too() {
-    let rig = rig();
+    let dir = dir();
     let in_loop = STUDY
         .replace(", drive.controller.feedforward: none", "")
         .replace("metric: mass_rmse_kg", "metric: jerk_rms_mps3")
         .replace("budget: 14", "budget: 5")
         .replace("optimiser:", "evaluation: closed_loop\noptimiser:");
-    rig.write("study.yaml", in_loop.as_bytes());
+    dir.write("study.yaml", in_loop.as_bytes());
     for (out, jobs) in [("one", "1"), ("two", "2")] {
-        let (code, told, err) = rig.monorig(&["tune", "study.yaml", "--out", out, "--jobs", jobs]);
+        let (code, told, err) = dir.monorig(&["tune", "study.yaml", "--out", out, "--jobs", jobs]);
         assert_eq!(code, Some(0), "{told}{err}");
     }
-    assert_eq!(results(&rig, "one"), results(&rig, "two"));
+    assert_eq!(results(&dir, "one"), results(&dir, "two"));
 }
 
-/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something else.
+/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something
+/// else.
 #[cfg(feature = "viewer")]
 #[test]
 fn before_and_after_are_recorded_side_by_side() {
-    let rig = rig();
-    let (code, told, err) = rig.monorig(&["tune", "study.yaml"]);
+    let dir = dir();
+    let (code, told, err) = dir.monorig(&["tune", "study.yaml"]);
     assert_eq!(code, Some(0), "{told}{err}");
     let recording = "runs/tune/study/before_after.rrd";
-    let (code, told, err) = rig.monorig(&["check", recording]);
+    let (code, told, err) = dir.monorig(&["check", recording]);
     assert_eq!(code, Some(0), "{told}{err}");
     assert!(
         told.contains("study-scenario@before_after-7") && told.contains("complete"),
         "{told}"
     );
     // the study's changes to the scenario, and its `fixed`
-    let (code, told, err) = rig.monorig(&[
+    let (code, told, err) = dir.monorig(&[
         "run",
         "scenario.yaml",
         "--seed=7",
@@ -188,7 +190,7 @@ fn before_and_after_are_recorded_side_by_side() {
     ]);
     assert_eq!(code, Some(0), "{told}{err}");
     let masses = |file: &str, name: &str| {
-        let recorded = monorig_viz::readback::read(&rig.path(file)).unwrap();
+        let recorded = monorig_viz::readback::read(&dir.path(file)).unwrap();
         let entity = format!("/estimates/{name}/total_mass");
         recorded.entities[&entity].scalars.clone()
     };
@@ -199,12 +201,13 @@ fn before_and_after_are_recorded_side_by_side() {
     for other in ["published", "winner"] {
         assert_ne!(masses(recording, other), alone, "{other}");
     }
-    let (code, told, err) = rig.monorig(&["tune", "study.yaml", "--no-rerun", "--out", "without"]);
+    let (code, told, err) = dir.monorig(&["tune", "study.yaml", "--no-rerun", "--out", "without"]);
     assert_eq!(code, Some(0), "{told}{err}");
-    assert!(!rig.path("without/tune/study/before_after.rrd").exists());
+    assert!(!dir.path("without/tune/study/before_after.rrd").exists());
 }
 
-/// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation runs alone.
+/// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation
+/// runs alone.
 #[test]
 fn defaults_that_cannot_be_measured_are_refused() {
     let blind = "{metric: mass_rmse_kg_valid, after_s: 0, until_s: 1}";
@@ -223,9 +226,9 @@ fn defaults_that_cannot_be_measured_are_refused() {
         ),
         (stands, "mass_rmse_kg is not a number"),
     ] {
-        let rig = rig();
-        rig.write("study.yaml", study.as_bytes());
-        let (code, told, err) = rig.monorig(&["tune", "study.yaml"]);
+        let dir = dir();
+        dir.write("study.yaml", study.as_bytes());
+        let (code, told, err) = dir.monorig(&["tune", "study.yaml"]);
         assert_eq!(code, Some(2), "{told}{err}");
         for part in ["validation[0]", what, "help:"] {
             assert!(err.contains(part), "no {part}: {err}");
@@ -236,23 +239,23 @@ fn defaults_that_cannot_be_measured_are_refused() {
 /// Ranges in which the estimator fails everywhere, and bounds nobody can hold: no winner, code 1, no crash.
 #[test]
 fn a_study_without_a_good_trial_says_so() {
-    let rig = rig();
+    let dir = dir();
     let hopeless = STUDY.replace("at_least: 0.1", "at_least: 1.5");
-    rig.write("study.yaml", hopeless.as_bytes());
+    dir.write("study.yaml", hopeless.as_bytes());
     let (code, told, err) =
-        rig.monorig(&["tune", "study.yaml", "--cache", "cache", "--out", "out"]);
+        dir.monorig(&["tune", "study.yaml", "--cache", "cache", "--out", "out"]);
     assert_eq!(code, Some(1), "{told}{err}");
     assert!(told.contains("no winner"), "{told}");
-    assert!(!rig.path("out/tune/study/winner.yaml").exists());
+    assert!(!dir.path("out/tune/study/winner.yaml").exists());
 }
 
 /// A scenario includes a winner; what it says itself has the last word.
 #[test]
 fn parameters_are_included() {
-    let rig = rig();
+    let dir = dir();
     let parameters = "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nparameters: {delta: 0.97, sigma: 3}\n";
-    rig.write("tuned.yaml", parameters.as_bytes());
-    let (code, out, err) = rig.monorig(&["check", "tuned.yaml"]);
+    dir.write("tuned.yaml", parameters.as_bytes());
+    let (code, out, err) = dir.monorig(&["check", "tuned.yaml"]);
     assert_eq!(
         (code, out.as_str()),
         (Some(0), "tuned.yaml: parameters ok\n"),
@@ -260,7 +263,7 @@ fn parameters_are_included() {
     );
     let run = |settings: &str| {
         let set = format!("estimators={{dffrls_aekf_robust: {settings}}}");
-        let (code, _, err) = rig.monorig(&[
+        let (code, _, err) = dir.monorig(&[
             "run",
             "scenario.yaml",
             "--no-rerun",
@@ -278,10 +281,10 @@ fn parameters_are_included() {
             "tuned",
         ]);
         assert_eq!(code, Some(0), "{err}");
-        rig.read("runs/scenario@tuned/1/metrics.json")
+        dir.read("runs/scenario@tuned/1/metrics.json")
     };
     let included = run("{from: tuned.yaml, sigma: 5}");
-    let manifest = rig.read("runs/scenario@tuned/1/manifest.json");
+    let manifest = dir.read("runs/scenario@tuned/1/manifest.json");
     assert!(
         manifest.contains("0.97") && manifest.contains("tuned.yaml"),
         "{manifest}"
@@ -334,17 +337,20 @@ const BAD: &[(&str, &str, &str, &str)] = &[
 
 #[test]
 fn bad_studies() {
+    let mut rows = Vec::new();
     for (case, file, from, to) in BAD {
-        let rig = rig();
-        let text = rig.read(file);
+        let dir = dir();
+        let text = dir.read(file);
         assert!(text.contains(from), "{case}");
-        rig.write(file, text.replacen(from, to, 1).as_bytes());
-        let told = rig.refused(&["tune", "study.yaml"]);
+        dir.write(file, text.replacen(from, to, 1).as_bytes());
+        let told = dir.refused(&["tune", "study.yaml"]);
         assert!(told.contains("help:"), "{case}: {told}");
-        let checked = rig.refused(&["check", "--kind", "tuning", "study.yaml"]);
+        let checked = dir.refused(&["check", "--kind", "tuning", "study.yaml"]);
         assert!(checked.starts_with(told.trim_end()), "{case}: {checked}");
-        insta::assert_snapshot!(format!("study_{case}"), without_lists(&told));
+        rows.push(row(case, &told));
     }
+    let snapshot = rows.join("\n");
+    insta::assert_snapshot!("study", snapshot);
 }
 
 /// Case, parameter file, settings in the scenario.
@@ -361,14 +367,17 @@ const BAD_PARAMETERS: &[(&str, &str, &str)] = &[
 
 #[test]
 fn bad_parameter_files() {
+    let mut rows = Vec::new();
     for (case, file, settings) in BAD_PARAMETERS {
-        let rig = rig();
-        rig.write("tuned.yaml", file.as_bytes());
-        let scenario = rig.read("scenario.yaml");
+        let dir = dir();
+        dir.write("tuned.yaml", file.as_bytes());
+        let scenario = dir.read("scenario.yaml");
         let scenario = scenario.replace("{lambda0: 0.98}", settings);
-        rig.write("scenario.yaml", scenario.as_bytes());
-        let told = rig.refused(&["run", "scenario.yaml"]);
+        dir.write("scenario.yaml", scenario.as_bytes());
+        let told = dir.refused(&["run", "scenario.yaml"]);
         assert!(told.contains("help:"), "{case}: {told}");
-        insta::assert_snapshot!(format!("parameters_{case}"), without_lists(&told));
+        rows.push(row(case, &told));
     }
+    let snapshot = rows.join("\n");
+    insta::assert_snapshot!("parameters", snapshot);
 }

@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::Simulation;
+use common::TestFolder;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -24,14 +24,14 @@ evaluation: EVALUATION
 budget: 1000
 ";
 
-fn start(rig: &Simulation, evaluation: &str) -> Child {
-    rig.write(
+fn start(dir: &TestFolder, evaluation: &str) -> Child {
+    dir.write(
         "study.yaml",
         STUDY.replace("EVALUATION", evaluation).as_bytes(),
     );
     Command::new(env!("CARGO_BIN_EXE_monorig"))
         .args(["tune", "study.yaml", "--out", "out", "--jobs", "1"])
-        .current_dir(rig.path(""))
+        .current_dir(dir.path(""))
         .env("NO_COLOR", "1")
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -63,9 +63,9 @@ fn lines(path: &Path) -> usize {
 /// While the runs are recorded there is no trial, and none is said to be kept.
 #[test]
 fn without_trials_none_are_said_to_be_kept() {
-    let rig = Simulation::new();
-    let child = start(&rig, "replay");
-    let told = interrupted_when(child, || rig.path("out/tune/.cache").is_dir());
+    let dir = TestFolder::new();
+    let child = start(&dir, "replay");
+    let told = interrupted_when(child, || dir.path("out/tune/.cache").is_dir());
     assert!(
         told.contains("interrupted: there are no trials yet"),
         "{told}"
@@ -74,15 +74,15 @@ fn without_trials_none_are_said_to_be_kept() {
         !told.contains("kept") && !told.contains("--resume"),
         "{told}"
     );
-    assert_eq!(lines(&rig.path("out/tune/study/trials.jsonl")), 0);
+    assert_eq!(lines(&dir.path("out/tune/study/trials.jsonl")), 0);
 }
 
 /// As many as are said to be kept are in the file, one a line behind its header.
 #[test]
 fn the_trials_that_are_said_to_be_kept_are_there() {
-    let rig = Simulation::new();
-    let store = rig.path("out/tune/study/trials.jsonl");
-    let told = interrupted_when(start(&rig, "closed_loop"), || lines(&store) >= 3);
+    let dir = TestFolder::new();
+    let store = dir.path("out/tune/study/trials.jsonl");
+    let told = interrupted_when(start(&dir, "closed_loop"), || lines(&store) >= 3);
     let kept = lines(&store) - 1;
     assert!(
         told.contains(&format!("interrupted: {kept} trials are kept")),

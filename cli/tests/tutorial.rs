@@ -1,15 +1,15 @@
 //! The tutorial's commands are run, and what it shows is what they print.
 //!
-//! `MONORIG_UPDATE=1 cargo test --release --test tutorial` writes the outputs of `docs/src/tutorial.md` anew. A block that begins with
-//! `text` belongs to the commands or to the Python snippet before it; a line of `…` in it stands for any lines. Python snippets
-//! are run where there is a Python with pyarrow and pandas.
+//! `MONORIG_UPDATE=1 cargo test --release --test tutorial` writes the outputs of `docs/src/tutorial.md` anew. A block
+//! that begins with `text` belongs to the commands or to the Python snippet before it; a line of `…` in it stands for
+//! any lines. Python snippets are run where there is a Python with pyarrow and pandas.
 
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// What stands for any lines.
+/// The mark for any lines.
 const ANY: &str = "…";
 /// The wall time differs from machine to machine: lines with this are compared up to here.
 const WALL_TIME: &str = " s simulated in ";
@@ -81,7 +81,7 @@ impl Tutorial {
         }
     }
 
-    /// What commands print, notes and errors first, as lines.
+    /// Runs commands; returns the lines they print, notes and errors first.
     fn commands(&self, list: &[String]) -> Vec<String> {
         let (mut lines, mut code) = (Vec::new(), None);
         for command in list {
@@ -104,7 +104,7 @@ impl Tutorial {
         lines
     }
 
-    /// What the last of these snippets prints; imports of the earlier ones hold for it.
+    /// Returns the output of the last of these snippets; imports of the earlier ones hold for it.
     fn python(&self, snippets: &[&str]) -> Option<Vec<String>> {
         let (last, earlier) = snippets.split_last().filter(|_| self.python)?;
         let imports = earlier
@@ -146,7 +146,7 @@ fn stable(line: &str) -> &str {
     line.find(WALL_TIME).map_or(line, |end| &line[..end])
 }
 
-/// Whether a block shows these lines; a line of `…` stands for any.
+/// Returns whether a block shows these lines; a line of `…` stands for any.
 fn shows(block: &[&str], printed: &[String]) -> bool {
     let Some((first, rest)) = block.split_first() else {
         return printed.is_empty();

@@ -4,10 +4,10 @@
 
 mod common;
 
-use common::{Simulation, words};
+use common::{TestFolder, words};
 
-/// A quick scenario with these expectations (lines of YAML). Its track is short and crooked, and no estimator is judged by its integrity
-/// there unless the lines say so.
+/// A quick scenario with these expectations (lines of YAML). Its track is short and crooked, and no estimator is judged
+/// by its integrity there unless the lines say so.
 fn quick(expect: &str) -> String {
     let integrity = match expect.contains("integrity:") {
         true => "",
@@ -32,32 +32,32 @@ seeds: 1..4
 
 const HOLDS: &str = "expect: [{metric: speed_rmse_mps, at_most: 1}]\n";
 
-fn with(scenarios: &[(&str, String)]) -> Simulation {
-    let rig = Simulation::new();
-    std::fs::create_dir_all(rig.path("all")).unwrap();
+fn with(scenarios: &[(&str, String)]) -> TestFolder {
+    let dir = TestFolder::new();
+    std::fs::create_dir_all(dir.path("all")).unwrap();
     for (name, text) in scenarios {
         let text = text
             .replace("track.yaml", "../track.yaml")
             .replace("train.yaml", "../train.yaml")
             .replace("sensors.yaml", "../sensors.yaml");
-        rig.write(&format!("all/{name}.yaml"), text.as_bytes());
+        dir.write(&format!("all/{name}.yaml"), text.as_bytes());
     }
-    rig
+    dir
 }
 
 #[test]
 fn a_folder_of_scenarios_that_hold() {
-    let rig = with(&[("one", quick(HOLDS)), ("two", quick(""))]);
+    let dir = with(&[("one", quick(HOLDS)), ("two", quick(""))]);
     let files = ["--junit", "out/verdicts.xml", "--json", "out/verdicts.json"];
-    let (code, out, err) = rig.monorig(&[&["test", "all"][..], &files].concat());
+    let (code, out, err) = dir.monorig(&[&["test", "all"][..], &files].concat());
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("held    one") && out.contains("held    two"));
     assert!(out.ends_with("2 scenarios, 8 runs: 2 held, 0 failed\n"));
-    let xml = rig.read("out/verdicts.xml");
+    let xml = dir.read("out/verdicts.xml");
     assert_eq!(xml.matches("<testsuite ").count(), 2, "{xml}");
     assert_eq!(xml.matches("<testcase ").count(), 5 + 4, "{xml}"); // integrity of both slopes, too
     assert!(!xml.contains("<failure"), "{xml}");
-    let json: serde_json::Value = serde_json::from_str(&rig.read("out/verdicts.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&dir.read("out/verdicts.json")).unwrap();
     assert_eq!(json["scenarios"][0]["runs"][3]["seed"], 4);
 }
 
@@ -69,8 +69,8 @@ expect:
   - {metric: speed_rmse_mps, at_most: 1}
   - {estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6, availability: 0.5}
 ";
-    let rig = with(&[("one", quick(expect)), ("two", quick(HOLDS))]);
-    let (code, out, err) = rig.monorig(&["test", "all", "--junit", "v.xml"]);
+    let dir = with(&[("one", quick(expect)), ("two", quick(HOLDS))]);
+    let (code, out, err) = dir.monorig(&["test", "all", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.contains("FAILED  one") && out.contains("held    two"));
     let told = "dffrls_aukf_robust slope_mae_deg from 6 s: ";
@@ -78,7 +78,7 @@ expect:
     for part in [told, "is not ≤ 0.000001 (seed ", "; 0 of 4 seeds hold"] {
         assert!(said.contains(part), "{out}");
     }
-    let xml = rig.read("v.xml");
+    let xml = dir.read("v.xml");
     assert_eq!(xml.matches("<failure").count(), 1, "{xml}");
     assert!(xml.contains(told) && xml.contains("seeds that fail: 1, 2, 3, 4"));
 }
@@ -86,8 +86,8 @@ expect:
 #[test]
 fn a_train_that_does_not_arrive_has_not_finished() {
     let late = quick("").replace("stop: {after_s: 60}", "stop: {after_s: 12, at_m: 100}");
-    let rig = with(&[("late", late)]);
-    let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "3,9"]);
+    let dir = with(&[("late", late)]);
+    let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "3,9"]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
         words(&out)
@@ -100,8 +100,8 @@ fn a_train_that_does_not_arrive_has_not_finished() {
 #[test]
 fn a_run_that_breaks_down_is_a_failure() {
     let far = quick("").replace("stop: {after_s: 60}", "stop: {after_s: 200}");
-    let rig = with(&[("far", far), ("near", quick(HOLDS))]);
-    let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "1"]);
+    let dir = with(&[("far", far), ("near", quick(HOLDS))]);
+    let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1"]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
         words(&out).contains("ran off the end of the track"),
@@ -113,8 +113,8 @@ fn a_run_that_breaks_down_is_a_failure() {
 #[test]
 fn a_bad_file_is_shown_and_the_others_run() {
     let bad = quick(HOLDS).replace("dffrls_aukf_robust", "dffrls_aukv_robust");
-    let rig = with(&[("bad", bad), ("good", quick(HOLDS))]);
-    let (code, out, err) = rig.monorig(&["test", "all"]);
+    let dir = with(&[("bad", bad), ("good", quick(HOLDS))]);
+    let (code, out, err) = dir.monorig(&["test", "all"]);
     assert_eq!(code, Some(2), "{out}{err}");
     assert!(out.contains("held    good"), "{out}");
     assert!(
@@ -125,8 +125,8 @@ fn a_bad_file_is_shown_and_the_others_run() {
 
 #[test]
 fn nothing_to_test_is_an_error() {
-    let rig = with(&[("one", quick(HOLDS))]);
-    std::fs::create_dir(rig.path("empty")).unwrap();
+    let dir = with(&[("one", quick(HOLDS))]);
+    std::fs::create_dir(dir.path("empty")).unwrap();
     for (arguments, says) in [
         (
             &["test", "empty"][..],
@@ -143,31 +143,32 @@ fn nothing_to_test_is_an_error() {
         ),
         (&["test"], "there is no such file"),
     ] {
-        let told = rig.refused(arguments);
+        let told = dir.refused(arguments);
         assert!(told.contains(says), "{told}");
     }
 }
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let rig = with(&[("one", quick(HOLDS)), ("two", quick(""))]);
+    let dir = with(&[("one", quick(HOLDS)), ("two", quick(""))]);
     for jobs in ["1", "2", "5"] {
         let file = format!("{jobs}.json");
-        let (code, ..) = rig.monorig(&["test", "all", "--jobs", jobs, "--json", &file]);
+        let (code, ..) = dir.monorig(&["test", "all", "--jobs", jobs, "--json", &file]);
         assert_eq!(code, Some(0));
-        assert!(rig.read(&file) == rig.read("1.json"), "{jobs} threads");
+        assert!(dir.read(&file) == dir.read("1.json"), "{jobs} threads");
     }
 }
 
-/// A bound on an error without one on the availability is refused, and the message says what to add; each of the three ways will do.
+/// A bound on an error without one on the availability is refused, and the message says what to add; each of the three
+/// ways will do.
 #[test]
 fn an_error_is_not_bounded_without_its_availability() {
     let bound =
         "expect:\n  - {estimator: dffrls_aukf_robust, metric: METRIC, after_s: 6, at_most: 5}\n";
     for metric in ["slope_rmse_deg", "slope_rmse_deg_valid"] {
         let bare = bound.replace("METRIC", metric);
-        let rig = with(&[("one", quick(&bare))]);
-        let (code, _, err) = rig.monorig(&["test", "all"]);
+        let dir = with(&[("one", quick(&bare))]);
+        let (code, _, err) = dir.monorig(&["test", "all"]);
         assert_eq!(code, Some(2), "{err}");
         for part in [
             "nothing says how much of the time its slope must be valid",
@@ -184,19 +185,19 @@ fn an_error_is_not_bounded_without_its_availability() {
                 "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, at_least: 0.5}}\n"
             ),
         ] {
-            let rig = with(&[("one", quick(&good))]);
-            let (code, out, err) = rig.monorig(&["test", "all", "--seeds", "1"]);
+            let dir = with(&[("one", quick(&good))]);
+            let (code, out, err) = dir.monorig(&["test", "all", "--seeds", "1"]);
             assert_eq!(code, Some(0), "{good}{out}{err}");
         }
     }
 }
 
-/// What is asked of the availability is checked, over the time of the error.
+/// An expectation of the availability is checked over the time of the error.
 #[test]
 fn the_availability_beside_an_error_is_a_bound() {
     let expect = "expect:\n  - {estimator: dffrls_aukf_robust, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
-    let rig = with(&[("one", quick(expect))]);
-    let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "1"]);
+    let dir = with(&[("one", quick(expect))]);
+    let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1"]);
     assert_eq!(code, Some(1), "{out}"); // it does not estimate the mass
     assert!(
         words(&out).contains("dffrls_aukf_robust mass_availability from 6 s: 0.0000 is not ≥ 0.5"),
@@ -207,31 +208,32 @@ fn the_availability_beside_an_error_is_a_bound() {
 const MISLEADING: &str =
     "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90}\n";
 
-/// Limits that any error exceeds: the scenario is red although all that it expects holds, and the finding stands above all else.
+/// Limits that any error exceeds: the scenario is red although all that it expects holds, and the finding stands above
+/// all else.
 #[test]
 fn what_misleads_is_red_and_named_first() {
-    let rig = with(&[("one", quick(&format!("{HOLDS}{MISLEADING}")))]);
-    let (code, out, _) = rig.monorig(&["test", "all", "--junit", "v.xml"]);
+    let dir = with(&[("one", quick(&format!("{HOLDS}{MISLEADING}")))]);
+    let (code, out, _) = dir.monorig(&["test", "all", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}");
     let lines: Vec<&str> = out.lines().collect();
     assert!(
         lines[1].contains("finding: dffrls_aukf_robust marks a slope valid that is"),
         "{out}"
     );
-    let xml = rig.read("v.xml");
+    let xml = dir.read("v.xml");
     assert!(
         xml.contains("<failure") && xml.contains("dffrls_aukf_robust slope_misleading_share"),
         "{xml}"
     );
-    let (code, out, err) = rig.monorig(&["run", "all/one.yaml", "--no-rerun"]);
+    let (code, out, err) = dir.monorig(&["run", "all/one.yaml", "--no-rerun"]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.starts_with("finding: "), "{out}");
     for tolerated in [
         "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, reference_only: [dffrls_aukf_robust]}\n",
         "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, max_misleading_share: 1}\n",
     ] {
-        let rig = with(&[("one", quick(&format!("{HOLDS}{tolerated}")))]);
-        let (code, out, _) = rig.monorig(&["test", "all", "--seeds", "1"]);
+        let dir = with(&[("one", quick(&format!("{HOLDS}{tolerated}")))]);
+        let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1"]);
         assert_eq!(code, Some(0), "{out}");
         assert!(out.contains("finding: "), "{out}");
     }
@@ -245,8 +247,8 @@ fn a_known_failure_is_shown_and_not_red_until_it_holds() {
              known_failures:\n  - {{estimator: dffrls_aukf_robust, metric: slope_mae_deg, why: a bias of the accelerometer}}\n"
         )
     };
-    let rig = with(&[("one", quick(&expect("1.0e-6")))]);
-    let (code, out, _) = rig.monorig(&["test", "all", "--junit", "v.xml", "--json", "v.json"]);
+    let dir = with(&[("one", quick(&expect("1.0e-6")))]);
+    let (code, out, _) = dir.monorig(&["test", "all", "--junit", "v.xml", "--json", "v.json"]);
     assert_eq!(code, Some(0), "{out}");
     let known = "known failure: a bias of the accelerometer\n          dffrls_aukf_robust slope_mae_deg from 6 s: ";
     assert!(
@@ -254,18 +256,18 @@ fn a_known_failure_is_shown_and_not_red_until_it_holds() {
         "{out}"
     );
     assert!(out.lines().all(|l| l.chars().count() <= 80), "{out}");
-    let xml = rig.read("v.xml");
+    let xml = dir.read("v.xml");
     assert!(
         xml.contains("<skipped") && xml.contains("a bias of the accelerometer"),
         "{xml}"
     );
     assert!(
-        rig.read("v.json")
+        dir.read("v.json")
             .contains("\"known_failure\": \"a bias of the accelerometer\"")
     );
 
-    let rig = with(&[("one", quick(&expect("90")))]);
-    let (code, out, _) = rig.monorig(&["test", "all"]);
+    let dir = with(&[("one", quick(&expect("90")))]);
+    let (code, out, _) = dir.monorig(&["test", "all"]);
     assert_eq!(code, Some(1), "{out}");
     let told = words(&out);
     assert!(
@@ -288,8 +290,8 @@ fn a_known_failure_is_shown_and_not_red_until_it_holds() {
         ),
     ] {
         let text = expect("1").replace("{estimator: dffrls_aukf_robust, metric: slope_mae_deg, why: a bias of the accelerometer}", known);
-        let rig = with(&[("one", quick(&text))]);
-        let (code, _, err) = rig.monorig(&["test", "all"]);
+        let dir = with(&[("one", quick(&text))]);
+        let (code, _, err) = dir.monorig(&["test", "all"]);
         assert!(code == Some(2) && err.contains(says), "{err}");
     }
 }
@@ -300,18 +302,18 @@ fn windows_by_name_are_windows_in_seconds() {
     let text = quick("expect:\n  - {metric: speed_rmse_mps, after: {event: at_speed, plus_s: 2}, until: {event: lost}, at_most: 1}\n")
         .replace("mps: 1.5}", "mps: 1.5, name: at_speed}")
         .replace("seeds: 1..4\n", "seeds: 1\nevents: [{name: lost, from_s: 30, sensor: gyro, fault: off}]\n");
-    let rig = with(&[("one", text.clone())]);
-    let (code, out, err) = rig.monorig(&["test", "all", "--json", "v.json"]);
+    let dir = with(&[("one", text.clone())]);
+    let (code, out, err) = dir.monorig(&["test", "all", "--json", "v.json"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    let json: serde_json::Value = serde_json::from_str(&rig.read("v.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&dir.read("v.json")).unwrap();
     let verdict = &json["scenarios"][0]["runs"][0]["summary"]["expectations"][0];
     assert_eq!(
         (&verdict["after_s"], &verdict["until_s"]),
         (&5.0.into(), &30.0.into())
     );
     let wrong = text.replace("event: lost", "event: losst");
-    let rig = with(&[("one", wrong)]);
-    let (code, _, err) = rig.monorig(&["test", "all"]);
+    let dir = with(&[("one", wrong)]);
+    let (code, _, err) = dir.monorig(&["test", "all"]);
     assert!(
         code == Some(2)
             && err.contains("did you mean `lost`?")

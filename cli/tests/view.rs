@@ -1,17 +1,17 @@
-//! `monorig report --view`: one page with viewer and recordings, opened by Chromium without a request. Skipped, with a word, where the Python
-//! package rerun-sdk or Chromium is not there.
+//! `monorig report --view`: one page with viewer and recordings, opened by Chromium without a request. Skipped, with a
+//! word, where the Python package rerun-sdk or Chromium is not there.
 
 #![cfg(feature = "viewer")]
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
 mod common;
 
-use common::{Simulation, project};
+use common::{TestFolder, project};
 use std::process::{Command, Stdio};
 
-/// Folders of two short runs of one scenario, and the rig they are in.
-fn with_runs() -> (Simulation, [&'static str; 2]) {
-    let rig = Simulation::new();
+/// Folders of two short runs of one scenario, and the dir they are in.
+fn with_runs() -> (TestFolder, [&'static str; 2]) {
+    let dir = TestFolder::new();
     let scenario = project().join("scenarios/minimal.yaml");
     let scenario = scenario.to_str().unwrap();
     for load in ["10000", "5000"] {
@@ -26,15 +26,15 @@ fn with_runs() -> (Simulation, [&'static str; 2]) {
             "--name",
             &name,
         ];
-        let (code, out, err) = rig.monorig(&task);
+        let (code, out, err) = dir.monorig(&task);
         assert!(matches!(code, Some(0 | 1)), "{out}{err}");
     }
-    (rig, ["runs/minimal@load10000/1", "runs/minimal@load5000/1"])
+    (dir, ["runs/minimal@load10000/1", "runs/minimal@load5000/1"])
 }
 
-/// Whether the viewer is installed; if not, what is said of it is what helps.
-fn written(rig: &Simulation, task: &[&str]) -> bool {
-    let (code, out, err) = rig.monorig(task);
+/// Returns whether the viewer is installed; if not, the message must help.
+fn written(dir: &TestFolder, task: &[&str]) -> bool {
+    let (code, out, err) = dir.monorig(task);
     if code == Some(0) {
         return true;
     }
@@ -49,23 +49,23 @@ fn written(rig: &Simulation, task: &[&str]) -> bool {
 
 #[test]
 fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
-    let (rig, [a, b]) = with_runs();
+    let (dir, [a, b]) = with_runs();
     // one recording twice: the viewer could not tell them apart
     assert!(
-        rig.refused(&["report", a, a, "--view"])
+        dir.refused(&["report", a, a, "--view"])
             .contains("would take them for one")
     );
-    if !written(&rig, &["report", a, b, "--view", "--out", "both.html"]) {
+    if !written(&dir, &["report", a, b, "--view", "--out", "both.html"]) {
         return;
     }
-    let page = rig.read("both.html");
+    let page = dir.read("both.html");
     for name in ["minimal@load10000-1", "minimal@load5000-1"] {
         assert!(page.contains(&format!("data-name=\"{name}\"")), "{name}");
     }
     assert!(page.len() < 60_000_000, "{}", page.len());
-    let (code, out, _) = rig.monorig(&["check", "both.html"]);
+    let (code, out, _) = dir.monorig(&["check", "both.html"]);
     assert_eq!(code, Some(0), "{out}");
-    let Some(dom) = opened(&rig, "both.html") else {
+    let Some(dom) = opened(&dir, "both.html") else {
         eprintln!("skipped: no chromium here");
         return;
     };
@@ -75,7 +75,7 @@ fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
         "{}",
         state.get(..40).unwrap_or(state)
     );
-    let log = rig.read("net.json");
+    let log = dir.read("net.json");
     assert!(
         log.contains("\"constants\""),
         "this is no log of the network"
@@ -83,8 +83,9 @@ fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
     assert!(!log.contains("rerun.io"), "the page asked for something");
 }
 
-/// The page as Chromium has it after a while of the page's own time; what it asks the network for goes to net.json. None without Chromium.
-fn opened(rig: &Simulation, name: &str) -> Option<String> {
+/// The page as Chromium has it after a while of the page's own time; what it asks the network for goes to net.json.
+/// None without Chromium.
+fn opened(dir: &TestFolder, name: &str) -> Option<String> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let there = |name: &&str| {
         let mut asked = Command::new(name);
@@ -109,14 +110,14 @@ fn opened(rig: &Simulation, name: &str) -> Option<String> {
         "--disable-background-networking",
     ]);
     command.args(["--virtual-time-budget=1000000", "--dump-dom"]);
-    command.arg(format!("--log-net-log={}", rig.path("net.json").display()));
+    command.arg(format!("--log-net-log={}", dir.path("net.json").display()));
     command.arg(format!(
         "--user-data-dir={}",
-        rig.path("chromium").display()
+        dir.path("chromium").display()
     ));
     command.arg(format!(
         "file://{}?renderer=webgl",
-        rig.path(name).display()
+        dir.path(name).display()
     ));
     let output = command.stderr(Stdio::null()).output().unwrap();
     Some(String::from_utf8_lossy(&output.stdout).into_owned())

@@ -1,4 +1,5 @@
-//! Which crates are built: without the feature `viewer`, and to test the physics, none of Rerun's; with it its SDK alone.
+//! Which crates are built: without the feature `viewer`, and to test the physics, none of Rerun's; with it its SDK
+//! alone.
 
 #![allow(clippy::unwrap_used)]
 
@@ -45,7 +46,8 @@ fn the_viewer_is_a_feature() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// The same crates with the same features whether the program is built alone, with the workspace or for tests: Rerun is built once.
+/// The same crates with the same features whether the program is built alone, with the workspace or for tests: Rerun is
+/// built once.
 #[test]
 fn one_set_of_features_however_it_is_built() {
     let with_features = |more: &[&str]| {

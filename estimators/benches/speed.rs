@@ -1,24 +1,17 @@
-//! Nanoseconds a step of every algorithm and every named estimator, the best of several rounds, beside scalar forms written by hand
-//! that do the same work and give the same numbers.
+//! Nanoseconds a step of every algorithm and every named estimator, the best of several rounds.
 //!
 //! `cargo bench -p monorig-estimators`; with `-- --check` it ends with status 1 if a bar is missed (use it on a quiet machine). Words behind
 //! `--` choose parts and estimators whose names hold one of them, so that two builds can be run in turns.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
-#[path = "speed/by_hand.rs"]
-mod by_hand;
 #[path = "../tests/common/mod.rs"]
 mod common;
-#[path = "speed/imm_by_hand.rs"]
-mod imm_by_hand;
-#[path = "speed/ukf_by_hand.rs"]
-mod ukf_by_hand;
 
 use std::{hint::black_box, time::Instant};
 
-use by_hand::{Ekf, PlainRls, Rls as RlsByHand, SlopeModel};
 use common::{Crane, Random, vehicle};
 use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::real::{cos, sin};
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_estimators::filters::adaptive_low_pass::AdaptiveSmoother;
 use monorig_estimators::filters::forgetting::Forgetting;
@@ -142,43 +135,7 @@ fn least_squares(table: &mut Table) {
         })
     };
     let ours = run(Forgetting::Constant(0.99));
-    let start = RlsByHand::new([10.0, 10.0], 0.99);
-    let by_hand = time(&start, &samples, |rls, (y, h)| {
-        black_box(rls.update(*y, [h.x, h.y], 0.01));
-    });
-    let plain = time(
-        &PlainRls::new([10.0, 10.0], 0.99),
-        &samples,
-        |rls, (y, h)| {
-            black_box(rls.update(*y, [h.x, h.y], 0.01));
-        },
-    );
-
-    let (mut a, mut b, mut c) = (
-        rls_of::<2>(Forgetting::Constant(0.99)),
-        start,
-        PlainRls::new([10.0, 10.0], 0.99),
-    );
-    for (y, h) in &samples {
-        a.update(*y, h, 0.01, false).unwrap();
-        b.update(*y, [h.x, h.y], 0.01);
-        c.update(*y, [h.x, h.y], 0.01);
-    }
-    for other in [b.x, c.x] {
-        assert!((a.belief.x - Vector2::from(other)).norm() < 1e-9);
-    }
-    table.row(
-        "two parameters, written by hand",
-        by_hand,
-        "same work: Joseph form, residual statistics, limits",
-    );
-    table.row(
-        "two parameters, textbook recursion by hand",
-        plain,
-        "no Joseph form, no statistics, no limits, no refusal",
-    );
     table.row("Rls<2> constant forgetting", ours, "");
-    table.bar("Rls<2> against by hand", ours / by_hand, "x", 1.15);
     table.row(
         "Rls<2> dynamic forgetting",
         run(Forgetting::Dynamic {
@@ -212,6 +169,44 @@ fn least_squares(table: &mut Table) {
     table.row("Rls<4> constant forgetting", four, "");
 }
 
+/// Slope from speed: v⁺ = v + dt (u − g (sin θ + μ cos θ)), u traction over mass.
+#[derive(Clone, Copy)]
+struct SlopeModel {
+    dt: Real,
+    q_v: Real,
+    q_theta: Real,
+    r: Real,
+}
+
+impl Default for SlopeModel {
+    fn default() -> Self {
+        Self {
+            dt: 0.01,
+            q_v: 1e-6,
+            q_theta: 3e-6,
+            r: 2.5e-5,
+        }
+    }
+}
+
+const GRAVITY: Real = 9.81;
+const MU: Real = 0.02;
+
+impl SlopeModel {
+    fn transition(&self, x: &Vector2<Real>, u: Real) -> (Vector2<Real>, Matrix2<Real>) {
+        let (sine, cosine) = (sin(x.y), cos(x.y));
+        let by_theta = -self.dt * GRAVITY * (cosine - MU * sine);
+        (
+            vector![x.x + self.dt * (u - GRAVITY * (sine + MU * cosine)), x.y],
+            matrix![1.0, by_theta; 0.0, 1.0],
+        )
+    }
+
+    fn Q(&self) -> Matrix2<Real> {
+        Matrix2::from_diagonal(&vector![self.q_v, self.q_theta])
+    }
+}
+
 /// Tractions per unit mass and wheel speeds of a train that starts.
 fn speeds() -> Vec<(Real, Real)> {
     let mut random = Random::new(2);
@@ -225,7 +220,7 @@ fn speeds() -> Vec<(Real, Real)> {
         .collect()
 }
 
-/// One step as one call, as an application makes it: the by-hand form is a call too, and neither is torn apart by the loop around it.
+/// One step as one call, as an application makes it: the loop around it does not tear it apart.
 #[inline(never)]
 fn slope_step(belief: &mut Gaussian<2>, model: &SlopeModel, u: Real, z: Real, R: &Matrix1<Real>) {
     let (x_next, F) = model.transition(&belief.x, u);
@@ -245,23 +240,7 @@ fn extended(table: &mut Table) {
     let ours = time(&start, &samples, |belief, (u, z)| {
         slope_step(belief, &model, *u, *z, &R);
     });
-    let by_hand = time(&Ekf::new([0.1, 0.1]), &samples, |filter, (u, z)| {
-        black_box(filter.step(&model, *u, *z));
-    });
-    let (mut a, mut b) = (start, Ekf::new([0.1, 0.1]));
-    for (u, z) in &samples {
-        slope_step(&mut a, &model, *u, *z, &R);
-        b.step(&model, *u, *z);
-    }
-    assert!((a.x - vector![b.v, b.theta]).norm() < 1e-9);
-    assert!((a.P - matrix![b.p11, b.p12; b.p12, b.p22]).norm() < 1e-9);
-    table.row(
-        "two states, written by hand",
-        by_hand,
-        "same work: Joseph form, NIS, likelihood",
-    );
     table.row("ekf two states", ours, "");
-    table.bar("ekf against by hand", ours / by_hand, "x", 1.15);
 
     let noise = SageHusa::new(R, 0.998, [0.01, 100.0]);
     let adaptive = time(&(start, noise), &samples, |(belief, noise), (u, z)| {
@@ -294,20 +273,6 @@ fn unscented_step(
     ));
 }
 
-/// The same by hand, one call too.
-#[inline(never)]
-fn unscented_step_by_hand(
-    filter: &mut ukf_by_hand::Ukf,
-    model: &SlopeModel,
-    u: Real,
-    z: Real,
-    sine: impl Fn(Real) -> Real,
-) {
-    let f = |[v, theta]: [Real; 2]| [v + model.dt * (u - 9.81 * sine(theta)), theta];
-    let q = [model.q_v, model.q_theta];
-    black_box(filter.step(&SPREAD, f, q, z, model.r));
-}
-
 fn unscented(table: &mut Table) {
     println!("-- unscented Kalman filter, two states: predict and update");
     let (samples, model) = (speeds(), SlopeModel::default());
@@ -317,34 +282,10 @@ fn unscented(table: &mut Table) {
     let cheap = time(&start, &samples, |belief, (u, z)| {
         unscented_step(belief, &model, *u, *z, &R, cubic);
     });
-    let by_hand = ukf_by_hand::Ukf::new([0.1, 0.1]);
-    let cheap_by_hand = time(&by_hand, &samples, |filter, (u, z)| {
-        unscented_step_by_hand(filter, &model, *u, *z, cubic);
-    });
-    let (mut a, mut b) = (start, by_hand);
-    for (u, z) in &samples {
-        unscented_step(&mut a, &model, *u, *z, &R, cubic);
-        unscented_step_by_hand(&mut b, &model, *u, *z, cubic);
-    }
-    assert!((a.x - Vector2::from(b.x)).norm() < 1e-9);
-    assert!((a.P - matrix![b.p11, b.p12; b.p12, b.p22]).norm() < 1e-9);
     let exact = time(&start, &samples, |belief, (u, z)| {
-        unscented_step(
-            belief,
-            &model,
-            *u,
-            *z,
-            &R,
-            monorig_estimators::api::real::sin,
-        );
+        unscented_step(belief, &model, *u, *z, &R, sin);
     });
-    table.row(
-        "two states, cubic model, written by hand",
-        cheap_by_hand,
-        "same work: sigma points twice, Joseph form, NIS, likelihood",
-    );
     table.row("ukf two states, cubic model", cheap, "");
-    table.bar("ukf against by hand", cheap / cheap_by_hand, "x", 1.15);
     table.row(
         "ukf two states, sine of the slope",
         exact,
@@ -395,26 +336,8 @@ fn interacting(table: &mut Table) {
             black_box(cycle(imm, &models, &vector![z.x], &H1, &Matrix1::new(1.0)));
         })
     };
-    let by_hand = imm_by_hand::Imm::new([1.0; 3], 0.95);
-    let q = [[1e-9, 1e-7, 1e-5], [1e-9, 1e-7, 1e-2]];
-    let fixed_by_hand = time(&by_hand, &samples, |imm, z| {
-        black_box(imm.cycle(dt, &q, z.x, 1.0));
-    });
-    let (mut a, mut b) = (start(false), by_hand);
-    for z in &samples {
-        let combined = cycle(&mut a, &models, &vector![z.x], &H1, &Matrix1::new(1.0));
-        let same = b.cycle(dt, &q, z.x, 1.0);
-        assert!((combined.x - Vector3::from(same.x)).norm() < 1e-9);
-        assert!((a.probability() - Vector2::from(b.probability)).norm() < 1e-9);
-    }
     let fixed = one(false);
-    table.row(
-        "one measurement, fixed transitions, written by hand",
-        fixed_by_hand,
-        "same work, six numbers for a matrix, zeros of F and H left out",
-    );
     table.row("imm one measurement, fixed transitions", fixed, "");
-    table.bar("imm against by hand", fixed / fixed_by_hand, "x", 1.15);
     table.row(
         "imm one measurement, time-varying transitions",
         one(true),

@@ -12,47 +12,14 @@ use monorig_lab::replay::{ReplayData, cache};
 use monorig_lab::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
 use monorig_sim::record::identity::Identity;
 use monorig_sim::testing::vehicle;
+use monorig_testing::{mutant, mutants};
 use sha2::{Digest, Sha256};
 
+/// Mutants of each kind in the normal suite.
+const MUTANTS: u64 = 1000;
 /// First bytes of a recording: format and check sum of what follows.
 const FORMAT_BYTES: usize = 16;
 const HEAD_BYTES: usize = FORMAT_BYTES + 32;
-
-fn mutants() -> u64 {
-    let given = std::env::var("MONORIG_MUTANTS").ok();
-    given.map_or(1000, |text| text.parse().unwrap())
-}
-
-/// Random numbers (Steele, Lea and Flood 2014, SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
-    }
-}
-
-/// One to four things wrong behind the first `from` bytes.
-fn mutant(good: &[u8], from: usize, seed: u64) -> Vec<u8> {
-    let mut random = Random(seed);
-    let mut bytes = good.to_vec();
-    for _ in 0..1 + random.below(4) {
-        let at = from + random.below(bytes.len() - from);
-        let end = (at + random.below(24)).min(bytes.len());
-        match random.below(6) {
-            0 | 1 => bytes[at] ^= 1 << random.below(8),
-            2 => bytes[at] = [0, 0xff, 0x7f, 0xf0, b'9', b'"', b'\n'][random.below(7)],
-            3 => drop(bytes.splice(at..end, [])),
-            4 => drop(bytes.splice(at..at, vec![0xff; 8])),
-            _ => bytes.truncate(end.max(from + 1)),
-        }
-    }
-    bytes
-}
 
 /// A recording of 60 steps, some with everything and some with little.
 fn recording() -> ReplayData {
@@ -91,7 +58,7 @@ fn mutants_of_recordings_to_be_replayed() {
     let good = std::fs::read(&place).unwrap();
     assert_eq!(cache::load(&place).unwrap(), recording());
     let mut decoded = 0;
-    for seed in 0..mutants() {
+    for seed in 0..mutants::count(MUTANTS) {
         let mut bytes = mutant(&good, 0, seed);
         std::fs::write(&place, &bytes).unwrap();
         let same = bytes == good;
@@ -141,7 +108,7 @@ fn mutants_of_trials() {
     drop(store);
     let good = std::fs::read(&path).unwrap();
     let mut resumed = 0;
-    for seed in 0..mutants() {
+    for seed in 0..mutants::count(MUTANTS) {
         std::fs::write(&path, mutant(&good, 0, seed)).unwrap();
         match TrialStore::resume(&path, &header) {
             Ok((_, trials)) => {

@@ -20,13 +20,8 @@ struct Row {
 }
 
 fn drive() -> Vec<Row> {
-    let (mut s, mut noise) = (0.0, 1u64);
-    let mut white = || {
-        noise = noise
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (noise >> 33) as f64 / f64::from(1u32 << 31) - 0.5
-    };
+    let (mut s, mut random) = (0.0, monorig_testing::Random::new(1));
+    let mut white = || random.unit() - 0.5;
     (0..12_000)
         .map(|i| {
             let t = f64::from(i) * 0.01;

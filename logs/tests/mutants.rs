@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use monorig_logs::read::{Database, ReadOptions, scan};
+use monorig_testing::{mutant, mutants};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -14,52 +15,9 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Marsaglia's xorshift64.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 16) as usize % n.max(1)
-    }
-}
-
-fn mutant(good: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut bytes = good.to_vec();
-    match random.below(4) {
-        0 => bytes.truncate(random.below(good.len())),
-        1 => {
-            for _ in 0..=random.below(8) {
-                let at = random.below(good.len());
-                bytes[at] ^= 1 << random.below(8);
-            }
-        }
-        2 => {
-            // a length of a billion, or more than there is memory
-            let (at, value) = (
-                random.below(good.len().saturating_sub(8)),
-                [1_000_000_000u64, u64::MAX >> 8][random.below(2)],
-            );
-            bytes[at..at + 8].copy_from_slice(&value.to_le_bytes());
-        }
-        _ => {
-            let (at, n) = (random.below(good.len().min(4096)), 1 + random.below(16));
-            for byte in bytes.iter_mut().skip(at).take(n) {
-                *byte = random.below(256) as u8;
-            }
-        }
-    }
-    bytes
-}
-
 #[test]
 fn damaged_files_are_read_or_refused() {
-    let times = std::env::var("MONORIG_MUTANTS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(200);
+    let times = mutants::count(200);
     let dir = tempfile::tempdir().unwrap();
     let mut files = vec![
         "asammdf_410_plain.mf4",
@@ -77,16 +35,15 @@ fn damaged_files_are_read_or_refused() {
     }
     for file in files {
         let good = std::fs::read(data(file)).unwrap();
-        let mut random = Random(0x9E37_79B9_7F4A_7C15);
         let options = ReadOptions {
             dbc: Some(data("crane.dbc")),
             time: (file == "comma.csv").then(|| "Zeit".to_owned()),
             ..ReadOptions::default()
         };
         let (mut refused, mut slowest) = (0, Duration::ZERO);
-        for _ in 0..times {
+        for seed in 0..times {
             let path = dir.path().join(file);
-            std::fs::write(&path, mutant(&good, &mut random)).unwrap();
+            std::fs::write(&path, mutant(&good, 0, seed)).unwrap();
             let (begun, mut rows) = (Instant::now(), 0usize);
             let read = scan(&path, &options, &mut |chunk| {
                 rows += chunk.rows.len();
@@ -107,9 +64,8 @@ fn damaged_files_are_read_or_refused() {
 #[test]
 fn damaged_databases_of_messages() {
     let good = std::fs::read(data("crane.dbc")).unwrap();
-    let mut random = Random(7);
-    for _ in 0..500 {
-        let bytes = mutant(&good, &mut random);
+    for seed in 0..500 {
+        let bytes = mutant(&good, 0, seed);
         let _ = Database::parse(&String::from_utf8_lossy(&bytes));
     }
 }

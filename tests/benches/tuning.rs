@@ -1,7 +1,7 @@
 //! How many trials of a tuning study a second has. `cargo bench --workspace --bench tuning`
 //!
-//! The best of many short rounds each, so that other programs on the machine disturb little; the two threads are timed in long
-//! rounds, and want a machine of their own.
+//! The best of many short rounds each, so that other programs on the machine disturb little; the two threads are timed
+//! in long rounds, and want a machine of their own.
 
 use monorig_estimators::registry;
 use monorig_lab::batch::map_in_order;
@@ -129,7 +129,7 @@ struct CoreSample {
     slope_rad: f64,
 }
 
-/// What is the same for all candidates.
+/// Values that are the same for all candidates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CoreModel {
     /// Time between samples, s.
@@ -144,7 +144,7 @@ struct CoreModel {
     s0: [f64; 2],
 }
 
-/// What a candidate chooses.
+/// Values that a candidate chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
     /// Forgetting factor.
@@ -157,7 +157,7 @@ struct Candidate {
     r_speed: f64,
 }
 
-/// How good a candidate was.
+/// Loss of a candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Score {
     /// Mean square error of the mass, kg².
@@ -210,7 +210,8 @@ fn one_at_a_time(model: &CoreModel, candidate: &Candidate, samples: &[CoreSample
     }
 }
 
-/// A made-up run: a load that changes slowly, a slope that changes, speed that is kept by traction, noise on everything.
+/// A made-up run: a load that changes slowly, a slope that changes, speed that is kept by traction, noise on
+/// everything.
 fn made_up(count: usize) -> (CoreModel, Vec<CoreSample>) {
     let model = CoreModel {
         dt_s: 0.005,

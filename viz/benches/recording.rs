@@ -1,4 +1,5 @@
-//! What recording as `monorig run` does costs on top of a run, and how large a recording is. `cargo bench --workspace --bench recording`
+//! Cost of recording as `monorig run` does it, on top of a run, and size of a recording. `cargo bench --workspace
+//! --bench recording`
 //!
 //! Best of several rounds, with and without recording in turns.
 

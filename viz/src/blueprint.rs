@@ -1,6 +1,8 @@
-//! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in `views`.
+//! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in
+//! `views`.
 //!
-//! Tabs: *Overview*: how good the estimates are and when they are valid, beside the train. *Values*: estimates and truth. *Forces*,
+//! Tabs: *Overview*: how good the estimates are and when they are valid, beside the train. *Values*: estimates and
+//! truth. *Forces*,
 //! *Sensors*. *Filters*: what goes on inside each estimator, a tab for each. `plots` has which line goes to which plot.
 
 use crate::lanes::lane_entity;
@@ -15,7 +17,7 @@ const MAX_NIS: f64 = 15.0;
 /// Test ratios are drawn up to here; the gate is at 1.
 const MAX_TEST_RATIO: f64 = 3.0;
 
-/// What the layout depends on.
+/// Values that the layout depends on.
 pub struct Contents<'a> {
     /// All lines.
     pub series: &'a [PlottedSeries],
@@ -23,7 +25,7 @@ pub struct Contents<'a> {
     pub estimators: &'a [String],
     /// m.
     pub vehicle_length_m: f64,
-    /// Whether the vehicle has a load that can swing.
+    /// True if the vehicle has a load that can swing.
     pub load: bool,
     /// Middle of the plan and half of its side, m.
     pub plan: ([f32; 2], f32),
@@ -114,7 +116,8 @@ fn plots_of(
     views
 }
 
-/// For each estimator a tab: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a plot for each unit.
+/// For each estimator a tab: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a
+/// plot for each unit.
 fn filters(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
     let names = contents.estimators.iter();
     let tabs: Vec<Placed> = names

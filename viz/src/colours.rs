@@ -17,7 +17,7 @@ const PALETTE: [[u8; 3]; 7] = [
     [204, 121, 167],
     [120, 140, 255],
 ];
-/// What these colours are called.
+/// Names of the colours.
 const NAMES: [&str; PALETTE.len()] = [
     "sky blue", "orange", "green", "yellow", "red", "pink", "violet",
 ];

@@ -1,4 +1,4 @@
-//! What changes: a chunk of the run, entity by entity.
+//! The rows of a chunk of the run, entity by entity.
 
 use crate::lanes::ValidityLanes;
 use crate::lines::PlottedLines;
@@ -21,7 +21,7 @@ const MARK_RADIUS: f32 = 6.0;
 /// Place of the label of an event above the body the camera follows, m.
 const EVENT_ABOVE_M: f64 = 1.2;
 
-/// Where the columns of a chunk go.
+/// Destinations of the columns of a chunk.
 pub struct ChunkColumns {
     lines: PlottedLines,
     lanes: ValidityLanes,
@@ -31,7 +31,8 @@ pub struct ChunkColumns {
 }
 
 impl ChunkColumns {
-    /// Styles are logged here; `wheels` as they came from the scene. `points_hz`: points a second of thinned lines; none: all rows.
+    /// Styles are logged here; `wheels` as they came from the scene. `points_hz`: points a second of thinned lines;
+    /// none: all rows.
     pub fn begin(
         stream: &mut MessageStream,
         layout: &Layout<'_>,
@@ -105,7 +106,7 @@ impl ChunkColumns {
     }
 }
 
-/// How the marks that move look: the train on the plan, and the latest event.
+/// Sends the looks of the marks that move: the train on the plan, and the latest event.
 fn marks(stream: &mut MessageStream) -> Result<(), Error> {
     let radius = re_sdk_types::components::Radius::new_ui_points(MARK_RADIUS);
     let colour = |[r, g, b]: [u8; 3]| Color::from_rgb(r, g, b);

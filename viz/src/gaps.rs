@@ -1,4 +1,4 @@
-//! Where a line must break: a viewer joins neighbouring rows with a straight line, so a gap needs a row that is not a number.
+//! Breaks in lines: a viewer joins neighbouring rows with a straight line, so a gap needs a row that is not a number.
 
 /// Gaps of sampled channels up to this length are the time between two samples, ns.
 const SHORT_GAP_NS: i64 = 250_000_000;
@@ -24,7 +24,7 @@ impl GapFinder {
         }
     }
 
-    /// Whether the row at `time_ns` is written: all rows with a value, and the first of a gap.
+    /// Returns whether the row at `time_ns` is written: all rows with a value, and the first of a gap.
     pub fn keeps(&mut self, time_ns: i64, has_value: bool) -> bool {
         if has_value {
             if let Some(last) = self.last_ns {

@@ -7,7 +7,7 @@ use monorig_sim::record::{Channel, Chunk};
 use re_sdk_types::archetypes::{StateChange, StateConfiguration};
 use rerun::EntityPath;
 
-/// What is valid: neither, mass, slope, both; with the colour of the lane.
+/// The states of validity: neither, mass, slope, both; with the colour of the lane.
 const STATES: [(&str, [u8; 3]); 4] = [
     ("nothing valid", [70, 72, 80]),
     ("mass valid", [190, 150, 30]),
@@ -63,7 +63,7 @@ impl ValidityLanes {
         &self.names
     }
 
-    /// What changed in a chunk.
+    /// Sends the changes in a chunk.
     pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
         for lane in &mut self.lanes {
             let (mut ns, mut states) = (Vec::new(), Vec::new());

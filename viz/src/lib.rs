@@ -8,16 +8,18 @@
 //! | `world/track/…`, `world/obstacles` | rail (swept I-beam), boxes beside it |
 //! | `world/train/<body>/<link>` | train; the body's entity carries its pose |
 //! | `world/links/…` | drawbars and chains |
-//! | `truth/… sensors/… estimates/… internals/… control/… bound/…` | one entity per channel, as named by the simulator |
-//! | `world/ground`, `world/track/chainage`, `world/track/zones` | roadway with a line every 10 m, marks, stretches where an event acts |
+//! | `truth/… sensors/… estimates/… internals/… control/… bound/…` | one entity a channel, by its path |
+//! | `world/ground` | roadway with a line every 10 m |
+//! | `world/track/chainage`, `world/track/zones` | marks, stretches where an event acts |
 //! | `world/event` | the latest event, where the train was |
 //! | `plan/…` | the track from above, and the train on it |
-//! | `display/<channel>` | made for the eye from channels: degrees, ±2 standard deviations, `…/error` against the truth |
+//! | `display/<channel>` | made for the eye: degrees, ±2 standard deviations, `…/error` against the truth |
 //! | `limits/…` | limits of χ² and of gates |
 //! | `validity/<estimator>` | what it marks valid, as states over time |
 //! | `readout`, `events`, `about` | values once a second, what happened, why the scenario exists |
 //!
-//! Coordinates are relative to the start of the rail. Lines break where a value is missing or not valid (a row that is not a number).
+//! Coordinates are relative to the start of the rail. Lines break where a value is missing or not valid (a row that is
+//! not a number).
 //!
 //! One timeline, `sim_time` (ns since the start). Recording id = scenario and seed. Chunk ids count up, and no clock is
 //! read, so the same run gives the same recording (see [`sink::RerunSink`]).
@@ -32,7 +34,6 @@ mod lines;
 mod live;
 mod motion;
 mod origin;
-mod packed;
 mod plots;
 pub mod readback;
 mod readout;

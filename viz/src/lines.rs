@@ -1,4 +1,5 @@
-//! The lines of plots: thinned if that is wished, and handed on in messages of many rows, since each costs as much as a hundred of them.
+//! The lines of plots: thinned if that is wished, and handed on in messages of many rows, since each costs as much as a
+//! hundred of them.
 
 use crate::gaps::GapFinder;
 use crate::series::{PlottedSeries, plan};
@@ -19,7 +20,7 @@ pub struct PlottedLines {
     thinning: Option<Thinning>,
 }
 
-/// Where a line is.
+/// Entity of a line.
 struct PendingLine {
     gaps: GapFinder,
     time_ns: Vec<i64>,
@@ -28,9 +29,9 @@ struct PendingLine {
 
 /// Points a second of a thinned line, and where its periods are.
 struct Thinning {
-    /// Of lines with a value in every row: one point a period.
+    /// Lines with a value in every row: one point a period.
     periods: Periods,
-    /// Of samples: the smallest and the largest of each period, ns.
+    /// Samples: the smallest and the largest of each period, ns.
     sample_period_ns: i64,
 }
 
@@ -100,7 +101,8 @@ impl PlottedLines {
 }
 
 impl PendingLine {
-    /// Rows without a finite value are left out, but for the first of a gap: that one is not a number, and the line breaks there.
+    /// Rows without a finite value are left out, but for the first of a gap: that one is not a number, and the line
+    /// breaks there.
     fn add(&mut self, series: &PlottedSeries, chunk: &Chunk, thinning: Option<&(Vec<bool>, i64)>) {
         let width = series.line.width();
         let values = series.line.scalars(&chunk.values, chunk.time_ns.len());

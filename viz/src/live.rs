@@ -1,4 +1,5 @@
-//! A viewer that watches a run. It may be absent, slow, or go away: the run never waits for it longer than a few seconds.
+//! A viewer that watches a run. It may be absent, slow, or go away: the run never waits for it longer than a few
+//! seconds.
 
 use rerun::external::re_uri::ProxyUri;
 use rerun::log::LogMsg;
@@ -9,9 +10,9 @@ use std::time::{Duration, Instant};
 
 /// Messages on their way to the viewer at most; more, and the run waits (see [`PATIENCE`]).
 const QUEUE: usize = 2000;
-/// How long a port may take to answer.
+/// Longest time for a port to answer.
 const PROBE: Duration = Duration::from_millis(300);
-/// How long the run waits for a viewer that takes nothing, before it goes on without.
+/// Longest wait for a viewer that takes nothing; then the run goes on without it.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A connection to a viewer.
@@ -55,7 +56,7 @@ impl Live {
         })
     }
 
-    /// Whether the viewer was too slow, and the run went on without it.
+    /// Returns whether the viewer was too slow, and the run went on without it.
     pub fn gave_up(&self) -> bool {
         self.gave_up
     }

@@ -1,4 +1,4 @@
-//! What moves: bodies, wheels, drawbars and chains, and the frame that the camera follows.
+//! The moving parts: bodies, wheels, drawbars and chains, and the frame that the camera follows.
 
 use crate::lines::ROWS_A_MESSAGE;
 use crate::origin::{Origin, plan_point};

@@ -1,5 +1,5 @@
-//! Origin of what is drawn: the start of the rail. Viewers draw in single precision, and survey coordinates of millions of metres would
-//! tear the train apart (4.5·10⁶ m have a step of 0.5 m).
+//! Origin of what is drawn: the start of the rail. Viewers draw in single precision, and survey coordinates of millions
+//! of metres would tear the train apart (4.5·10⁶ m have a step of 0.5 m).
 
 use monorig_sim::record::Layout;
 use nalgebra::Vector3;

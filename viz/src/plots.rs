@@ -1,4 +1,4 @@
-//! Which line goes to which plot: that follows from its path and unit, so a new channel finds its place.
+//! The plot of each line: it follows from path and unit, so a new channel finds its place.
 
 use crate::series::PlottedSeries;
 
@@ -27,10 +27,11 @@ pub enum Plot {
     WheelLoad,
 }
 
-/// A plot in a tab: which, its title, and the range of its axis if it is not that of its data.
+/// A plot in a tab: which, its title, and the range of its axis, if it is not the range of its data.
 pub type Titled = (Plot, &'static str, Option<[f64; 2]>);
 
-/// Plots of the overview: how good the estimates are. Their axes show what matters; one bad estimator does not flatten the others.
+/// Plots of the overview: how good the estimates are. Their axes show what matters; one bad estimator does not flatten
+/// the others.
 pub const OVERVIEW: [Titled; 3] = [
     (
         Plot::MassError,
@@ -99,7 +100,7 @@ pub const SENSORS: [Titled; 5] = [
     (Plot::Clamp, "Clamp pressure, MPa", None),
 ];
 
-/// Where a line is drawn outside the *Filters* tab.
+/// Place of a line outside the *Filters* tab.
 pub fn plot(s: &PlottedSeries) -> Option<Plot> {
     let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
     let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
@@ -210,7 +211,7 @@ mod tests {
         }
     }
 
-    /// What only a car has stands apart from what a train has too.
+    /// Lines that only a car has stand apart from those of a train.
     #[test]
     fn a_car_has_plots_of_its_own() {
         let steering = [None, Some(Plot::Steering)];

@@ -1,6 +1,5 @@
-//! Reading a recording back: what is in it, and what it says. For tests, and for `monorig check run.rrd`.
+//! Reading a recording back: its entities and their values. For tests, and for `monorig check run.rrd`.
 
-use crate::frames;
 use monorig_sim::error::Error;
 use monorig_sim::record::decoder::guarded;
 use re_log_encoding::Decoder;
@@ -22,11 +21,11 @@ pub struct Recording {
     pub entities: BTreeMap<String, Entity>,
     /// Entities of the viewer's layout.
     pub layout: Vec<String>,
-    /// Whether the file was closed properly (has its footer).
+    /// True if the file was closed properly (has its footer).
     pub complete: bool,
 }
 
-/// What was recorded at one entity.
+/// The rows recorded at one entity.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Entity {
     /// Number of rows without a time.
@@ -50,8 +49,9 @@ impl Recording {
     }
 }
 
-/// Read a recording. A file that breaks off is read as far as it goes; see [`Recording::complete`]. A damaged file is an error: what
-/// the decoders of Rerun and Arrow do with it, panics among it, ends here.
+/// Reads a recording. A file that breaks off is read as far as it goes; see [`Recording::complete`]. A damaged file is
+/// an error, also where the decoders of Rerun and Arrow panic. They trust the lengths in a file: one from elsewhere can
+/// ask for more memory than there is.
 pub fn read(path: &Path) -> Result<Recording, Error> {
     let mut all = read_all(&[path])?;
     match all.len() {
@@ -61,17 +61,12 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
     }
 }
 
-/// Read files into one store, as a viewer does that is given all of them: recordings are told apart by the application and the id that stand in
-/// each message and by nothing else, so that files with the same become one recording. In the order in which they begin.
+/// Read files into one store, as a viewer does that is given all of them: recordings are told apart by the application
+/// and the id that stand in each message and by nothing else, so that files with the same become one recording. In the
+/// order in which they begin.
 pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
     let mut all = Vec::new();
     for path in paths {
-        let failed = |source| Error::Io {
-            path: path.into(),
-            source,
-        };
-        let checked = frames::check(path).map_err(failed)?;
-        checked.map_err(|what| damaged(path, what))?;
         guarded(|| decode(path, &mut all)).unwrap_or_else(|e| Err(damaged(path, e.into())))?;
     }
     Ok(all)

@@ -1,4 +1,4 @@
-//! What stands still in the world, and what the bodies of the train look like.
+//! The parts of the world that stand still, and the shapes of the train.
 
 use crate::origin::{Origin, single};
 use crate::stream::{MessageStream, entity};
@@ -24,14 +24,14 @@ const SAME_AXIS: f64 = 1e-6;
 pub struct WheelShape {
     /// The entity that turns, about its own z axis.
     pub entity: EntityPath,
-    /// Where it is in its body when it is not turned.
+    /// Pose in its body when it is not turned.
     pose: Isometry3<f64>,
     /// Index of the drive, 0 left / 1 right.
     pub spins: (usize, usize),
 }
 
 impl WheelShape {
-    /// Whether a shape of the same body at `pose` turns by the same angle about the same axis.
+    /// Returns whether a shape of the same body at `pose` turns by the same angle about the same axis.
     fn turns_with(&self, spins: (usize, usize), pose: &Isometry3<f64>) -> bool {
         let relative = self.pose.inv_mul(pose);
         let axis = relative.rotation * Vector3::z();

@@ -1,4 +1,4 @@
-//! Which lines are drawn from the channels: each as it is, and some again for the eye (degrees, ±2σ, errors against the truth).
+//! Lines drawn from the channels: each as it is, and some again for the eye (degrees, ±2σ, errors against the truth).
 
 use crate::colours;
 use crate::source::{ErrorScale, ScalarSource};
@@ -9,7 +9,7 @@ use rerun::EntityPath;
 
 const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 
-/// Estimates that there is a truth for: their channel, that of the truth, the unit of the error and its scale.
+/// Estimates with a truth: channel of the estimate, channel of the truth, unit of the error and its scale.
 const ERRORS: [(&str, &str, &str, ErrorScale); 3] = [
     (
         "total_mass",
@@ -30,8 +30,8 @@ const ERRORS: [(&str, &str, &str, ErrorScale); 3] = [
         ErrorScale::Factor(DEG_PER_RAD),
     ),
 ];
-/// Limits that are drawn into the plots of consistency: name and value. χ²₁ is below 3.84 in 95 % and below 10.83 in 99.9 % of all
-/// cases; a test ratio above 1 is outside of the gate.
+/// Limits that are drawn into the plots of consistency: name and value. χ²₁ is below 3.84 in 95 % and below 10.83 in
+/// 99.9 % of all cases; a test ratio above 1 is outside of the gate.
 const LIMITS: [(&str, f64); 3] = [
     ("nis_95", 3.841_458_820_694_124),
     ("nis_999", 10.827_566_170_662_733),
@@ -41,13 +41,13 @@ const LIMITS: [(&str, f64); 3] = [
 /// A line, or a pair, in plots.
 #[derive(Clone, Debug)]
 pub struct PlottedSeries {
-    /// Where it is recorded.
+    /// Entity of the recording.
     pub entity: EntityPath,
     /// Path of its channel.
     pub path: String,
     /// Unit of what is drawn.
     pub unit: String,
-    /// Where its values come from.
+    /// Source of its values.
     pub line: ScalarSource,
     colour: [u8; 3],
 }
@@ -106,7 +106,8 @@ fn bound(channels: &[Channel], sd: usize) -> Option<(ScalarSource, &'static str)
     Some((line, unit))
 }
 
-/// The lines of a channel beside the unchanged one: `add` gets a prefix and a suffix of the path, the unit, and where the values are from.
+/// The lines of a channel beside the unchanged one: `add` gets a prefix and a suffix of the path, the unit, and where
+/// the values are from.
 fn for_the_eye(
     channels: &[Channel],
     index: usize,
@@ -178,18 +179,18 @@ impl PlottedSeries {
         self.path.rsplit('/').next().unwrap_or_default()
     }
 
-    /// What stands between the two: the estimator, the sensor.
+    /// The part of the path between the two: the estimator, the sensor.
     pub fn owner(&self) -> &str {
         let inner = self.path.split_once('/').map_or("", |(_, rest)| rest);
         inner.rsplit_once('/').map_or("", |(owner, _)| owner)
     }
 
-    /// Whether it is of a car, and of nothing else that moves.
+    /// True for lines that only a car has.
     pub fn is_of_car(&self) -> bool {
         self.path.starts_with("truth/road/")
     }
 
-    /// Whether it is the unchanged channel.
+    /// True for an unchanged channel.
     pub fn is_raw(&self) -> bool {
         matches!(
             self.line,
@@ -201,7 +202,7 @@ impl PlottedSeries {
         )
     }
 
-    /// Whether it is an error against the truth, or the band of one.
+    /// True for an error against the truth, or the band of one.
     pub fn is_error(&self) -> bool {
         matches!(
             self.line,
@@ -209,7 +210,7 @@ impl PlottedSeries {
         )
     }
 
-    /// Whether rows without a value are normal: an instrument has its own rate.
+    /// True if rows without a value are normal: an instrument has its own rate.
     pub fn is_sampled(&self) -> bool {
         matches!(self.group(), "sensors" | "aid" | "internals")
             || matches!(self.leaf(), "innovation" | "nis")
@@ -246,7 +247,7 @@ impl PlottedSeries {
             .with_widths([width])
     }
 
-    /// Name in legends. An error needs no more than the estimator's: the plot says of what.
+    /// Name in legends. An error has the estimator's name only: the title of the plot has the quantity.
     fn name(&self) -> String {
         let (owner, leaf, unit) = (self.owner(), self.leaf(), &self.unit);
         match (self.group(), owner) {

@@ -23,8 +23,8 @@ pub const THINNED_HZ: f64 = 10.0;
 
 /// Writes a `.rrd` file, and shows the run in a viewer if there is one.
 ///
-/// The same layout and chunks give the same file, byte for byte: ids count up, no clock is read, and the index at the end is put in
-/// order.
+/// The same layout and chunks give the same file, byte for byte: ids count up, no clock is read, and the index at the
+/// end is put in order.
 ///
 /// Dropped before [`Sink::finish`] (an error, an interrupt), it still closes the file.
 pub struct RerunSink {
@@ -75,16 +75,17 @@ impl RerunSink {
         }
     }
 
-    /// Draw lines at [`THINNED_HZ`]: those of truth, control and estimates through the first row of each tenth of a second and rows between that
-    /// stand out, those of samples through the smallest and the largest of each fifth of a second; all of them through both ends of each gap,
-    /// and of a stretch of equal values its ends only. Poses, states and events stay as they are.
+    /// Draw lines at [`THINNED_HZ`]: those of truth, control and estimates through the first row of each tenth of a
+    /// second and rows between that stand out, those of samples through the smallest and the largest of each fifth of a
+    /// second; all of them through both ends of each gap, and of a stretch of equal values its ends only. Poses, states
+    /// and events stay as they are.
     pub fn thinned(mut self) -> Self {
         self.points_hz = Some(THINNED_HZ);
         self
     }
 
     /// A recording in a file and in the viewer at `address`. If none answers within 0.3 s the run is recorded without
-    /// ([`RerunSink::live_state`] tells).
+    /// (see [`RerunSink::live_state`]).
     pub fn live(path: impl Into<PathBuf>, address: SocketAddr) -> Self {
         Self {
             live: Live::connect(address),
@@ -92,13 +93,13 @@ impl RerunSink {
         }
     }
 
-    /// Whether a viewer is watching; none if there is none, or it took nothing for seconds and was given up.
+    /// The viewer that watches; none if there is none, or it took nothing for seconds and was given up.
     pub fn live_state(&self) -> Option<&Live> {
         let open = self.open.as_ref().and_then(|o| o.stream.live());
         self.live.as_ref().or(open).filter(|live| !live.gave_up())
     }
 
-    /// Where the file is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,6 +1,6 @@
-//! Where the scalars of a line come from: a channel as it is, scaled, with its band, or as an error against the truth.
+//! Sources of the scalars of a line: a channel as it is, scaled, with its band, or as an error against the truth.
 
-/// How values of a chunk become scalars of an entity.
+/// The way from values of a chunk to scalars of an entity.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScalarSource {
     /// `scale` × the channel.
@@ -29,7 +29,7 @@ pub enum ScalarSource {
         channel: usize,
         /// Index of the truth's channel.
         truth: usize,
-        /// What the difference is multiplied with.
+        /// Factor of the difference.
         scale: ErrorScale,
         /// As above.
         valid: Option<usize>,
@@ -49,7 +49,7 @@ pub enum ScalarSource {
     Limit(f64),
 }
 
-/// What an error is multiplied with.
+/// Factor of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorScale {
     /// This factor, such as 180/π.
@@ -76,7 +76,8 @@ impl ScalarSource {
         }
     }
 
-    /// The scalars of all rows, [`ScalarSource::width`] of them a row; not a number where there is none or it is not valid.
+    /// The scalars of all rows, [`ScalarSource::width`] of them a row; not a number where there is none or it is not
+    /// valid.
     pub fn scalars(&self, values: &[Vec<f64>], rows: usize) -> Vec<f64> {
         let at = |column: usize, row: usize| -> f64 {
             let value = values.get(column).and_then(|c| c.get(row));

@@ -21,12 +21,12 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// What every recording of this program is filed under in the viewer; one blueprint serves them all.
+/// Application under which the viewer files every recording of this program; one blueprint serves them all.
 pub const APPLICATION: &str = "monorig";
 /// Name of the only timeline.
 pub const TIMELINE: &str = "sim_time";
 
-/// Which of the two stores of a recording a message belongs to.
+/// The store of a recording that a message belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum RerunStore {
     /// The data.
@@ -52,7 +52,7 @@ impl Ids {
     }
 }
 
-/// What holds at all times: an entity and its components.
+/// An entity and its components that hold at all times.
 type Fixed = (EntityPath, Vec<SerializedComponentBatch>);
 
 /// A file being written, and perhaps a viewer.
@@ -61,7 +61,8 @@ pub struct MessageStream {
     encoder: Encoder<BufWriter<File>>,
     file_ids: Ids,
     live: Option<(Live, Ids)>,
-    /// What was given before the first columns. It is encoded with them, when the run goes on already; a viewer gets it at once.
+    /// Entities given before the first columns. They are encoded with these, when the run goes on already; a viewer
+    /// gets them at once.
     waiting: Vec<Fixed>,
     next_id: u64,
     finished: bool,
@@ -97,7 +98,7 @@ impl MessageStream {
         Ok(stream)
     }
 
-    /// Where the file is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

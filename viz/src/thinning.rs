@@ -1,12 +1,13 @@
-//! Which rows a line is drawn through in a thinned recording: what a plot of the run shows stays.
+//! Rows that a line is drawn through in a thinned recording: the plot of the run looks the same.
 //!
-//! A line with a value in every row goes through the first row of each tenth of a second, and through what stands out between two of these. A
-//! line through samples, which are noise as a rule, goes through the smallest and the largest of each fifth of a second. Both keep the ends
-//! of gaps, and of a stretch of equal values its first and last row.
+//! A line with a value in every row goes through the first row of each tenth of a second, and through what stands out
+//! between two of these. A line through samples, which are noise as a rule, goes through the smallest and the largest
+//! of each fifth of a second. Both keep the ends of gaps, and of a stretch of equal values its first and last row.
 
 use crate::gaps::GapFinder;
 
-/// A row stands out if it is further outside of its neighbours on the line than this share of what the line spans in the chunk.
+/// A row stands out if it is further outside of its neighbours on the line than this share of what the line spans in
+/// the chunk.
 const STANDS_OUT: f64 = 0.05;
 
 /// Finds the first row of each period, chunk after chunk.
@@ -25,7 +26,7 @@ impl Periods {
         }
     }
 
-    /// Which rows of the next chunk are the first of their period.
+    /// Marks the rows of the next chunk that are the first of their period.
     pub fn first_rows(&mut self, time_ns: &[i64]) -> Vec<bool> {
         let mut first = |ns: &i64| {
             let period = ns.div_euclid(self.period_ns);
@@ -55,8 +56,8 @@ impl LineChunk<'_> {
             .collect()
     }
 
-    /// Of these rows those that stay of a line with a value in every row: the `first` of a period, those next to a gap and the not-a-number
-    /// that marks it, and the largest and the smallest between two of these where they stand out.
+    /// Picks the rows that stay of a line with a value in every row: the `first` of a period, those next to a gap and
+    /// the not-a-number that marks it, and the largest and the smallest between two of these where they stand out.
     pub fn thin_line(&self, written: &[usize], first: &[bool]) -> Vec<usize> {
         let mut kept: Vec<bool> = (0..written.len())
             .map(|i| first[written[i]] || self.is_at_gap(written, i))
@@ -68,8 +69,8 @@ impl LineChunk<'_> {
         self.without_inside_of_flats(kept.map(|(row, _)| *row).collect())
     }
 
-    /// Of these rows those that stay of a line through samples: the smallest and the largest of each period (ns), those next to a gap and the
-    /// not-a-number that marks it, and the first and the last.
+    /// Picks the rows that stay of a line through samples: the smallest and the largest of each period (ns), those next
+    /// to a gap and the not-a-number that marks it, and the first and the last.
     pub fn thin_samples(&self, written: &[usize], period_ns: i64) -> Vec<usize> {
         let mut kept = vec![false; written.len()];
         let low = |i: usize| self.at(written[i], 0);
@@ -119,7 +120,7 @@ impl LineChunk<'_> {
         self.row(row).iter().all(|x| x.is_finite())
     }
 
-    /// Whether a row that is written, or one beside it, marks a gap.
+    /// Returns whether a row that is written, or one beside it, marks a gap.
     fn is_at_gap(&self, written: &[usize], i: usize) -> bool {
         let near = written[i.saturating_sub(1)..].iter();
         let count = if i == 0 { 2 } else { 3 };
@@ -162,7 +163,8 @@ impl LineChunk<'_> {
         }
     }
 
-    /// Without rows that have the values of the row before and of the one behind them: the line through the others is the same.
+    /// Without rows that have the values of the row before and of the one behind them: the line through the others is
+    /// the same.
     fn without_inside_of_flats(&self, rows: Vec<usize>) -> Vec<usize> {
         let is_inside = |i: usize| {
             let same =
@@ -197,7 +199,7 @@ mod tests {
         chunk.thin_line(&written, &first)
     }
 
-    /// The same of samples, `width` numbers a row.
+    /// Rows that stay of samples, `width` numbers a row.
     fn samples_stay(values: &[f64], width: usize) -> Vec<usize> {
         let chunk = LineChunk {
             time_ns: &every_20_ms(values.len() / width),
@@ -214,14 +216,8 @@ mod tests {
 
     /// Numbers without a pattern between -0.5 and 0.5.
     fn noise(n: usize) -> Vec<f64> {
-        let mut state = 1u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
-        (0..n).map(|_| next()).collect()
+        let mut random = monorig_testing::Random::new(1);
+        (0..n).map(|_| random.unit() - 0.5).collect()
     }
 
     #[test]
@@ -251,7 +247,7 @@ mod tests {
         assert!(!stay.contains(&32));
     }
 
-    /// Of a step what stays are the ends of both stretches: no slope where there was none.
+    /// The ends of both stretches of a step stay: no slope where there was none.
     #[test]
     fn a_stretch_of_equal_values_stays_as_its_ends() {
         assert_eq!(stay(&[2.0; 500]), [0, 495]);
@@ -270,7 +266,7 @@ mod tests {
         assert_eq!(periods.first_rows(&[90, 120, 160]), [false, true, false]);
     }
 
-    /// What a plot of noise shows is how far it reaches: in each period the same smallest and largest sample, in two fifths of the rows.
+    /// A plot of noise shows its reach: in each period the same smallest and largest sample, in two fifths of the rows.
     #[test]
     fn samples_reach_as_far_in_every_period() {
         let all = noise(1000);
@@ -288,7 +284,7 @@ mod tests {
         assert!(stay.len() <= 2 * 200 + 2, "{}", stay.len());
     }
 
-    /// Of a band it is the lowest of its lower and the highest of its upper edge.
+    /// A band keeps the lowest of its lower and the highest of its upper edge.
     #[test]
     fn a_band_of_samples_keeps_both_edges() {
         let middle = noise(10);
@@ -296,7 +292,8 @@ mod tests {
         assert_eq!(samples_stay(&band, 2), samples_stay(&middle, 1));
     }
 
-    /// Samples at 10 Hz in rows of 50 Hz: rows between two samples are no gap, half a second without is one, and what is beside it stays.
+    /// Samples at 10 Hz in rows of 50 Hz: rows between two samples are no gap, half a second without is one, and what
+    /// is beside it stays.
     #[test]
     fn a_gap_in_samples_stays() {
         let mut values = noise(500);

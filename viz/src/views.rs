@@ -31,7 +31,7 @@ const LEAST_LENGTH: f64 = 6.0;
 /// A plot with more lines has no legend, which would hide them: pointing at a line names it.
 const MAX_LEGEND: usize = 4;
 
-/// Where the train is looked at from.
+/// Viewpoint of the train.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Camera {
     /// From the right, somewhat behind and above: the train runs to the right like time in the plots.
@@ -58,9 +58,9 @@ impl Camera {
 pub struct PlotStyle {
     /// Range of the axis; none = that of the data.
     pub range: Option<[f64; 2]>,
-    /// Where the legend is.
+    /// Corner of the legend.
     pub corner: Corner2D,
-    /// Whether it has one, if its lines are few.
+    /// True if there is a legend, given that the lines are few.
     pub legend: bool,
 }
 
@@ -241,7 +241,7 @@ impl Builder {
         place
     }
 
-    /// What is around the views: panels closed, time running. Returns all entities.
+    /// Adds the frame of the views: panels closed, time running. Returns all entities.
     pub fn finish(mut self, root: Placed) -> Entities {
         let viewport = ViewportBlueprint::new()
             .with_root_container(RootContainer(root.id.into()))

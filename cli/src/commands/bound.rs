@@ -1,8 +1,8 @@
 //! `monorig bound`: the posterior Cramér-Rao bound of a scenario, and the errors of its estimators beside it.
 
-use crate::CommandOutcome;
-use crate::commands::shared::{Jobs, assignment, seeds};
-use crate::files::prepare;
+use crate::arguments::{Jobs, assignment, seeds};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::{csv, prepare};
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
@@ -17,7 +17,6 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, run};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
-use std::fmt::Write;
 use std::path::PathBuf;
 
 const BOUND_EXAMPLES: &str = "\
@@ -32,9 +31,9 @@ models being right; slip, sway, rail ahead that was not read, vibration, faults
 and delays are not in it. Errors are those of all samples from 5 s on, of the
 mass in the last second.";
 
-/// `monorig bound`
-#[derive(Debug, clap::Args)]
-#[command(after_help = BOUND_EXAMPLES)]
+/// Compare the estimators of a scenario with the Cramér-Rao bound.
+#[derive(Debug, clap::Parser)]
+#[command(name = "bound", after_help = BOUND_EXAMPLES)]
 pub struct BoundArgs {
     /// Scenario file
     pub file: PathBuf,
@@ -51,8 +50,14 @@ pub struct BoundArgs {
     pub csv: Option<PathBuf>,
 }
 
+impl Command for BoundArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        bound(self, program.registry)
+    }
+}
+
 /// Run the scenario over its seeds, and print bound and errors.
-pub fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut overrides = task.sets.clone();
     if let Some(seeds) = &task.seeds {
         overrides.push(("seeds".into(), seeds.clone()));
@@ -72,14 +77,14 @@ pub fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     })?;
     drop(progress);
     if let (Some(path), Some(first)) = (&task.csv, runs.first()) {
-        output::write(path, &csv(first))?;
+        output::write(path, &csv_text(first)?)?;
         note(&format!("bound over time in {}", path.display()));
     }
     output::print(&text(&runs))?;
     Ok(CommandOutcome::Held)
 }
 
-/// What the sheet says; one without accelerometer or wheel speed bounds nothing.
+/// Refuses a scenario whose sheet has no accelerometer or no wheel speed: it has no bound.
 fn bounded(scenario: &Scenario) -> Result<(), Error> {
     let builder = SimulationBuilder::from_scenario(scenario.clone())?;
     let noise = builder
@@ -172,15 +177,18 @@ fn mean(all: impl Iterator<Item = MeanSquares>) -> MeanSquares {
     }
 }
 
-fn csv(run: &RunBound) -> String {
-    let mut text = "t_s,slope_sd_deg,effective_slope_sd_deg,mass_sd_rel\n".to_owned();
-    for s in &run.samples {
+/// The bound over time as CSV.
+fn csv_text(run: &RunBound) -> Result<String, CliError> {
+    let titles = [
+        "t_s",
+        "slope_sd_deg",
+        "effective_slope_sd_deg",
+        "mass_sd_rel",
+    ];
+    let rows = run.samples.iter().map(|s| {
         let (slope, effective) = (s.slope_rad.to_degrees(), s.effective_rad.to_degrees());
-        let _ = writeln!(
-            text,
-            "{:.3},{slope:.6},{effective:.6},{:.6}",
-            s.t_s, s.mass_rel
-        ); // a string takes it
-    }
-    text
+        let [slope, effective, mass] = [slope, effective, s.mass_rel].map(|x| format!("{x:.6}"));
+        [format!("{:.3}", s.t_s), slope, effective, mass]
+    });
+    csv::text(&titles, rows)
 }

@@ -1,8 +1,8 @@
 //! `monorig calibrate`: parameters of vehicle and instruments from a log.
 
-use crate::CommandOutcome;
-use crate::commands::shared::assignment;
-use crate::commands::standing_noise;
+use crate::arguments::assignment;
+use crate::command::{Command, CommandOutcome, Program};
+use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
 use clap::ValueEnum;
@@ -21,16 +21,16 @@ noise, each with its standard deviation; with `reference.speed` or
 stands for 12 s random walk and bias instability of the IMU. Mass and slope are
 those under `reference` in the map.";
 
-/// `monorig calibrate`
-#[derive(Debug, clap::Args)]
-#[command(after_help = CALIBRATE_EXAMPLES)]
+/// Find parameters of vehicle and instruments from a log whose mass and slope are known.
+#[derive(Debug, clap::Parser)]
+#[command(name = "calibrate", after_help = CALIBRATE_EXAMPLES)]
 pub struct CalibrateArgs {
     /// The log: one file, or the folder in which the files of the map are; without it where the map says
     pub log: Option<PathBuf>,
-    /// What the columns of the log measure
+    /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
     pub map: PathBuf,
-    /// What is known of the drive
+    /// Quantities that are known of the drive
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', required = true)]
     pub known: Vec<Known>,
     /// Also write what was found as JSON
@@ -41,7 +41,7 @@ pub struct CalibrateArgs {
     pub sets: Vec<(String, String)>,
 }
 
-/// What can be known of a drive.
+/// Quantities of a drive that can be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Known {
     /// The total mass
@@ -50,8 +50,14 @@ pub enum Known {
     Slope,
 }
 
+impl Command for CalibrateArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        calibrate(self)
+    }
+}
+
 /// Find the parameters.
-pub fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
+fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
     let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
     let reference = &map.file.reference;
     for (what, key, is_there, why) in [

@@ -1,6 +1,6 @@
 //! `monorig check`: find mistakes in files without running anything.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
 use crate::files::{results, written};
@@ -22,20 +22,26 @@ Examples:
   monorig check runs/liu2023_section1/1/*
       what a run left behind: whole and readable?";
 
-/// `monorig check`
-#[derive(Debug, clap::Args)]
-#[command(after_help = CHECK_EXAMPLES)]
+/// Check files without running anything.
+#[derive(Debug, clap::Parser)]
+#[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     /// Files to check; their kind is told from their keys, of results from their names
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// What the files are, if it cannot be told from their keys
+    /// Kind of the files, if it cannot be told from their keys
     #[arg(long)]
     pub kind: Option<FileKind>,
 }
 
+impl Command for CheckArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        check(self, program.registry)
+    }
+}
+
 /// Check every file; all mistakes are shown, not only those of the first bad file.
-pub fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut bad = 0;
     for file in &task.files {
         match check_one(file, task.kind.and_then(formats::row), registry) {
@@ -55,7 +61,7 @@ pub fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     }
 }
 
-/// What was found in a good file.
+/// Checks a file; returns a description of a good one.
 fn check_one(
     file: &Path,
     row: Option<&'static FileFormat>,
@@ -64,10 +70,11 @@ fn check_one(
     if row.is_none()
         && let Some(kind) = results::recognise(file)
     {
-        let found = (kind.read)(file)?;
+        // its check sum first: readers of libraries trust the lengths in a file
         if kind.of_run {
             results::verify(file)?;
         }
+        let found = (kind.read)(file)?;
         return Ok(format!("{} ok ({found})", kind.name));
     }
     let row = match row {

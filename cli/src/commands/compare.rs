@@ -1,8 +1,8 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
-use crate::CommandOutcome;
-use crate::commands::shared::{Jobs, assignment, seeds};
-use crate::files::prepare;
+use crate::arguments::{Jobs, assignment, metric, seeds};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::{csv, prepare};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -11,6 +11,7 @@ use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, number};
+use clap::CommandFactory;
 use monorig_lab::batch::{RunSpec, in_order, run_one};
 use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells};
@@ -38,9 +39,9 @@ what the scenario says. Differences to the reference are taken run by run; those
 of an error only on the samples that both estimators mark valid.
 Intervals of 95 % are percentile bootstraps over seeds.";
 
-/// `monorig compare`
-#[derive(Debug, clap::Args)]
-#[command(after_help = COMPARE_EXAMPLES)]
+/// Run estimators side by side over the seeds of a scenario and compare their metrics.
+#[derive(Debug, clap::Parser)]
+#[command(name = "compare", after_help = COMPARE_EXAMPLES)]
 pub struct CompareArgs {
     /// Scenario file
     pub file: PathBuf,
@@ -82,12 +83,33 @@ const OVER_BOUND: [&str; 3] = [
     "mass_rmse_over_bound",
 ];
 
+/// Columns of the table as CSV.
+const CSV_TITLES: &[&str] = &[
+    "estimator",
+    "metric",
+    "measured",
+    "runs",
+    "mean",
+    "mean_low",
+    "mean_high",
+    "median",
+    "valid_mean",
+    "valid_share",
+    "common_mean",
+    "common_share",
+    "difference",
+    "difference_low",
+    "difference_high",
+    "published",
+    "source",
+];
+
 /// Help of `--metrics`.
 const METRICS: &str = "Metrics to compare; without it mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
      slope_misleading_share and, where the runs have a Cramér-Rao bound, slope_rmse_over_bound, effective_slope_rmse_over_bound, mass_rmse_over_bound";
 
 /// Help of `--estimators`.
-pub const ESTIMATORS: &str =
+const ESTIMATORS: &str =
     "Estimators to compare, by name or as NAME=TYPE; without it those of the scenario";
 
 /// An estimator to compare: its name in the run and, if it was given, its type.
@@ -109,7 +131,8 @@ fn named(text: &str) -> Result<NamedEstimator, String> {
     }
 }
 
-/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an error.
+/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an
+/// error.
 fn additions(
     scenario: &Scenario,
     wanted: &[NamedEstimator],
@@ -135,21 +158,21 @@ fn additions(
     Ok(changes)
 }
 
-/// A metric of estimators by its name.
-pub fn metric(name: &str) -> Result<String, String> {
-    let known = metrics::estimator_metrics().map(|m| m.name);
-    if known.clone().any(|k| k == name) {
-        return Ok(name.to_owned());
+impl Command for CompareArgs {
+    /// Adds the names of the estimators there are to the help.
+    fn args(registry: &Registry) -> clap::Command {
+        let names: Vec<&str> = registry.estimators().iter().map(|t| t.name()).collect();
+        let long = format!("{ESTIMATORS}\n\nTypes: {}", names.join(", "));
+        Self::command().mut_arg("estimators", |argument| argument.long_help(long))
     }
-    let list: Vec<&str> = known.clone().collect();
-    Err(match monorig_sim::config::file::nearest(name, known) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("known metrics: {}", list.join(", ")),
-    })
+
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        compare(self, program.registry)
+    }
 }
 
 /// Run a scenario over its seeds with all estimators side by side, and print their metrics beside each other.
-pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut overrides = additions(&Scenario::load(&task.file, &[])?, &task.estimators)?;
     overrides.extend(task.sets.iter().cloned());
     if let Some(seeds) = &task.seeds {
@@ -193,11 +216,11 @@ pub fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome
             table: cells.clone(),
             runs: runs.clone(),
         };
-        let text = serde_json::to_string_pretty(&all).map_err(CliError::Json)?;
+        let text = serde_json::to_string_pretty(&all).map_err(CliError::json)?;
         output::write(path, &(text + "\n"))?;
     }
     if let Some(path) = &task.csv {
-        output::write(path, &csv(&cells))?;
+        output::write(path, &csv_text(&cells)?)?;
     }
     output::print(&text(&cells, &metrics, &reference))?;
     let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
@@ -255,7 +278,8 @@ fn run(
     Ok(runs)
 }
 
-/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on those valid in common.
+/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on
+/// those valid in common.
 fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
     let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
     let mut parts = Vec::new();
@@ -345,36 +369,27 @@ fn words(interval: Option<Interval>) -> [String; 2] {
     }
 }
 
-fn csv(cells: &[ComparedMetric]) -> String {
-    let mut text = "estimator,metric,measured,runs,mean,mean_low,mean_high,median,valid_mean,valid_share,common_mean,common_share,\
-                    difference,difference_low,difference_high,published,source\n"
-        .to_owned();
-    let three = |i: Option<Interval>| match i {
-        Some(i) => format!("{},{},{}", i.mean, i.low, i.high),
-        None => ",,".to_owned(),
-    };
+/// The table as CSV: a row for each estimator and metric, an empty cell where there is no value.
+fn csv_text(cells: &[ComparedMetric]) -> Result<String, CliError> {
     let one = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
-    let on = |of: Option<&OnSamples>| match of {
-        Some(of) => format!("{},{}", one(of.mean.map(|i| i.mean)), one(of.share)),
-        None => ",".to_owned(),
+    let three =
+        |i: Option<Interval>| [i.map(|i| i.mean), i.map(|i| i.low), i.map(|i| i.high)].map(one);
+    let on = |of: Option<&OnSamples>| {
+        let mean = of.and_then(|of| of.mean).map(|i| i.mean);
+        [mean, of.and_then(|of| of.share)].map(one)
     };
-    for c in cells {
-        let (value, source) = match &c.published {
-            Some(p) => (p.value.get().to_string(), p.source.replace('"', "'")),
-            None => Default::default(),
-        };
-        text += &format!(
-            "{},{},{},{},{},{},{},{},{},{value},\"{source}\"\n",
-            c.estimator,
-            c.metric,
-            c.measured,
-            c.runs,
-            three(c.mean),
-            one(c.median),
-            on(c.valid.as_ref()),
-            on(c.common.as_ref()),
-            three(c.difference),
-        );
-    }
-    text
+    let rows = cells.iter().map(|c| {
+        let mut row = vec![c.estimator.clone(), c.metric.clone()];
+        row.extend([c.measured.to_string(), c.runs.to_string()]);
+        row.extend(three(c.mean));
+        row.push(one(c.median));
+        row.extend(on(c.valid.as_ref()));
+        row.extend(on(c.common.as_ref()));
+        row.extend(three(c.difference));
+        let published = c.published.as_ref();
+        row.push(one(published.map(|p| p.value.get())));
+        row.push(published.map_or(String::new(), |p| p.source.clone()));
+        row
+    });
+    csv::text(CSV_TITLES, rows)
 }

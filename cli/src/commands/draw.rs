@@ -1,6 +1,6 @@
 //! `monorig draw`: scenarios drawn at random.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::files::prepare;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -22,9 +22,9 @@ Examples:
 The same ranges and seed give the same files. Track and sensor sheet of each
 scenario are in OUT/parts.";
 
-/// `monorig draw`
-#[derive(Debug, clap::Args)]
-#[command(after_help = DRAW_EXAMPLES)]
+/// Draw scenarios at random: courses that no estimator was tuned on.
+#[derive(Debug, clap::Parser)]
+#[command(name = "draw", after_help = DRAW_EXAMPLES)]
 pub struct DrawArgs {
     /// File of ranges
     #[arg(default_value = "assets/ranges/roadway.yaml")]
@@ -32,7 +32,7 @@ pub struct DrawArgs {
     /// Seed of the first course; each further one has the next
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// How many courses
+    /// Number of courses
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub count: u64,
     /// Folder the scenarios go to
@@ -40,8 +40,14 @@ pub struct DrawArgs {
     pub out: PathBuf,
 }
 
+impl Command for DrawArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        draw(self, program.registry)
+    }
+}
+
 /// Draw, write, and check what was written.
-pub fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let ranges = RangesFile::load(&task.file)?;
     ranges.check(&task.file, registry)?;
     std::fs::create_dir_all(&task.out).map_err(|source| CliError::Out {
@@ -69,7 +75,7 @@ pub fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     Ok(CommandOutcome::Held)
 }
 
-/// Refuse to replace a file that says something else.
+/// Refuses to replace a file with another content.
 fn keep(place: &Path, text: &str) -> Result<(), CliError> {
     match std::fs::read(place) {
         Ok(there) if there != text.as_bytes() => Err(input_error(

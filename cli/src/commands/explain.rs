@@ -1,9 +1,8 @@
 //! `monorig explain`: which source of error makes how much of a run's errors.
 
-use crate::CommandOutcome;
-use crate::commands::report;
-use crate::commands::shared::{Jobs, seeds};
-use crate::files::prepare;
+use crate::arguments::{Jobs, seeds};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::{prepare, report};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -34,9 +33,9 @@ and all at once; then with more excitation. The table goes to the terminal, and
 as explain.json into the folder of the run, whose report.html is written anew
 with table and plots.";
 
-/// `monorig explain`
-#[derive(Debug, clap::Args)]
-#[command(after_help = EXPLAIN_EXAMPLES)]
+/// Show how much of a run's errors each source of error makes.
+#[derive(Debug, clap::Parser)]
+#[command(name = "explain", after_help = EXPLAIN_EXAMPLES)]
 pub struct ExplainArgs {
     /// Folder of a run
     pub run: PathBuf,
@@ -53,8 +52,14 @@ pub struct ExplainArgs {
 /// Seeds without `--seeds`.
 const SEEDS: u64 = 5;
 
+impl Command for ExplainArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        explain(self, program.registry)
+    }
+}
+
 /// Make the runs, and show what each source makes of the errors.
-pub fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let manifest = Manifest::read(&task.run.join(manifest::NAME))?;
     let file = scenario_file(task, &manifest)?;
     let changes = changes(task, &manifest)?;
@@ -72,7 +77,7 @@ pub fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome
     if budget.errors.is_empty() {
         return Err(nothing(task, &runs));
     }
-    let json = serde_json::to_string_pretty(&budget).map_err(CliError::Json)?;
+    let json = serde_json::to_string_pretty(&budget).map_err(CliError::json)?;
     output::write(&task.run.join(explain::NAME), &(json + "\n"))?;
     let page = report::of_run(&task.run)?;
     output::print(&text(&budget))?;
@@ -99,13 +104,13 @@ fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
             "a run of a scenario with `estimators`",
         ),
     };
-    CliError::Name {
+    CliError::Refused {
         message: format!("{run}: there are no errors to explain: {message}"),
         help: help.into(),
     }
 }
 
-/// What was changed against the scenario file in this run.
+/// Changes to the scenario file in this run.
 fn changes(task: &ExplainArgs, manifest: &Manifest) -> Result<Vec<(String, String)>, CliError> {
     let pairs = manifest.changes.iter().map(|change| {
         let pair = change.split_once('=');
@@ -128,7 +133,7 @@ fn asked_seeds(task: &ExplainArgs, first: u64) -> Result<Vec<u64>, CliError> {
     let Some(text) = &task.seeds else {
         return Ok((first..first.saturating_add(SEEDS)).collect());
     };
-    let parsed = Seeds::parse(text).map_err(|message| CliError::Name {
+    let parsed = Seeds::parse(text).map_err(|message| CliError::Refused {
         message,
         help: "--seeds 7, 1..20 or 1,5,9".into(),
     })?;
@@ -155,7 +160,7 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
         .into_iter()
         .flat_map(|f| below(f, &name));
     let mut same = candidates.filter(|file| sum(file).ok().as_ref() == wanted);
-    let found = same.next().ok_or_else(|| CliError::Name {
+    let found = same.next().ok_or_else(|| CliError::Refused {
         message: format!(
             "there is no {name} as it was in this run, here or in the folder scenarios"
         ),

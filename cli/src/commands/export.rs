@@ -1,6 +1,6 @@
 //! `monorig export`: a run as a log.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
@@ -21,9 +21,9 @@ Examples:
 Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit;
 CAN signals have steps.";
 
-/// `monorig export`
-#[derive(Debug, clap::Args)]
-#[command(after_help = EXPORT_EXAMPLES)]
+/// Write a run as a recorded log, with the map that replays it.
+#[derive(Debug, clap::Parser)]
+#[command(name = "export", after_help = EXPORT_EXAMPLES)]
 pub struct ExportArgs {
     /// Folder of a run that has kept its samples
     pub run: PathBuf,
@@ -62,8 +62,14 @@ impl FormatChoice {
     }
 }
 
+impl Command for ExportArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        export(self)
+    }
+}
+
 /// Write the log.
-pub fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
+fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
     let format = task.to.format();
     let out = task.out.clone().unwrap_or_else(|| {
         let mut last = task

@@ -1,6 +1,6 @@
 //! `monorig inspect`: what is in a recorded log.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
 use monorig_logs::check::{Inspection, TableReport, inspect};
@@ -20,9 +20,9 @@ Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64,
 TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
 the feature `blf`.";
 
-/// `monorig inspect`
-#[derive(Debug, clap::Args)]
-#[command(after_help = INSPECT_EXAMPLES)]
+/// Show what is in a recorded log, and propose a map file for it.
+#[derive(Debug, clap::Parser)]
+#[command(name = "inspect", after_help = INSPECT_EXAMPLES)]
 pub struct InspectArgs {
     /// The log
     pub log: PathBuf,
@@ -41,8 +41,14 @@ fn time_unit(text: &str) -> Result<TimeUnit, String> {
     serde_json::from_value(text.into()).map_err(|_| "write s, ms, us, ns or iso8601".to_owned())
 }
 
+impl Command for InspectArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        run(self)
+    }
+}
+
 /// Show what is in the log.
-pub fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
+fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
     let options = ReadOptions {
         time: task.time.clone(),
         unit: task.unit,

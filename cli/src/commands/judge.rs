@@ -1,11 +1,10 @@
 //! `monorig judge`: estimates made elsewhere, judged beside ours.
 
-use crate::CommandOutcome;
-use crate::commands::replay::{Playing, play};
-use crate::commands::run::{VIEWER, address, prepare_out};
-use crate::commands::shared::{Out, assignment};
+use crate::arguments::{Out, VIEWER, address, assignment};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out::prepare_out;
+use crate::recording::play::{Playing, play};
 use crate::ui::errors::CliError;
-use clap::Args;
 use monorig_logs::export::{ExportFormat, export};
 use monorig_logs::map::Map;
 use monorig_logs::replay::EstimatesFile;
@@ -28,14 +27,14 @@ effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg
 and …_valid (0 or 1) if there are. Times are those of the run or of the log's
 clock. Results are those of `monorig replay`.";
 
-/// `monorig judge`
-#[derive(Debug, Args)]
-#[command(after_help = JUDGE_EXAMPLES)]
+/// Judge estimates made elsewhere beside ours, over a run or a log.
+#[derive(Debug, clap::Parser)]
+#[command(name = "judge", after_help = JUDGE_EXAMPLES)]
 pub struct JudgeArgs {
     /// Folder of a run that has kept its samples, or a log
     #[arg(value_name = "RUN|LOG")]
     pub what: PathBuf,
-    /// What the columns of a log measure; not of a run
+    /// Map file: the quantities in the columns of a log; not of a run
     #[arg(long, value_name = "MAP")]
     pub map: Option<PathBuf>,
     /// Table of the estimates: CSV, Parquet or any format of a log
@@ -61,8 +60,14 @@ pub struct JudgeArgs {
     pub sets: Vec<(String, String)>,
 }
 
+impl Command for JudgeArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        judge(self, program.registry)
+    }
+}
+
 /// Play the log with the estimates beside ours.
-pub fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let file = EstimatesFile::load(&task.estimates)?;
     let options = ReplayOptions {
         judged: vec![(task.name.clone(), file)],

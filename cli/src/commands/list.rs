@@ -1,6 +1,6 @@
 //! `monorig list`: the names there are, each with its unit, its range and one sentence.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
 use crate::ui::output;
@@ -26,17 +26,17 @@ Examples:
 /// Widest line.
 const WIDTH: usize = 80;
 
-/// `monorig list`
-#[derive(Debug, clap::Args)]
-#[command(after_help = LIST_EXAMPLES)]
+/// List estimators, parameters, metrics, channels, faults, sensors or scenarios.
+#[derive(Debug, clap::Parser)]
+#[command(name = "list", after_help = LIST_EXAMPLES)]
 pub struct ListArgs {
-    /// What to list
+    /// Names to list
     pub what: Listed,
     /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]
     pub of: Option<String>,
 }
 
-/// What can be listed.
+/// The lists there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Listed {
     /// Types of estimators
@@ -64,8 +64,14 @@ struct Entry {
     sentence: String,
 }
 
+impl Command for ListArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        list(self, program.registry)
+    }
+}
+
 /// Print the list.
-pub fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let entries = match task.what {
         Listed::Estimators => {
             let types = registry.estimators().iter();
@@ -95,12 +101,12 @@ pub fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 }
 
 fn parameters(of: Option<&str>, registry: &Registry) -> Result<Vec<Entry>, CliError> {
-    let refused = |refusal: Refusal| CliError::Name {
+    let refused = |refusal: Refusal| CliError::Refused {
         message: refusal.message,
         help: refusal.help,
     };
     let Some(name) = of else {
-        return Err(CliError::Name {
+        return Err(CliError::Refused {
             message: "of which estimator or controller?".into(),
             help: "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names".into(),
         });

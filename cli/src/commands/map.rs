@@ -1,6 +1,7 @@
 //! `monorig map`: the surveyed profile of the rail that a run has gone over.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::report;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
@@ -28,9 +29,9 @@ the heading against the first place with its own. Rail before the start and
 beyond the end goes on at the first and the last grade and heading, with a
 standard deviation of 1.1°.";
 
-/// `monorig map`
-#[derive(Debug, clap::Args)]
-#[command(after_help = MAP_EXAMPLES)]
+/// Write the profile of the rail that a run or a recorded log went over, as a track file.
+#[derive(Debug, clap::Parser)]
+#[command(name = "map", after_help = MAP_EXAMPLES)]
 pub struct MapArgs {
     /// Folder of a run or of a replay
     pub run: PathBuf,
@@ -57,8 +58,14 @@ pub struct MapArgs {
     pub out: PathBuf,
 }
 
+impl Command for MapArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        map(self)
+    }
+}
+
 /// Read the run, write the map, and check that it is a track.
-pub fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
+fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
     let wrong =
         |message: String, help: &str| CliError::from(input_error(&task.run, "", message, help));
     if !(task.every >= 0.05 && task.every <= 10.0) {
@@ -103,7 +110,7 @@ pub fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
     Ok(CommandOutcome::Held)
 }
 
-/// The line of the track file that says what the vehicle runs on.
+/// Writes the line of the track file for the rail profile or the width of the road.
 fn section(task: &MapArgs) -> Result<String, CliError> {
     if let Some(width) = task.road_width {
         return Ok(format!("road_width_m: {width}"));
@@ -120,11 +127,11 @@ fn section(task: &MapArgs) -> Result<String, CliError> {
     let full = std::path::absolute(profile).unwrap_or(profile.clone());
     let folder = task.out.parent().unwrap_or(Path::new(""));
     let folder = std::path::absolute(Path::new(".").join(folder)).unwrap_or_default();
-    let name = super::report::relative(&folder, &full);
+    let name = report::relative(&folder, &full);
     Ok(format!("profile: {}", serde_json::Value::from(name)))
 }
 
-/// What the map is, in a few lines.
+/// Describes the map in a line.
 fn text(points: &[MapPoint], out: &Path) -> String {
     let read: Vec<&MapPoint> = points.iter().filter(|p| p.read).collect();
     let (first, last) = (

@@ -1,24 +1,27 @@
 //! `monorig merge`: the shards of a study or of a test put together.
 
-use crate::CommandOutcome;
-use crate::commands::study::print_results;
-use crate::commands::test::lines;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::prose::counted;
+use crate::verdicts::lines;
+use crate::verdicts::study::print_results;
 use monorig_lab::batch::{self, test_shards};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use std::path::PathBuf;
 
-/// `monorig merge`
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+/// Put the shards of a study together.
+#[derive(Debug, clap::Parser)]
+#[command(
+    name = "merge",
+    after_help = "Examples:
   monorig merge runs/spread/results.*-of-5.jsonl --into runs/spread/results.jsonl      shards of a study
   monorig merge shard-*.json --into verdicts.json                                      shards of `monorig test --shard K/N --json FILE`
 
-Shards of another program, of other files, or made on a machine that computes other bits are refused.")]
+Shards of another program, of other files, or made on a machine that computes other bits are refused."
+)]
 pub struct MergeArgs {
     /// Results of all shards of a study, or of a test
     #[arg(required = true)]
@@ -28,8 +31,14 @@ pub struct MergeArgs {
     pub into: PathBuf,
 }
 
+impl Command for MergeArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        merge(self)
+    }
+}
+
 /// Put the shards together, and print what all runs have come to.
-pub fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
+fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let of_test = |path: &PathBuf| {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("json"))
@@ -46,7 +55,7 @@ pub fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
 fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let verdicts = test_shards::merge_tests(&task.parts, &task.into)?;
     let all: Vec<&ScenarioVerdict> = verdicts.iter().collect();
-    let text = test_shards::json(&all, &identity(), None).map_err(CliError::Json)?;
+    let text = test_shards::json(&all, &identity(), None).map_err(CliError::json)?;
     output::write(&task.into, &text)?;
     let width = all.iter().map(|v| v.scenario.chars().count()).max();
     for verdict in &verdicts {

@@ -3,7 +3,8 @@
 mod view;
 mod web_viewer;
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::report::link;
 use crate::files::results;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -13,7 +14,7 @@ use monorig_lab::reports::{run, study};
 use monorig_sim::config::file::{input_error, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use view::Recording;
 
 const REPORT_EXAMPLES: &str = "\
@@ -36,11 +37,12 @@ and the recordings inside, runs/minimal/1/view.html, for a current browser on a
 computer; the viewer is taken from the Python package rerun-sdk, which must be
 installed.";
 
-/// `monorig report`
-#[derive(Debug, clap::Args)]
-#[command(after_help = REPORT_EXAMPLES)]
+/// Write a report as one HTML file.
+#[derive(Debug, clap::Parser)]
+#[command(name = "report", after_help = REPORT_EXAMPLES)]
 pub struct ReportArgs {
-    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or of a study
+    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or
+    /// of a study
     #[arg(required = true, num_args = 1..=2, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
     /// Write the report here instead of into or beside what it is about
@@ -54,8 +56,14 @@ pub struct ReportArgs {
     pub viewer: Option<PathBuf>,
 }
 
-/// Write a report. Its exit code says whether it could be written, not whether what it is about held.
-pub fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
+impl Command for ReportArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        report(self)
+    }
+}
+
+/// Writes a report. The exit code is 0 once it is written, also where an expectation of the run failed.
+fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     let (html, out) = match task.paths.as_slice() {
         _ if task.view => view(task)?,
         [path] if path.is_dir() => {
@@ -90,7 +98,7 @@ fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
     if let [a, b] = recordings.as_slice()
         && a.name == b.name
     {
-        return Err(CliError::Name {
+        return Err(CliError::Refused {
             message: format!(
                 "both recordings are called {}: the viewer would take them for one",
                 a.name
@@ -127,7 +135,7 @@ fn recording(run: &Path) -> Result<Recording, CliError> {
     })
 }
 
-/// What the recording of a run is called: scenario with variant, and seed.
+/// Name of the recording of a run: scenario with variant, and seed.
 fn recording_name(run: &Path) -> Result<String, CliError> {
     let manifest = Manifest::read(&run.join(manifest::NAME))?;
     Ok(format!("{}-{}", manifest.scenario, manifest.seed))
@@ -136,63 +144,4 @@ fn recording_name(run: &Path) -> Result<String, CliError> {
 /// The folder that a file is in.
 fn folder_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
-}
-
-/// Write the report of a run into its folder; returns where it is.
-pub fn of_run(folder: &Path) -> Result<PathBuf, CliError> {
-    let out = folder.join("report.html");
-    output::write(&out, &run::page(folder, &link(folder, folder))?.to_html())?;
-    Ok(out)
-}
-
-/// How a file in one folder names another folder: empty if they are the same, else with a slash at its end.
-fn link(from: &Path, to: &Path) -> String {
-    let (from, to) = (absolute(from), absolute(to));
-    let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
-    let up = from.iter().skip(common).map(|_| "..".to_owned());
-    let down = to.iter().skip(common).cloned();
-    up.chain(down).map(|part| part + "/").collect()
-}
-
-/// How a file in a folder names another file; both absolute.
-pub fn relative(folder: &Path, file: &Path) -> String {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    link(folder, file.parent().unwrap_or(Path::new("/"))) + &name
-}
-
-/// Names of the folders from the root on, links followed as far as the folder exists.
-fn absolute(path: &Path) -> Vec<String> {
-    let path = match path.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => path,
-    };
-    let full: PathBuf = path
-        .canonicalize()
-        .or_else(|_| std::path::absolute(path))
-        .unwrap_or(path.into());
-    let parts = full.components().filter(|c| *c != Component::CurDir);
-    parts
-        .map(|c| c.as_os_str().to_string_lossy().into_owned())
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn links_lead_from_the_report_to_the_run() {
-        for (from, to, expected) in [
-            ("runs/a/1", "runs/a/1", ""),
-            ("", "runs/a/1", "runs/a/1/"),
-            ("reports", "runs/a/1", "../runs/a/1/"),
-            ("runs/a", "runs/a/1/", "1/"),
-        ] {
-            assert_eq!(
-                link(Path::new(from), Path::new(to)),
-                expected,
-                "{from} {to}"
-            );
-        }
-    }
 }

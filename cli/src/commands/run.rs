@@ -1,24 +1,24 @@
 //! `monorig run`: simulate a scenario and report.
 
-use crate::CommandOutcome;
-use crate::commands::shared::{Out, assignment, seeds};
+use crate::arguments::{Out, VIEWER, address, assignment, seeds};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out::prepare_out;
 use crate::files::prepare;
-use crate::pace;
-use crate::simulate::{RecordOptions, simulate};
+use crate::recording::pace;
+use crate::recording::simulate::{RecordOptions, simulate};
+use crate::recording::variant::{self, Variant};
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::summary;
-use crate::variant::{self, Variant};
 use clap::ValueEnum;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Seeds;
-use monorig_sim::record::whole;
-use std::net::{SocketAddr, ToSocketAddrs};
-use std::path::{Path, PathBuf};
+use std::net::SocketAddr;
+use std::path::PathBuf;
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -41,9 +41,9 @@ the changes.";
 /// Key of a scenario's seeds.
 const SEEDS: &str = "seeds";
 
-/// `monorig run`
-#[derive(Debug, clap::Args)]
-#[command(after_help = RUN_EXAMPLES)]
+/// Simulate a scenario: train, sensors, estimators and controller in closed loop.
+#[derive(Debug, clap::Parser)]
+#[command(name = "run", after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "FILE")]
@@ -66,8 +66,8 @@ pub struct RunArgs {
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate too, instead of at half
-    /// of it after two hours (360 000 rows), a quarter after four …
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate
+    /// too, instead of at half of it after two hours (360 000 rows), a quarter after four …
     #[arg(long)]
     pub full_rate: bool,
     /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it
@@ -99,16 +99,7 @@ impl RunArgs {
     }
 }
 
-/// Where a Rerun viewer listens unless told otherwise.
-pub const VIEWER: &str = "127.0.0.1:9876";
-
-/// An address as HOST:PORT.
-pub fn address(text: &str) -> Result<SocketAddr, String> {
-    let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
-    found.ok_or_else(|| format!("write HOST:PORT, such as {VIEWER}"))
-}
-
-/// What moves the train.
+/// The plant that moves the train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PlantChoice {
     /// Rigid bodies in rapier
@@ -117,9 +108,15 @@ pub enum PlantChoice {
     PointMass,
 }
 
-/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and comparisons. Nothing is
-/// written before the whole input has been found good.
-pub fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+impl Command for RunArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        run(self, program.registry)
+    }
+}
+
+/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and
+/// comparisons. Nothing is written before the whole input has been found good.
+fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let overrides = task.overrides();
     let variant = Variant::new(&overrides, task.name.as_deref());
     let mut simulations = Vec::new();
@@ -186,16 +183,4 @@ fn one(simulation: Simulation, options: &RecordOptions<'_>) -> Result<CommandOut
         true => CommandOutcome::Held,
         false => CommandOutcome::Failed,
     })
-}
-
-/// The folder for results is there and can be written, found out before a long run and not after it.
-pub fn prepare_out(out: &Path) -> Result<(), CliError> {
-    let refused = |source| CliError::Out {
-        path: out.into(),
-        source,
-    };
-    std::fs::create_dir_all(out).map_err(refused)?;
-    let probe = out.join(format!(".monorig-{}", whole::unique()));
-    std::fs::write(&probe, b"can this be written?").map_err(refused)?;
-    std::fs::remove_file(&probe).map_err(refused)
 }

@@ -1,7 +1,7 @@
 //! `monorig runs`: what is in the folder for results.
 
-use crate::CommandOutcome;
-use crate::commands::shared::Out;
+use crate::arguments::Out;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::tables::{lines, right, table, within_terminal};
@@ -20,9 +20,9 @@ Examples:
 A name with an @ is a variant: below it stands what was changed against the
 scenario file.";
 
-/// `monorig runs`
-#[derive(Debug, clap::Args)]
-#[command(after_help = RUNS_EXAMPLES)]
+/// List the runs in the folder for results, with what tells variants apart.
+#[derive(Debug, clap::Parser)]
+#[command(name = "runs", after_help = RUNS_EXAMPLES)]
 pub struct RunsArgs {
     /// Folder to list, as --out; without it that of the results
     #[arg(value_name = "DIR", conflicts_with = "out")]
@@ -43,11 +43,17 @@ struct Found {
     changes: Vec<String>,
 }
 
+impl Command for RunsArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        runs(self)
+    }
+}
+
 /// List the runs, by name and seed.
-pub fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
+fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
     let out = task.folder.clone().unwrap_or_else(|| task.out.get());
     if out.exists() && !out.is_dir() {
-        return Err(CliError::Name {
+        return Err(CliError::Refused {
             message: format!("{} is a file", out.display()),
             help: "name the folder that `monorig run --out` was given".into(),
         });
@@ -96,7 +102,7 @@ fn text(found: &[Found]) -> String {
     text
 }
 
-/// What is known of a run; what cannot be read says so in its row.
+/// Reads the row of a run; one that cannot be read gets a row with the word for it.
 fn read(name: &str, folder: &Path) -> Found {
     let seed = folder.file_name().unwrap_or_default().to_string_lossy();
     let manifest = Manifest::read(&folder.join(manifest::NAME));

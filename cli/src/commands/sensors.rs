@@ -1,6 +1,6 @@
 //! `monorig sensors`: figures of real instruments.
 
-use crate::CommandOutcome;
+use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::{output, tables};
@@ -25,15 +25,16 @@ SI units. The file has the names of its columns in the first line. White noise,
 bias instability and random walk are those of IEEE Std 952-1997, annex C, fitted
 to the overlapping Allan deviation.";
 
-/// `monorig sensors`
-#[derive(Debug, clap::Args)]
+/// Show the figures of real instruments from their recordings.
+#[derive(Debug, clap::Parser)]
+#[command(name = "sensors")]
 pub struct SensorsArgs {
-    /// What to do
+    /// Task
     #[command(subcommand)]
     pub command: SensorsCommand,
 }
 
-/// What can be done with recordings of instruments.
+/// Tasks for recordings of instruments.
 #[derive(Debug, clap::Subcommand)]
 pub enum SensorsCommand {
     /// Fit noise density, bias instability, random walk and vibration to a recording, in the keys of a sensor sheet
@@ -66,8 +67,14 @@ pub struct FitArgs {
     pub out: Option<PathBuf>,
 }
 
+impl Command for SensorsArgs {
+    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        sensors(self)
+    }
+}
+
 /// Do it.
-pub fn sensors(task: &SensorsArgs) -> Result<CommandOutcome, CliError> {
+fn sensors(task: &SensorsArgs) -> Result<CommandOutcome, CliError> {
     match &task.command {
         SensorsCommand::Fit(args) => fit_file(args),
     }

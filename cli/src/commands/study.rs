@@ -1,22 +1,16 @@
 //! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
 
-use crate::CommandOutcome;
-use crate::commands::shared::{Expect, Jobs, Out, shard};
+use crate::arguments::{Expect, Jobs, Out, shard};
+use crate::command::{Command, CommandOutcome, Program};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
-use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::prose::paragraph;
-use crate::ui::tables::{grouped, number};
-use monorig_lab::batch::lines::Lines;
+use crate::verdicts::study::print_results;
 use monorig_lab::batch::{Plan, ResultStore, Shard, in_order, run_one};
-use monorig_lab::verdicts::run_result::RunResult;
-use monorig_lab::verdicts::verdict::{Check, Tally};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::record::inputs;
-use std::path::Path;
 use std::path::PathBuf;
 
 const STUDY_EXAMPLES: &str = "\
@@ -34,9 +28,9 @@ and input files are the same (copies of these are kept in OUT/<study>/inputs).
 The results are the same bytes whatever --jobs, whether it was interrupted or
 not, and whether it was run whole or in shards and merged.";
 
-/// `monorig study`
-#[derive(Debug, clap::Args)]
-#[command(after_help = STUDY_EXAMPLES)]
+/// Run a scenario many times with drawn values (Monte Carlo); a study that was stopped goes on.
+#[derive(Debug, clap::Parser)]
+#[command(name = "study", after_help = STUDY_EXAMPLES)]
 pub struct StudyArgs {
     /// Study file
     pub file: PathBuf,
@@ -52,8 +46,14 @@ pub struct StudyArgs {
     pub out: Out,
 }
 
+impl Command for StudyArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        study(self, program.registry)
+    }
+}
+
 /// Make the runs that are not there yet, then print what all of them have come to.
-pub fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let plan = Plan::load(&task.file, registry)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);
     let name = match shard {
@@ -95,96 +95,4 @@ fn make(
         progress.at(store.rows() as f64 / all as f64);
         Ok::<(), CliError>(())
     })
-}
-
-/// Metrics printed of each estimator.
-const SHOWN: &[&str] = &[
-    "mass_rmse_kg",
-    "mass_error_converged_rel_max",
-    "slope_rmse_deg",
-    "slope_error_p95_deg",
-];
-
-/// A metric of an estimator over the runs read so far.
-struct Column {
-    estimator: String,
-    metric: &'static str,
-    values: Vec<f64>,
-}
-
-/// Read the results back and print what they have come to.
-pub fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
-    let (mut tally, mut runs) = (Tally::default(), 0);
-    let mut columns: Vec<Column> = Vec::new();
-    for line in Lines::open(path)?.skip(1) {
-        let result: RunResult = serde_json::from_str(&line?).map_err(CliError::Json)?;
-        runs += 1;
-        tally.add(&result);
-        for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {
-            for metric in SHOWN {
-                let value = values.get(*metric).copied().flatten();
-                push(&mut columns, name, metric, value);
-            }
-        }
-    }
-    output::print(&format!("{}\n\n", spread(&columns, runs)))?;
-    let checks = tally.checks();
-    let failing: Vec<&Check> = checks.iter().filter(|c| !c.held).collect();
-    for check in &failing {
-        output::verdicts(&format!(
-            "{}\n",
-            paragraph(&format!("FAILED  {}", check.reason()), "")
-        ))?;
-    }
-    output::print(&format!(
-        "{runs} runs: {} of {} checks held\n",
-        checks.len() - failing.len(),
-        checks.len()
-    ))?;
-    Ok(match failing.len() {
-        0 => CommandOutcome::Held,
-        _ => CommandOutcome::Failed,
-    })
-}
-
-fn push(columns: &mut Vec<Column>, estimator: &str, metric: &'static str, value: Option<f64>) {
-    let known = columns
-        .iter()
-        .position(|c| c.estimator == estimator && c.metric == metric);
-    let place = known.unwrap_or_else(|| {
-        columns.push(Column {
-            estimator: estimator.to_owned(),
-            metric,
-            values: Vec::new(),
-        });
-        columns.len() - 1
-    });
-    if let (Some(column), Some(value)) = (columns.get_mut(place), value) {
-        column.values.push(value);
-    }
-}
-
-/// Median and tails of each column.
-fn spread(columns: &[Column], runs: u64) -> String {
-    let title = format!("over {runs} runs");
-    let titles = [&title, "measured", "5 %", "median", "95 %", "worst"];
-    let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
-    for column in columns {
-        let mut x = column.values.clone();
-        x.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (x.len().saturating_sub(1) as f64 * share).round() as usize;
-            x.get(place).map_or("-".to_owned(), |x| number(*x))
-        };
-        let mut row = vec![column.metric.to_owned(), x.len().to_string()];
-        row.extend([0.05, 0.5, 0.95, 1.0].map(at));
-        match groups
-            .iter_mut()
-            .find(|(name, _)| *name == column.estimator)
-        {
-            Some((_, rows)) => rows.push(row),
-            None => groups.push((column.estimator.clone(), vec![row])),
-        }
-    }
-    grouped(&titles, &groups)
 }

@@ -3,13 +3,12 @@
 mod baseline;
 mod figures;
 mod files;
-pub mod junit;
 mod keep;
-pub mod lines;
 
-use crate::CommandOutcome;
-use crate::commands::run::prepare_out;
-use crate::commands::shared::{Expect, Jobs, assignment, seeds, shard};
+use crate::arguments::{Expect, Jobs, assignment, metric, seeds, shard};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out::prepare_out;
+use crate::files::prepare;
 use crate::identity::identity;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
@@ -17,6 +16,7 @@ use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::{counted, paragraph};
+use crate::verdicts::{TestedScenario, junit, lines};
 use baseline::Baseline;
 use monorig_lab::batch::test_shards::{self, ShardHeader, ShardScenario};
 use monorig_lab::batch::{RunSpec, Shard, in_order, run_one};
@@ -49,9 +49,9 @@ anything valid or marks misleading values valid, when an expectation does not
 hold for as many seeds as it asks for (`quantile`; all without it), or when a
 known failure holds. Findings, worst first, stand above the checks that fail.";
 
-/// `monorig test`
-#[derive(Debug, clap::Args)]
-#[command(after_help = TEST_EXAMPLES)]
+/// Run scenarios over their seeds and judge what they expect.
+#[derive(Debug, clap::Parser)]
+#[command(name = "test", after_help = TEST_EXAMPLES)]
 pub struct TestArgs {
     /// Scenario files, or folders of them
     #[arg(default_value = "scenarios")]
@@ -73,11 +73,11 @@ pub struct TestArgs {
     /// Compare with what --json wrote for an earlier test; a metric that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
-    /// How much worse the mean over the seeds may be than in the baseline
+    /// Share by which the mean over the seeds may be worse than in the baseline
     #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = super::compare::metric)]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
     pub metrics: Vec<String>,
     /// Make only part K of N of the runs, for `monorig merge` to judge with the others
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
@@ -94,29 +94,25 @@ pub struct TestArgs {
 }
 
 /// A scenario to test.
-pub struct Case {
+struct Case {
     path: PathBuf,
     name: String,
     /// Its runs that are made here: place among all of its runs, and seed.
     runs: Vec<(u64, u64)>,
-    /// What shards are compared by.
+    /// The values by which shards are compared.
     of_shard: ShardScenario,
     /// Its files, as they were when it was checked.
     inputs: InputFiles,
 }
 
-/// A scenario tested.
-pub struct TestedScenario {
-    /// Its verdicts.
-    pub judged: ScenarioVerdict,
-    /// Why it could not be used, if it could not.
-    pub unusable: Option<String>,
-    /// Time its runs took together.
-    pub took: Duration,
+impl Command for TestArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        test(self, program.registry)
+    }
 }
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
-pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut overrides = task.sets.clone();
     let seeds = task.seeds.iter();
     overrides.extend(seeds.map(|seeds| ("seeds".to_owned(), seeds.clone())));
@@ -155,7 +151,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let mut tested = run(task, &cases, &changes, registry)?;
     if let Some(folder) = &task.keep_failed {
         for (one, case) in tested.iter().zip(&cases) {
-            keep::worst_run(one, case, &task.sets, folder, registry)?;
+            keep::worst_run(one, &case.path, &task.sets, folder, registry)?;
         }
     }
     let (worse, compared) = match &baseline {
@@ -177,7 +173,7 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
             .shard
             .map(|shard| ShardHeader::new(shard, identity(), scenarios()));
         let text = test_shards::json(&verdicts, &identity(), header.as_ref());
-        output::write(path, &text.map_err(CliError::Json)?)?;
+        output::write(path, &text.map_err(CliError::json)?)?;
     }
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
@@ -220,27 +216,9 @@ pub fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     }
 }
 
-impl TestedScenario {
-    /// A scenario that cannot be used: it fails, and has no run.
-    fn unusable(path: &Path, why: String) -> Self {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let mut judged = ScenarioVerdict::new(&name, Vec::new());
-        for check in &mut judged.checks {
-            check.what = "the scenario".into();
-            check.bound = "can be used".into();
-            check.worst = Some(why.clone());
-        }
-        Self {
-            judged,
-            unusable: Some(why),
-            took: Duration::ZERO,
-        }
-    }
-}
-
 /// Everything about a scenario that can be found wrong without running it is found here.
 fn case(path: &Path, changes: &Sets, registry: &Registry) -> Result<Case, Error> {
-    let simulation = crate::files::prepare::changed(path, changes, registry)?;
+    let simulation = prepare::changed(path, changes, registry)?;
     let scenario = &simulation.scenario;
     scenario.inputs().seal();
     Ok(Case {
@@ -304,14 +282,17 @@ fn run(
         {
             let (runs, took) = std::mem::take(&mut waiting);
             let judged = ScenarioVerdict::new(&case.name, runs);
-            let unusable = None;
-            let one = TestedScenario {
-                judged,
-                unusable,
-                took,
-            };
+            let one = TestedScenario::new(judged, took);
             refusals(&one, case);
-            let text = lines::text(&one, case, width.unwrap_or(0), &task.sets);
+            let text = lines::judged(
+                &one.judged,
+                Some(lines::Made {
+                    path: &case.path,
+                    took,
+                }),
+                width.unwrap_or(0),
+                &task.sets,
+            );
             progress.aside(|| output::verdicts(&text))?;
             tested.push(one);
             skip_empty(&mut tested, cases);
@@ -324,11 +305,8 @@ fn run(
 /// Scenarios none of whose runs are in this shard.
 fn skip_empty(tested: &mut Vec<TestedScenario>, cases: &[Case]) {
     while let Some(case) = cases.get(tested.len()).filter(|c| c.runs.is_empty()) {
-        tested.push(TestedScenario {
-            judged: ScenarioVerdict::new(&case.name, Vec::new()),
-            unusable: None,
-            took: Duration::ZERO,
-        });
+        let judged = ScenarioVerdict::new(&case.name, Vec::new());
+        tested.push(TestedScenario::new(judged, Duration::ZERO));
     }
 }
 

@@ -3,9 +3,9 @@
 mod recording;
 mod table;
 
-use crate::CommandOutcome;
-use crate::commands::run::prepare_out;
-use crate::commands::shared::{Jobs, Out};
+use crate::arguments::{Jobs, Out};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out::prepare_out;
 use crate::files::prepare;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
@@ -40,9 +40,9 @@ validation.json and sensitivity.json, and, with the viewer built in,
 before_after.rrd to open in Rerun: a validation run with defaults, published
 constants and winner side by side.";
 
-/// `monorig tune`
-#[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+/// Search for the parameters of an estimator that are best over many runs.
+#[derive(Debug, clap::Parser)]
+#[command(name = "tune", after_help = EXAMPLES)]
 pub struct TuneArgs {
     /// Study file
     pub file: PathBuf,
@@ -70,8 +70,14 @@ pub struct TuneArgs {
     pub cache: Option<PathBuf>,
 }
 
+impl Command for TuneArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        tune(self, program.registry)
+    }
+}
+
 /// Run a study. Nothing is written before the whole input has been found good.
-pub fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let study = prepare::tuning(&task.file, registry)?;
     let out = task.out.get();
     let jobs = task.jobs.get().get();

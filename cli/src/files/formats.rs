@@ -29,7 +29,7 @@ use std::path::Path;
 /// A kind of file of ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FileKind {
-    /// What to run
+    /// A run: track, train, drive cycle, sensors, estimators, expectations
     Scenario,
     /// A rail
     Track,
@@ -45,29 +45,29 @@ pub enum FileKind {
     RailProfile,
     /// Parameters of an estimator
     Parameters,
-    /// What to tune
+    /// A search for parameters
     Tuning,
     /// A scenario run many times with drawn values
     Study,
-    /// What scenarios are drawn from
+    /// Ranges that scenarios are drawn from
     Ranges,
-    /// What the columns of a recorded log measure
+    /// Quantities in the columns of a recorded log
     Map,
 }
 
-/// What is known of a kind.
+/// A file format: its name, its keys, its check.
 pub struct FileFormat {
     /// The kind.
     pub kind: FileKind,
     /// Its name on the command line.
     pub name: &'static str,
-    /// What it is for.
+    /// Its purpose.
     pub about: &'static str,
     /// Keys by which a file of the kind is recognised: the kind with most of them in the file.
     pub telling: &'static [&'static str],
     /// Its JSON Schema, of all estimators and controllers.
     schema: fn() -> Schema,
-    /// Where in the schema the name of a type stands, and of which one.
+    /// Places of names in the schema, with the types they name.
     names: &'static [(&'static str, TypeNames)],
     /// Reads and checks a file and every file it names.
     pub check: fn(&Path, &Registry) -> Result<(), Error>,
@@ -288,7 +288,7 @@ impl TypeNames {
     }
 }
 
-/// What is known of one kind.
+/// Returns the format of a kind.
 pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
     KINDS.iter().find(|row| row.kind == kind)
 }

@@ -1,6 +1,10 @@
 //! Files named on the command line: what kinds there are, how each is checked, what a run has left behind.
 
-pub mod formats;
-pub mod prepare;
-pub mod results;
-pub mod written;
+pub(crate) mod broken;
+pub(crate) mod csv;
+pub(crate) mod formats;
+pub(crate) mod out;
+pub(crate) mod prepare;
+pub(crate) mod report;
+pub(crate) mod results;
+pub(crate) mod written;

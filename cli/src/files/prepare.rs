@@ -9,8 +9,8 @@ use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the simulation of
-/// the first of its seeds.
+/// Read a scenario with `--set` applied, and every file it names; check them against each other by building the
+/// simulation of the first of its seeds.
 pub fn simulation(
     path: &Path,
     overrides: &[(String, String)],
@@ -19,7 +19,7 @@ pub fn simulation(
     changed(path, &Sets::new(overrides), registry)
 }
 
-/// The same with changes that may have been written elsewhere.
+/// Reads and checks a scenario with changes that may come from another file.
 pub fn changed(path: &Path, changes: &Sets, registry: &Registry) -> Result<Simulation, Error> {
     let scenario = Scenario::load_with(path, changes)?;
     expected::check(&scenario)?;

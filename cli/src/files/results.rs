@@ -1,5 +1,6 @@
 //! Reading back what was written: is it there, whole, and ours?
 
+use crate::files::broken::{MAKE_AGAIN, broken};
 use crate::files::written;
 use crate::viewer;
 use monorig_lab::explain::Budget;
@@ -7,31 +8,28 @@ use monorig_lab::reports::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
 use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::config::file::{read_result, regular};
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
 use std::path::Path;
-
-/// Help for a result that cannot be used.
-pub const MAKE_AGAIN: &str = "make it again with `monorig run`";
 
 /// A kind of file that a command leaves behind.
 pub struct ResultKind {
     /// Its name in messages.
     pub name: &'static str,
-    /// What its file name ends with.
+    /// End of its file name.
     ending: &'static str,
-    /// Reads all of it, and says what is in it.
+    /// Reads all of it, and describes its content.
     pub read: Read,
-    /// Whether a run has left it, with its check sum in the manifest.
+    /// True for files of a run, whose check sums are in the manifest.
     pub of_run: bool,
 }
 
-/// Files of this ending are results only if they say so: a scenario may be written as JSON too.
+/// Files of this ending are results only if their key `kind` marks them: a scenario may be written as JSON too.
 const ANY_JSON: &str = ".json";
 
 const PARQUET: &str = ".parquet";
-/// What a run calls its channels.
+/// File name of the channels of a run.
 const CHANNELS: &str = "channels.parquet";
 
 /// The first that fits a name counts.
@@ -110,7 +108,7 @@ pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
     (found.ending != ANY_JSON || has_results(path)).then_some(found)
 }
 
-/// Whether a JSON file says that it is of `test --json` or `compare --json`.
+/// Returns whether a JSON file was written by `test --json` or `compare --json`.
 fn has_results(path: &Path) -> bool {
     let value = read_result(path).ok();
     let value = value.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
@@ -119,7 +117,7 @@ fn has_results(path: &Path) -> bool {
 
 fn recording(path: &Path) -> Result<String, Error> {
     regular(path)?;
-    viewer::read(path)
+    viewer::read(path, MAKE_AGAIN)
 }
 
 fn channels(path: &Path) -> Result<String, Error> {
@@ -189,7 +187,7 @@ fn budget(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Of a study, of `test --json` or of `compare --json`: what a report can be made of.
+/// Reads results of a study, of `test --json` or of `compare --json`.
 fn many_runs(path: &Path) -> Result<String, Error> {
     let page = study::page(path)?;
     Ok(format!("{}: {}", page.title, page.subtitle))
@@ -240,17 +238,4 @@ fn page(path: &Path) -> Result<String, Error> {
         (true, false) => Err(broken(path, "this page breaks off".into())),
         (false, _) => Err(broken(path, "this is not a page of ours".into())),
     }
-}
-
-/// A result that cannot be used.
-pub fn broken(path: &Path, message: String) -> Error {
-    InputError {
-        file: path.into(),
-        line: None,
-        column: None,
-        key: String::new(),
-        message,
-        help: MAKE_AGAIN.into(),
-    }
-    .into()
 }

@@ -1,9 +1,9 @@
 //! Files that commands write beside their results: tables, logs, verdicts for CI servers, copies of inputs.
 
-use crate::files::results::broken;
+use crate::files::broken::broken;
 use monorig_logs::check::inspect;
 use monorig_logs::drive::vehicle_file::VehicleFile;
-use monorig_logs::read::{ReadOptions, TimeUnit};
+use monorig_logs::read::{Database, ReadOptions, TimeUnit};
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;
@@ -49,10 +49,7 @@ pub fn log(path: &Path) -> Result<String, Error> {
     let found = inspect(path, &options).or_else(|e| inspect(path, &stamped).map_err(|_| e))?;
     let rows: u64 = found.tables.iter().map(|t| t.rows).sum();
     let tables = found.tables.len();
-    Ok(format!(
-        "{}, {tables} tables, {rows} rows",
-        found.format
-    ))
+    Ok(format!("{}, {tables} tables, {rows} rows", found.format))
 }
 
 /// The only file of this ending in the folder of a file.
@@ -82,7 +79,7 @@ pub fn junit(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Whether a file is called by a check sum, as the copies that a study keeps of its inputs.
+/// Returns whether a file is named by a check sum, as a study names the copies of its inputs.
 pub fn is_copy(name: &str) -> bool {
     name.len() == DIGITS && name.bytes().all(|b| b.is_ascii_hexdigit())
 }
@@ -100,7 +97,7 @@ pub fn copy(path: &Path) -> Result<String, Error> {
     }
 }
 
-/// What estimators are told about a vehicle.
+/// Checks a file of the nominal vehicle.
 pub fn vehicle(document: &Document) -> Result<String, Error> {
     let file: VehicleFile = document.parse()?;
     let help = "all of them, as `monorig export` writes them, or no layout";

@@ -38,7 +38,7 @@ fn line(line: &str) -> String {
     line.to_owned()
 }
 
-/// Whether a word ends here.
+/// Returns whether a word ends before `rest`.
 fn follows(rest: Option<&str>) -> bool {
     rest.is_some_and(|r| !r.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
 }

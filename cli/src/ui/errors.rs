@@ -1,16 +1,17 @@
 //! Errors for people: what is wrong, where, and what would be right.
 //!
-//! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column: …`.
+//! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column:
+//! …`.
 
 use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
 use monorig_lab::text::{marked, spelled_out};
-use monorig_sim::closed_loop::registry::RegistryError;
 use monorig_sim::error::{Error, InputError};
 use std::process::ExitCode;
 
-/// Why a task could not be done.
+/// The reason why a command could not do its task: exit code 2.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CliError {
     /// A file cannot be used, or the run broke down.
     #[error(transparent)]
@@ -18,9 +19,9 @@ pub enum CliError {
     /// `check` has found mistakes, and has shown them.
     #[error("{bad} of {all} files cannot be used")]
     BadFiles {
-        /// How many.
+        /// Number of files that cannot be used.
         bad: usize,
-        /// Of how many.
+        /// Number of files that were checked.
         all: usize,
     },
     /// Standard output cannot be written.
@@ -29,40 +30,53 @@ pub enum CliError {
     /// The reader of standard output has gone, as `head` does: no error.
     #[error("the reader of standard output has gone")]
     ReaderGone,
-    /// A value cannot be written as JSON.
-    #[error("cannot write JSON: {0}")]
-    Json(serde_json::Error),
-    /// Verdicts cannot be written as JUnit XML.
-    #[error("cannot write JUnit XML: {0}")]
-    Junit(quick_junit::SerializeError),
+    /// A value cannot be written in a format, for a reason.
+    #[error("cannot write {0}: {1}")]
+    NotWritten(&'static str, String),
+    /// The arguments of a command cannot be used.
+    #[error(transparent)]
+    Usage(clap::Error),
     /// The results cannot go where they should.
     #[error("results cannot go to {}: {}\n  help: name a folder that can be written with --out", .path.display(), why_not(.path, .source))]
     Out {
         /// The folder.
         path: std::path::PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// A name on the command line that means nothing.
+    /// Something on the command line that cannot be used.
     #[error("{message}\n  help: {help}")]
-    Name {
-        /// What is wrong.
+    Refused {
+        /// The mistake.
         message: String,
-        /// What would be right.
+        /// The right way.
         help: String,
     },
     /// Stopped from outside: counts as not run.
     #[error("interrupted: not everything was run; what was written up to there is whole")]
     Interrupted,
-    /// An estimator or controller of the program cannot be added.
+    /// An estimator, controller or command of the program cannot be added.
     #[error("this program is put together wrongly: {0}")]
-    Registry(RegistryError),
+    Program(String),
     /// A study stopped from outside, after so many trials.
     #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
     TuningInterrupted(usize),
 }
 
-/// Why a folder cannot be written: a file that is in its way, else what the system said.
+impl CliError {
+    /// Makes an error from what is wrong and what would be right.
+    pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (message, help) = (message.into(), help.into());
+        Self::Refused { message, help }
+    }
+
+    /// Makes the error of a value that cannot be written as JSON.
+    pub(crate) fn json(e: serde_json::Error) -> Self {
+        Self::NotWritten("JSON", e.to_string())
+    }
+}
+
+/// The reason why a folder cannot be written: a file that is in its way, else the error of the system.
 fn why_not(folder: &std::path::Path, source: &std::io::Error) -> String {
     match folder.ancestors().find(|part| part.is_file()) {
         Some(file) if file == folder => "it is a file".to_owned(),
@@ -114,7 +128,7 @@ fn shown(e: &InputError) -> InputError {
     }
 }
 
-/// Whether there was no room for what had to be written.
+/// Returns whether the error is a lack of room.
 fn full(e: &std::io::Error) -> bool {
     use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(e.kind(), StorageFull | QuotaExceeded | FileTooLarge)

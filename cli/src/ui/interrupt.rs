@@ -25,7 +25,7 @@ pub fn listen() {
     note(&format!("Ctrl-C will end the program at once: {why}"));
 }
 
-/// Whether Ctrl-C has not been pressed.
+/// Returns false once Ctrl-C was pressed.
 pub fn go_on() -> bool {
     !INTERRUPTED.load(Ordering::Relaxed)
 }

@@ -4,27 +4,27 @@ use crate::ui::terminal;
 use monorig_lab::text::spelled_out;
 use std::io::Write;
 
-/// Write a line to standard error, unless the user wants none: a failure to write is ignored. Names in it may come from files, so
-/// hidden characters are spelled out.
+/// Writes a line to standard error, except with -q. A failure to write is ignored. Names in it may come from
+/// files, so hidden characters are spelled out.
 pub fn note(text: &str) {
     if !terminal::quiet() {
         error(text);
     }
 }
 
-/// The same of what only those want to know who ask for more, with -v.
+/// Writes a line to standard error at verbosity 1 (-v) and above.
 pub fn detail(text: &str) {
     if terminal::verbose() {
         error(text);
     }
 }
 
-/// The same of an error, which is always written.
+/// Writes an error to standard error, also with -q.
 pub fn error(text: &str) {
     drawn(&spelled_out(text));
 }
 
-/// The same with what draws on a terminal left as it is.
+/// Writes text with control characters of a terminal to standard error, as it is.
 pub fn drawn(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

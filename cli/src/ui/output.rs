@@ -8,12 +8,13 @@ use monorig_sim::record::whole;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-/// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters are spelled out.
+/// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters
+/// are spelled out.
 pub fn print(text: &str) -> Result<(), CliError> {
     arrive(&spelled_out(text))
 }
 
-/// The same of verdicts, in colour where the user has it.
+/// Writes verdicts to standard output, in colour where the user has it.
 pub fn verdicts(text: &str) -> Result<(), CliError> {
     let text = spelled_out(text);
     match terminal::coloured() {
@@ -32,8 +33,8 @@ fn arrive(text: &str) -> Result<(), CliError> {
         })
 }
 
-/// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need be. A link or
-/// a device in its place is an error.
+/// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need
+/// be. A link or a device in its place is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|source| failed(path, source))?;

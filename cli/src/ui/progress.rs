@@ -1,4 +1,4 @@
-//! How far a run has come: a bar on a terminal, plain lines otherwise. All of it goes to standard error.
+//! Progress of a run on standard error: a bar on a terminal, plain lines otherwise.
 
 use crate::ui::note::note;
 use crate::ui::terminal;
@@ -42,7 +42,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// What goes on is called otherwise from now on.
+    /// Changes the name that is shown.
     pub fn rename(&mut self, name: &str) {
         self.name = name.to_owned();
         if let Some(bar) = &self.bar {

@@ -5,8 +5,8 @@ use crate::ui::tables::TERMINAL;
 /// Further lines of a paragraph begin so much further right.
 const HANGING: &str = "  ";
 
-/// A paragraph of lines of at most 80 columns, each behind `indent`, all but the first two further right. A word that is longer than a line, such
-/// as a path, is left whole. No line break at its end.
+/// A paragraph of lines of at most 80 columns, each behind `indent`, all but the first two further right. A word that
+/// is longer than a line, such as a path, is left whole. No line break at its end.
 pub fn paragraph(text: &str, indent: &str) -> String {
     let further = format!("{indent}{HANGING}");
     let options = textwrap::Options::new(TERMINAL.into())

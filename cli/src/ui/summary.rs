@@ -1,4 +1,4 @@
-//! What a run has come to, as text.
+//! Results of a run as text.
 
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, lines, number, right, table, within_terminal};
@@ -6,7 +6,8 @@ use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
 use std::collections::BTreeMap;
 
-/// A row of an estimator: what it is about, the metric of all samples, its factor from the metric's unit, its availability.
+/// A row of an estimator: what it is about, the metric of all samples, its factor from the metric's unit, its
+/// availability.
 const ROWS: &[(&str, &str, f64, &str)] = &[
     (
         "mass error max %",
@@ -24,7 +25,7 @@ const ROWS: &[(&str, &str, f64, &str)] = &[
 ];
 const CONVERGENCE: &str = "mass_convergence_s";
 
-/// What misleads, then estimators, expectations and the time it took.
+/// Writes misleading marks, estimators, expectations and the time the run took.
 pub fn text(summary: &Summary, wall_s: f64) -> String {
     let mut parts = Vec::new();
     let findings = of_summaries([summary]);

@@ -37,8 +37,8 @@ pub fn lines(table: &Table) -> String {
     lines.join("\n")
 }
 
-/// A table whose rows belong to groups: the name of a group has a line of its own, however long it is, and the rows below it are indented. All
-/// columns but the first are numbers.
+/// A table whose rows belong to groups: the name of a group has a line of its own, however long it is, and the rows
+/// below it are indented. All columns but the first are numbers.
 pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String {
     let mut table = table(titles.iter().copied());
     let mut names = Vec::new();

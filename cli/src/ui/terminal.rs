@@ -1,10 +1,10 @@
-//! What the user wants of the terminal: how much is said, and whether in colour. Set once, before anything is shown.
+//! Verbosity and colour of the terminal, set once before anything is shown.
 
 use clap::ValueEnum;
 use std::io::IsTerminal;
 use std::sync::OnceLock;
 
-/// Whether to draw and colour.
+/// Use of drawings and colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Color {
     /// On a terminal, unless NO_COLOR is set
@@ -45,22 +45,22 @@ pub fn set(wanted: TerminalArgs) {
     let _ = WANTED.set(wanted);
 }
 
-/// Whether notes and progress are left out.
+/// Returns whether notes and progress are left out.
 pub fn quiet() -> bool {
     WANTED.get().is_some_and(|w| w.quiet)
 }
 
-/// Whether more is said than usual.
+/// Returns whether details are shown.
 pub fn verbose() -> bool {
     WANTED.get().is_some_and(|w| w.verbose)
 }
 
-/// Whether errors are drawn.
+/// Returns whether errors are drawn.
 pub fn drawn() -> bool {
     on(|| std::io::stderr().is_terminal())
 }
 
-/// Whether verdicts on standard output are coloured.
+/// Returns whether verdicts on standard output are coloured.
 pub fn coloured() -> bool {
     on(|| std::io::stdout().is_terminal())
 }

@@ -1,5 +1,5 @@
-//! The Rerun viewer, behind the feature `viewer`: a program built without it runs, tests, tunes and reports all the same, but makes no
-//! recordings for the viewer and reads none.
+//! The Rerun viewer, behind the feature `viewer`: a program built without it runs, tests, tunes and reports all the
+//! same, but makes no recordings for the viewer and reads none.
 
 #[cfg(feature = "viewer")]
 mod rerun;
@@ -11,7 +11,7 @@ mod none;
 #[cfg(not(feature = "viewer"))]
 pub use none::{LIVE_CHUNK_S, read, sink};
 
-/// What is said once where a recording would have been made.
+/// The note shown once in place of a recording.
 pub fn not_written(file: &str) -> String {
     format!("{file} is not written: this program was built without the viewer (feature `viewer`)")
 }

@@ -18,8 +18,8 @@ pub fn sink(
     None
 }
 
-/// A recording cannot be read.
-pub fn read(path: &Path) -> Result<String, Error> {
+/// Refuses to read a recording.
+pub fn read(path: &Path, _make_again: &str) -> Result<String, Error> {
     Err(input_error(
         path,
         "",

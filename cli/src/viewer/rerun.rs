@@ -9,7 +9,8 @@ pub use monorig_viz::sink::LIVE_CHUNK_S;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full rate.
+/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full
+/// rate.
 pub fn sink(
     path: PathBuf,
     live: Option<SocketAddr>,
@@ -31,10 +32,9 @@ pub fn sink(
     Some(Box::new(sink))
 }
 
-/// Read a recording back, and say what is in it.
-pub fn read(path: &Path) -> Result<String, Error> {
-    let broken =
-        |message: String| input_error(path, "", message, crate::files::results::MAKE_AGAIN);
+/// Reads a recording back, and describes what is in it; `make_again` is the help for one that cannot be used.
+pub fn read(path: &Path, make_again: &str) -> Result<String, Error> {
+    let broken = |message: String| input_error(path, "", message, make_again);
     let found = monorig_viz::readback::read(path).map_err(|e| match e {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::InvalidData => {
             broken(format!("this recording cannot be read: {source}"))

@@ -134,12 +134,12 @@ pub fn project() -> std::path::PathBuf {
 }
 
 /// The folder; gone when dropped.
-pub struct Simulation(tempfile::TempDir);
+pub struct TestFolder(tempfile::TempDir);
 
-impl Simulation {
+impl TestFolder {
     /// With the good scenario and the files it names.
     pub fn new() -> Self {
-        let rig = Self(tempfile::tempdir().unwrap());
+        let dir = Self(tempfile::tempdir().unwrap());
         for (name, text) in [
             ("scenario.yaml", GOOD),
             ("track.yaml", TRACK),
@@ -148,18 +148,18 @@ impl Simulation {
             ("train.yaml", TRAIN),
             ("sensors.yaml", SENSORS),
         ] {
-            rig.write(name, text.as_bytes());
+            dir.write(name, text.as_bytes());
         }
-        std::fs::create_dir_all(rig.path("units/meshes")).unwrap();
-        std::fs::create_dir_all(rig.path("rails")).unwrap();
-        std::fs::create_dir_all(rig.path("road")).unwrap();
+        std::fs::create_dir_all(dir.path("units/meshes")).unwrap();
+        std::fs::create_dir_all(dir.path("rails")).unwrap();
+        std::fs::create_dir_all(dir.path("road")).unwrap();
         for (folder, names) in OWN {
             for name in *names {
                 let from = project().join("assets").join(folder).join(name);
-                std::fs::copy(from, rig.path(folder).join(name)).unwrap();
+                std::fs::copy(from, dir.path(folder).join(name)).unwrap();
             }
         }
-        rig
+        dir
     }
 
     /// A path in the folder.
@@ -212,7 +212,7 @@ impl Simulation {
         )
     }
 
-    /// What monorig says when it refuses: code 2, no panic, nothing left behind.
+    /// Runs monorig, which must refuse: code 2, no panic, nothing left behind. Returns its words.
     pub fn refused(&self, arguments: &[&str]) -> String {
         let before = self.names();
         let (code, out, err) = self.monorig(arguments);
@@ -274,16 +274,74 @@ pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
     all
 }
 
-/// Lists of all names there are end after their title: they grow.
-pub fn without_lists(told: &str) -> String {
-    let cut = |line: &str| {
-        let mut line = line.to_owned();
-        for title in ["known estimators: ", "known metrics: ", "its parameters: "] {
-            if let Some(at) = line.find(title) {
-                line.replace_range(at + title.len().., "…");
-            }
-        }
-        line
+/// Words of a message, and the kind of error that has them; the first that fits counts. An error with none of them
+/// breaks a rule.
+const KINDS: &[(&str, &str)] = &[
+    ("unknown key", "unknown key"),
+    ("` is missing", "missing key"),
+    ("is given twice", "key twice"),
+    ("format version", "version"),
+    ("expected ", "wrong type"),
+    ("nested too deeply", "too deep"),
+    ("is empty", "empty"),
+    ("there is no file", "no file"),
+    ("no such file", "no file"),
+    ("is a folder, not a file", "no file"),
+    ("not a regular file", "no file"),
+    ("cannot be read", "unreadable"),
+    ("symbolic links", "unreadable"),
+    ("not text in UTF-8", "unreadable"),
+    ("not a URDF file", "unreadable"),
+    ("STL file", "unreadable"),
+    ("not a number", "wrong number"),
+    ("is not above zero", "wrong number"),
+    ("too large to be meant", "wrong number"),
+    ("is infinite", "wrong number"),
+    ("is not known here", "unknown name"),
+    ("there is no ", "unknown name"),
+    ("has no parameter", "unknown name"),
+    ("is not among", "unknown name"),
+    ("has no link", "unknown name"),
+    ("no sensor", "unknown name"),
+    ("files cannot be used", "bad files"),
+    ("invalid value", "usage"),
+    ("argument", "usage"),
+    ("unrecognized subcommand", "usage"),
+];
+
+/// A row of a table of refusals: the case, then kind and place (file:line:column) of each error, and its key. That each
+/// error with a place shows the line with a mark, and what would be right, is checked here.
+pub fn row(case: &str, told: &str) -> String {
+    let errors = || told.lines().filter_map(|l| l.strip_prefix("error: "));
+    let rows: Vec<[&str; 3]> = errors().map(kind_place_and_key).collect();
+    let marked = |row: &&[&str; 3]| {
+        row[1]
+            .rsplit(':')
+            .next()
+            .is_some_and(|c| c.parse::<u32>().is_ok())
     };
-    told.lines().map(cut).collect::<Vec<_>>().join("\n")
+    let marks = told.lines().filter(|l| l.trim_end().ends_with('^'));
+    assert_eq!(
+        marks.count(),
+        rows.iter().filter(marked).count(),
+        "{case}: {told}"
+    );
+    let helped = |row: &&[&str; 3]| !["usage", "unreadable", "bad files"].contains(&row[0]);
+    let help = told.matches("\n  help: ").count();
+    assert!(help >= rows.iter().filter(helped).count(), "{case}: {told}");
+    let rows: Vec<String> = rows.iter().map(|row| row.join(" | ")).collect();
+    format!("{case:<44} {}", rows.join(" + "))
+}
+
+fn kind_place_and_key(error: &str) -> [&str; 3] {
+    let kind = KINDS.iter().find(|(words, _)| error.contains(words));
+    let kind = kind.map_or("rule", |(_, kind)| *kind);
+    let is_place = |p: &str| p == "." || p.contains(['.', '/']) && !p.contains(' ');
+    let (place, rest) = match error.split_once(": ") {
+        Some((place, rest)) if is_place(place) => (place, rest),
+        _ => ("-", error),
+    };
+    let is_key = |k: &str| !k.contains(' ') || k.starts_with("link `") || k.starts_with("joint `");
+    let key = rest.split_once(": ").map(|(key, _)| key);
+    [kind, place, key.filter(|k| is_key(k)).unwrap_or("-")]
 }

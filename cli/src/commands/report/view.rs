@@ -1,9 +1,9 @@
 //! One HTML file with the web viewer and recordings inside: it opens from disk, offline, and loads and sends nothing.
 //!
-//! A content security policy forbids every connection: left alone, the viewer would send usage data. The module is packed with gzip,
-//! which the browser unpacks; all of it stands in the page as base64.
+//! A content security policy forbids every connection: left alone, the viewer would send usage data. The module is
+//! packed with gzip, which the browser unpacks; all of it stands in the page as base64.
 
-use crate::commands::report::web_viewer::WebViewer;
+use super::web_viewer::WebViewer;
 use crate::ui::errors::CliError;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -77,7 +77,7 @@ fn within_limit(page: usize, recordings: usize) -> Result<(), CliError> {
     if page <= MAX_BYTES {
         return Ok(());
     }
-    Err(CliError::Name {
+    Err(CliError::Refused {
         message: format!(
             "the page would have {}, {} of it recordings; {} are the most",
             mega(page),

@@ -1,7 +1,8 @@
-//! The web viewer of Rerun: found in the program `rerun` of the Python package `rerun-sdk`, and only the very files that were published.
+//! The web viewer of Rerun: found in the program `rerun` of the Python package `rerun-sdk`, and only the very files
+//! that were published.
 //!
-//! The program carries script and WebAssembly module to serve them; they are taken from it as they are. What is taken has the SHA-256 of
-//! a build of the version that writes our recordings: nothing else gets into a page.
+//! The program carries script and WebAssembly module to serve them; they are taken from it as they are. What is taken
+//! has the SHA-256 of a build of the version that writes our recordings: nothing else gets into a page.
 
 use crate::ui::errors::CliError;
 use crate::ui::note::detail;
@@ -9,7 +10,6 @@ use monorig_sim::config::file::{input_error, regular};
 use monorig_sim::error::Error;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The version of Rerun that writes our recordings.
 pub const VERSION: &str = "0.36.3";
@@ -25,7 +25,8 @@ pub struct WebViewer {
 /// A published file: its length in bytes and its SHA-256.
 struct Pinned(usize, &'static str);
 
-/// Script and module in the wheels of `rerun-sdk` 0.36.3 on PyPI: Linux x86-64, Linux arm64, Windows x86-64, macOS arm64.
+/// Script and module in the wheels of `rerun-sdk` 0.36.3 on PyPI: Linux x86-64, Linux arm64, Windows x86-64, macOS
+/// arm64.
 const BUILDS: [(Pinned, Pinned); 4] = [
     (
         Pinned(
@@ -69,18 +70,18 @@ const BUILDS: [(Pinned, Pinned); 4] = [
     ),
 ];
 
-/// How a WebAssembly module of version 1 begins.
+/// First bytes of a WebAssembly module of version 1.
 const MODULE_BEGINS: &[u8] = b"\0asm\x01\0\0\0";
-/// How the script begins.
+/// First bytes of the script.
 const SCRIPT_BEGINS: &[u8] = b"let wasm_bindgen = (function(exports)";
 
-/// Asks Python for the version of the package and the folder of the program.
-const ASK: &str = "import importlib.metadata as m; d = m.distribution('rerun-sdk'); \
-                   print(d.version); print(d.locate_file('rerun_sdk/rerun_cli'))";
-/// Where in that folder the program is.
-const PROGRAMS: [&str; 3] = ["rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun"];
+/// Path of the program in a folder of Python packages.
+const PROGRAM: &str = "rerun_sdk/rerun_cli";
+/// Name of the program there, by system.
+const NAMES: [&str; 3] = ["rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun"];
 
-/// Find it: in the program `named`, or in that of the package which a Python on the search path knows.
+/// Finds it: in the program `named`, or in that of a package `rerun-sdk` beside a folder of the search path. Nothing is
+/// run.
 pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
     let program = match named {
         Some(program) => program.to_owned(),
@@ -100,67 +101,58 @@ pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
     })
 }
 
-/// What to do for a viewer.
+/// Help for a viewer that is not there.
 fn install() -> String {
     format!(
         "install it with `python3 -m pip install rerun-sdk=={VERSION}`, or name the program `rerun` of that version with --viewer"
     )
 }
 
-/// The program of the installed package.
+/// The program of an installed package: those of an environment that is active come first, then those of the user.
 fn installed() -> Result<PathBuf, CliError> {
-    let mut other = None;
-    for python in interpreters() {
-        let Some((version, folder)) = ask(&python) else {
-            continue;
-        };
-        if version != VERSION {
-            other = Some(version);
-            continue;
-        }
-        let programs = PROGRAMS.iter().map(|name| folder.join(name));
-        if let Some(program) = programs.into_iter().find(|p| p.is_file()) {
-            return Ok(program);
-        }
-    }
-    let message = match other {
-        Some(version) => format!(
-            "the web viewer of Rerun {VERSION} is needed, and rerun-sdk {version} is installed"
-        ),
-        None => {
-            format!("the web viewer of Rerun {VERSION} is needed, and rerun-sdk is not installed")
-        }
+    let programs = package_folders().into_iter().flat_map(|folder| {
+        let program = folder.join(PROGRAM);
+        NAMES.map(|name| program.join(name))
+    });
+    let found = programs.into_iter().find(|p| p.is_file());
+    found.ok_or_else(|| {
+        let message = format!(
+            "the web viewer of Rerun {VERSION} is needed, and rerun-sdk is not installed beside a folder of PATH"
+        );
+        CliError::refused(message, install())
+    })
+}
+
+/// Folders of Python packages: below the folder above each absolute one of PATH (`/usr/bin` →
+/// `/usr/lib/python3.12/site-packages`), and below that of the user. A relative folder is left out: it would be one of
+/// the current folder.
+fn package_folders() -> Vec<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let absolute = std::env::split_paths(&path).filter(|f| f.is_absolute());
+    let above = absolute.filter_map(|f| f.parent().map(Path::to_owned));
+    let home = std::env::var_os("HOME").map(PathBuf::from);
+    let user = home.iter().map(|h| h.join(".local"));
+    above
+        .chain(user)
+        .flat_map(|root| packages_below(&root))
+        .collect()
+}
+
+/// Folders of Python packages below the root of an installation, newest Python first.
+fn packages_below(root: &Path) -> Vec<PathBuf> {
+    let lib = root.join("lib");
+    let entries = std::fs::read_dir(&lib).into_iter().flatten().flatten();
+    let pythons = entries.map(|e| e.path());
+    let is_python = |p: &PathBuf| {
+        p.file_name()
+            .is_some_and(|n| n.to_string_lossy().starts_with("python3"))
     };
-    let help = install();
-    Err(CliError::Name { message, help })
-}
-
-/// Pythons that may have the package: that of a `rerun` on the search path first.
-fn interpreters() -> Vec<PathBuf> {
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let scripts = std::env::split_paths(&folders).map(|f| f.join("rerun"));
-    let first = scripts.filter_map(|script| shebang(&script)).take(1);
-    let usual = ["python3", "python"].map(PathBuf::from);
-    first.chain(usual).collect()
-}
-
-/// The interpreter that the first line of a script names.
-fn shebang(script: &Path) -> Option<PathBuf> {
-    use std::io::Read;
-    let mut start = [0; 512];
-    let n = std::fs::File::open(script).ok()?.read(&mut start).ok()?;
-    let line = start.get(..n)?.strip_prefix(b"#!")?;
-    let line = line.split(|b| *b == b'\n').next()?;
-    let path = PathBuf::from(std::str::from_utf8(line).ok()?.trim());
-    path.is_absolute().then_some(path)
-}
-
-/// Version of the package and folder of its program; none if this Python does not know it.
-fn ask(python: &Path) -> Option<(String, PathBuf)> {
-    let output = Command::new(python).args(["-c", ASK]).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    let (version, folder) = text.trim().split_once('\n')?;
-    Some((version.trim().to_owned(), folder.trim().into()))
+    let mut pythons: Vec<PathBuf> = pythons.filter(is_python).collect();
+    pythons.sort();
+    // Windows has no folder for the version
+    pythons.insert(0, root.join("Lib"));
+    let folders = |p: PathBuf| ["site-packages", "dist-packages"].map(|name| p.join(name));
+    pythons.into_iter().rev().flat_map(folders).collect()
 }
 
 /// Script and module of one of the builds, as they stand in a program.
@@ -204,6 +196,19 @@ mod tests {
         assert_eq!(abc.find(b"..ab.abd.abc", b"ab"), Some(&b"abc"[..]));
         assert_eq!(abc.find(b"..ab.abd.ab", b"ab"), None);
         assert_eq!(abc.find(b"", b"ab"), None);
+    }
+
+    #[test]
+    fn the_package_of_the_newest_python_comes_first() {
+        let root = tempfile::tempdir().unwrap();
+        for python in ["python3.11", "python3.12", "other"] {
+            let folder = root.path().join("lib").join(python);
+            std::fs::create_dir_all(folder).unwrap();
+        }
+        let found = packages_below(root.path());
+        let lib = root.path().join("lib");
+        assert_eq!(found.first(), Some(&lib.join("python3.12/site-packages")));
+        assert!(!found.iter().any(|f| f.starts_with(lib.join("other"))));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Verdicts against those of an earlier test: which metrics have become worse?
 
-use super::TestedScenario;
 use crate::ui::errors::CliError;
+use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
@@ -10,7 +10,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What `--json` wrote.
+/// The file that `--json` writes.
 #[derive(Deserialize)]
 struct Verdicts {
     kind: String,
@@ -84,7 +84,7 @@ impl Baseline {
         })
     }
 
-    /// What is worse by more than the share `worse_than`, and how many metrics were compared.
+    /// Returns the metrics that are worse by more than the share `worse_than`, and how many were compared.
     pub fn compare(&self, tested: &[TestedScenario], worse_than: f64) -> (Vec<Worse>, usize) {
         let (mut worse, mut compared) = (Vec::new(), 0);
         for one in tested {
@@ -148,7 +148,7 @@ fn mean<'a>(
     Some(values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// What could be measured and no longer can is worse. Metrics that should be 1 are not judged.
+/// Returns whether a metric is worse; one that can no longer be measured is. Metrics that should be 1 are not judged.
 fn is_worse(metric: &str, before: Option<f64>, now: Option<f64>, worse_than: f64) -> bool {
     let best = metrics::find(metric).and_then(|m| m.best.less_is_better());
     match (best, before, now) {

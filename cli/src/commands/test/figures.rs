@@ -1,11 +1,12 @@
 //! Figures over all runs of a test: metrics of each estimator over scenarios and seeds alike.
 
-use super::TestedScenario;
 use crate::ui::tables::{lines, number, right, table};
+use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use std::collections::BTreeMap;
 
-/// A table for each metric: how many runs could measure it, its median, 95th percentile and the value that is worst, with the run it is of.
+/// A table for each metric: how many runs could measure it, its median, 95th percentile and the value that is worst,
+/// with the run it is of.
 pub fn text(tested: &[TestedScenario], wanted: &[String]) -> String {
     let tables = wanted.iter().map(|metric| of_metric(tested, metric));
     tables.collect::<Vec<_>>().join("\n\n")

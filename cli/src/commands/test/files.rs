@@ -1,4 +1,4 @@
-//! Which scenarios are meant by the paths on the command line.
+//! Scenarios that the paths on the command line name.
 
 use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
@@ -7,8 +7,8 @@ use monorig_sim::config::file::Document;
 use monorig_sim::error::{Error, InputError};
 use std::path::{Path, PathBuf};
 
-/// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None at all is
-/// an error.
+/// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None
+/// at all is an error.
 pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>, CliError> {
     let mut found: Vec<PathBuf> = Vec::new();
     for path in paths {
@@ -84,7 +84,7 @@ fn is_yaml(path: &Path) -> bool {
     ["yaml", "yml"].contains(&ending.to_lowercase().as_str())
 }
 
-/// The kind of a file that is none of a scenario; none also if it cannot be told.
+/// The kind of a file of ours that is no scenario; none if its keys do not decide it.
 fn other_kind(file: &Path) -> Option<&'static str> {
     let keys = Document::read(file).ok()?.keys();
     let format = formats::recognise(&keys)?;

@@ -1,20 +1,19 @@
 //! `--keep-failed`: the worst run of every scenario that fails, recorded, with its report.
 
-use super::{Case, TestedScenario, lines};
-use crate::commands::report;
-use crate::files::prepare;
-use crate::simulate::{RecordOptions, simulate};
+use crate::files::{prepare, report};
+use crate::recording::simulate::{RecordOptions, simulate};
+use crate::recording::variant::Variant;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
-use crate::variant::Variant;
+use crate::verdicts::{TestedScenario, lines};
 use monorig_sim::closed_loop::registry::Registry;
 use std::path::Path;
 
 /// Run it again with the seed that was worst, into `DIR/<scenario>/<seed>/`, and write its report. Nothing if it held.
 pub fn worst_run(
     tested: &TestedScenario,
-    case: &Case,
+    scenario: &Path,
     sets: &[(String, String)],
     folder: &Path,
     registry: &Registry,
@@ -25,7 +24,7 @@ pub fn worst_run(
     let variant = Variant::new(sets, None);
     let mut all = sets.to_vec();
     all.push(("seeds".into(), seed.to_string()));
-    let mut simulation = prepare::simulation(&case.path, &all, registry)?;
+    let mut simulation = prepare::simulation(scenario, &all, registry)?;
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
     let options = RecordOptions {
         out: folder,
@@ -44,7 +43,7 @@ pub fn worst_run(
     let page = report::of_run(&run.folder)?;
     note(&format!(
         "{} seed {seed}: kept, {}",
-        case.name,
+        tested.judged.scenario,
         page.display()
     ));
     Ok(())

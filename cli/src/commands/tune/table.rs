@@ -1,4 +1,4 @@
-//! What a study has come to, as text.
+//! Results of a tuning study as text.
 
 use crate::ui::tables::{lines, number, right, table};
 use monorig_lab::tuning::result::TuningResult;
@@ -7,7 +7,7 @@ use monorig_lab::tuning::validate::{PairedComparison, Validation};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_sim::config::scenario::ParameterValue;
 
-/// The winner's parameters, then what validation says of them.
+/// Writes the winner's parameters, then the figures of the validation.
 pub fn text(study: &TuningStudy, result: &TuningResult) -> String {
     let failed = result
         .search

@@ -1,0 +1,149 @@
+//! Arguments that several commands take.
+
+use crate::command::CommandOutcome;
+use monorig_lab::batch::Shard;
+use monorig_lab::metrics;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// Threads to work with.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Jobs {
+    /// Runs at a time [default: the cores this process may use: affinity, cgroup quota, SLURM_CPUS_PER_TASK]. Results
+    /// do not depend on it
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+}
+
+impl Jobs {
+    /// Number of threads.
+    pub fn get(self) -> NonZeroUsize {
+        self.jobs.unwrap_or_else(|| {
+            // with affinity and, on Linux, the quota of the cgroup
+            let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+            at_most(cores, std::env::var(SLURM_CPUS).ok().as_deref())
+        })
+    }
+}
+
+/// Variable with the cores that Slurm gives a task; Slurm does not bind the task to them everywhere.
+const SLURM_CPUS: &str = "SLURM_CPUS_PER_TASK";
+
+/// The cores, at most as many as the variable holds; a text that is no number is no limit.
+fn at_most(cores: NonZeroUsize, variable: Option<&str>) -> NonZeroUsize {
+    let limit = variable.and_then(|n| n.trim().parse::<NonZeroUsize>().ok());
+    limit.map_or(cores, |limit| limit.min(cores))
+}
+
+/// Which process judges the figures of shards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Expect {
+    /// This process: exit code 1 if an expectation failed
+    #[default]
+    Here,
+    /// `monorig merge`: a shard whose runs were made exits with 0, whatever they have come to
+    Merge,
+}
+
+impl Expect {
+    /// The outcome to exit with after the verdicts `judged`.
+    pub fn outcome(self, judged: CommandOutcome) -> CommandOutcome {
+        match self {
+            Self::Here => judged,
+            Self::Merge => CommandOutcome::Held,
+        }
+    }
+}
+
+/// Reads a part of the runs, as `K/N`.
+pub fn shard(text: &str) -> Result<Shard, String> {
+    let parsed = text.split_once('/').and_then(|(part, of)| {
+        let (part, of) = (part.trim().parse().ok()?, of.trim().parse().ok()?);
+        (1..=of).contains(&part).then_some(Shard { part, of })
+    });
+    parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
+}
+
+/// Name of the variable that names the folder for results.
+const OUT_VARIABLE: &str = "MONORIG_OUT";
+
+/// Folder for results.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Out {
+    /// Folder the results go to [default: the variable MONORIG_OUT, else runs]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Out {
+    /// Path of the folder.
+    pub fn get(&self) -> PathBuf {
+        let variable = || std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
+        let given = self.out.clone().or_else(|| variable().map(PathBuf::from));
+        given.unwrap_or_else(|| "runs".into())
+    }
+}
+
+/// Reads seeds; returns them as a scenario would write them.
+pub fn seeds(text: &str) -> Result<String, String> {
+    let yaml = if text.contains(',') {
+        format!("[{text}]")
+    } else {
+        text.to_owned()
+    };
+    monorig_sim::config::scenario::Seeds::parse(&yaml)?;
+    Ok(yaml)
+}
+
+/// Reads a change to a scenario, as `PATH=VALUE`.
+pub fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((path, value)) if !path.trim().is_empty() => {
+            Ok((path.trim().to_owned(), value.to_owned()))
+        }
+        _ => Err("write PATH=VALUE, such as load.mass_kg=5000".to_owned()),
+    }
+}
+
+/// Address of a Rerun viewer by default.
+pub const VIEWER: &str = "127.0.0.1:9876";
+
+/// Reads an address, as HOST:PORT.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
+    found.ok_or_else(|| format!("write HOST:PORT, such as {VIEWER}"))
+}
+
+/// Reads the name of a metric of estimators.
+pub fn metric(name: &str) -> Result<String, String> {
+    let known = metrics::estimator_metrics().map(|m| m.name);
+    if known.clone().any(|k| k == name) {
+        return Ok(name.to_owned());
+    }
+    let list: Vec<&str> = known.clone().collect();
+    Err(match monorig_sim::config::file::nearest(name, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known metrics: {}", list.join(", ")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slurm_lessens_the_cores_and_never_adds_any() {
+        let n = |n| NonZeroUsize::new(n).unwrap();
+        for (told, jobs) in [
+            (None, 8),
+            (Some("2"), 2),
+            (Some(" 3\n"), 3),
+            (Some("64"), 8),
+            (Some("0"), 8),
+            (Some("many"), 8),
+        ] {
+            assert_eq!(at_most(n(8), told), n(jobs), "{told:?}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! One run of a scenario with one seed, recorded: the folder `OUT/<scenario>/<seed>/`.
+
+use crate::identity::identity;
+use crate::recording::pace::Pace;
+use crate::ui::errors::CliError;
+use crate::ui::note::{detail, note};
+use crate::viewer;
+use monorig_lab::bound::BoundChannels;
+use monorig_lab::verdicts::measure::SummaryObserver;
+use monorig_lab::verdicts::summary::Summary;
+use monorig_logs::export::{SAMPLES, SampleRecorder};
+use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::Observer;
+use monorig_sim::closed_loop::{Registry, Simulation, resolved};
+use monorig_sim::record::folder::RunFolder;
+use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::record::parquet::ParquetSink;
+use monorig_sim::record::{BackgroundSink, Recorder, Sink};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A run that was simulated and recorded.
+pub struct SimulatedRun {
+    /// Numbers for the report.
+    pub summary: Summary,
+    /// True if it was stopped from outside.
+    pub interrupted: bool,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Time it took, s.
+    pub wall_s: f64,
+}
+
+/// Options of a recorded run.
+pub struct RecordOptions<'a> {
+    /// Folder the results go to.
+    pub out: &'a Path,
+    /// Also stream to the viewer at this address.
+    pub live: Option<SocketAddr>,
+    /// Simulated seconds a second at most; none = as fast as it goes.
+    pub pace: Option<f64>,
+    /// Do not write `run.rrd`.
+    pub no_rerun: bool,
+    /// Record long runs at the full rate too.
+    pub full_rate: bool,
+    /// Keep every sample in `samples.parquet`.
+    pub keep_samples: bool,
+    /// Changes to the scenario file, as `path=value`; the scenario's name has the variant already.
+    pub changes: &'a [String],
+    /// Registry of estimators and controllers: their defaults go into the manifest.
+    pub registry: &'a Registry,
+}
+
+/// Shortest chunk of a recording that is watched, s.
+const MIN_CHUNK_S: f64 = 0.5;
+
+/// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
+/// recorded whole up to there.
+pub fn simulate(
+    mut simulation: Simulation,
+    options: &RecordOptions<'_>,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<SimulatedRun, CliError> {
+    let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
+    let folder = RunFolder::create(options.out, &scenario.name, seed)?;
+    let (inputs, name) = (scenario.input_digests(), &scenario.name);
+    for (file, sum) in &inputs {
+        detail(&format!(
+            "read {file} (SHA-256 {})",
+            sum.get(..12).unwrap_or(sum)
+        ));
+    }
+    for (name, settings) in &scenario.file.estimators {
+        detail(&format!("estimator {name}: {}", settings.type_name(name)));
+    }
+    let resolved = resolved(&scenario, options.registry);
+    let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
+    manifest.changes = options.changes.to_vec();
+
+    let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
+    let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BackgroundSink::new(parquet))];
+    if !options.no_rerun {
+        match viewer::sink(
+            folder.path().join("run.rrd"),
+            options.live,
+            options.full_rate,
+        ) {
+            // it takes longest to finish: the others do so meanwhile
+            Some(rerun) => sinks.insert(0, Box::new(BackgroundSink::new(rerun))),
+            None => note(&viewer::not_written("run.rrd")),
+        }
+    }
+    let mut metrics = SummaryObserver::default();
+    let started = Instant::now();
+    let mut recorder = Recorder::new(sinks).with(BoundChannels::default());
+    if options.live.is_some() {
+        // whoever watches gets something about as often, however fast the run is
+        let chunk_s = options.pace.map_or(viewer::LIVE_CHUNK_S, |pace| {
+            pace.clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
+        });
+        recorder = recorder.every_s(chunk_s);
+    }
+    if options.full_rate {
+        recorder = recorder.full_rate();
+    }
+    let mut pace = options.pace.map(Pace::new);
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
+    let mut samples = SampleRecorder::new(folder.path().join(SAMPLES));
+    if options.keep_samples {
+        observers.push(&mut samples);
+    }
+    if let Some(pace) = &mut pace {
+        observers.push(pace);
+    }
+    let outcome = run::run(&mut simulation, &mut observers, go_on)?;
+    let wall_s = started.elapsed().as_secs_f64();
+    detail(&format!(
+        "{} steps of {} ms in {wall_s:.2} s, recording included: {:.0} times real time",
+        outcome.steps,
+        scenario.file.physics.dt_ms.get(),
+        outcome.simulated_s / wall_s
+    ));
+
+    let summary = metrics.summary(&scenario, seed, &outcome);
+    folder.write("metrics.json", summary.to_json().as_bytes())?;
+    manifest.sum_outputs(folder.path())?;
+    folder.write(manifest::NAME, manifest.to_json().as_bytes())?;
+    let folder = match outcome.interrupted {
+        false => folder.commit()?,
+        true => folder.commit_interrupted()?,
+    };
+    for (name, times, reason) in &outcome.refusals {
+        note(&format!(
+            "{name} refused {times} steps, the first because {reason}"
+        ));
+    }
+    Ok(SimulatedRun {
+        summary,
+        interrupted: outcome.interrupted,
+        folder,
+        wall_s,
+    })
+}
