@@ -304,10 +304,13 @@ impl<const N: usize> Gaussian<N> {
     /// Multiplies the standard deviation of state `i` by `factor`; its correlations stay.
     #[inline]
     pub(crate) fn scale_sd(&mut self, i: usize, factor: Real) {
-        for (j, column) in self.P.data.0.iter_mut().enumerate() {
-            for (k, p) in column.iter_mut().enumerate() {
-                *p *= if j == i { factor } else { 1.0 } * if k == i { factor } else { 1.0 };
+        for column in &mut self.P.data.0 {
+            if let Some(p) = column.get_mut(i) {
+                *p *= factor;
             }
+        }
+        for p in self.P.data.0.get_mut(i).into_iter().flatten() {
+            *p *= factor;
         }
     }
 

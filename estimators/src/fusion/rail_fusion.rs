@@ -141,6 +141,7 @@ impl RailFusion {
         let input = BlockInput {
             speed_mps: v,
             speed_noise_mps: attitude.speed_noise_mps,
+            sum_sd: attitude.sum_sd,
             mass_kg: self.mass.mass_kg(),
             acceleration_mps2: attitude.acceleration_mps2,
             traction,

@@ -7,7 +7,8 @@
 //!
 //! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), of which the biases are
 //! taken off, and l_x how far the IMU is ahead of the unit's middle: its centripetal share is 0.08° of slope in a bend of 6 m. Without a
-//! gyro θ̇ = κ v, κ a first-order process in way. All other states are random walks or constants.
+//! gyro θ̇ = κ v, κ a first-order process in way. e_w is a first-order process in time: as a constant it would take noise for information in a day
+//! at one speed, and the speed with it. All other states are random walks or constants.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -69,6 +70,8 @@ pub struct AttitudeNoise {
     pub curvature_sd_per_m: Real,
     /// Way over which the curvature becomes another, m.
     pub curvature_length_m: Real,
+    /// Standard deviation of the scale of the wheels.
+    pub scale_sd: Real,
 }
 
 /// The model.
@@ -140,6 +143,8 @@ const BLIND_ROLL_WALK: Real = 1e-3;
 const BLIND_PITCH_WALK: Real = 1e-8;
 /// Way that the curvature's process goes on with while the vehicle stands, m per s.
 const BLIND_CREEP_MPS: Real = 0.02;
+/// Time over which the scale error of the wheels (creep, temperature, load) becomes another, s.
+const SCALE_MEMORY_S: Real = 300.0;
 
 impl AttitudeModel {
     /// Rates of the state `x` under an input.
@@ -214,6 +219,7 @@ impl AttitudeModel {
         x[THETA] += rates.theta_dot * dt;
         x[PHI] += rates.phi_dot * dt;
         x[KAPPA] *= left;
+        x[SCALE] *= scale_left(dt);
         x
     }
 
@@ -241,6 +247,8 @@ impl AttitudeModel {
             Q[place] = gyro * dt;
         }
         Q[KAPPA] = walk(n.curvature_sd_per_m) * (1.0 - left * left);
+        let scale = scale_left(dt);
+        Q[SCALE] = walk(n.scale_sd) * (1.0 - scale * scale);
         Q
     }
 
@@ -252,6 +260,7 @@ impl AttitudeModel {
         if left < 1.0 {
             belief.scale_sd(KAPPA, left);
         }
+        belief.scale_sd(SCALE, scale_left(dt));
         belief.x = self.next(&rates, left, dt);
         let Q = self.variances(u, left, dt);
         for (i, q) in Q.iter().enumerate() {
@@ -260,6 +269,11 @@ impl AttitudeModel {
         belief.symmetrise();
         rates
     }
+}
+
+/// Share of the scale error of the wheels that is left after `dt`.
+fn scale_left(dt: Real) -> Real {
+    1.0 / (1.0 + dt / SCALE_MEMORY_S)
 }
 
 impl AttitudeRates {
@@ -292,6 +306,7 @@ impl Process<N> for AttitudeModel {
             }
         }
         F[(KAPPA, KAPPA)] = self.curvature_left(u, dt);
+        F[(SCALE, SCALE)] = scale_left(dt);
         F
     }
 
@@ -325,6 +340,7 @@ mod tests {
                 gyro_bias_walk: 1e-5,
                 curvature_sd_per_m: 0.03,
                 curvature_length_m: 5.0,
+                scale_sd: 0.002,
             },
         };
         for k in 0..200 {

@@ -233,6 +233,7 @@ fn attitude_model() -> AttitudeModel {
             gyro_bias_walk: 1e-5,
             curvature_sd_per_m: 0.03,
             curvature_length_m: 5.0,
+            scale_sd: 0.002,
         },
     }
 }

@@ -152,7 +152,7 @@ impl AttitudeFilter {
                     ahead_m: vehicle.imu_arm_m,
                     below_m: vehicle.layout.map_or(0.0, |layout| layout.imu_depth_m),
                 },
-                noise: params.noise(),
+                noise: params.noise(vehicle.drives),
             },
             standing_mps: STANDING_SHARE * vehicle.standstill_mps(None),
             started: false,

@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::api::params::params;
+use crate::api::real::sqrt;
 use crate::api::vehicle::Vehicle;
 use crate::models::attitude::AttitudeNoise;
 
@@ -40,8 +41,8 @@ params! {
 }
 
 impl AttitudeParams {
-    /// Process noise of the model.
-    pub fn noise(&self) -> AttitudeNoise {
+    /// Process noise of the model, for a number of drives.
+    pub fn noise(&self, drives: usize) -> AttitudeNoise {
         AttitudeNoise {
             velocity_walk: self.velocity_random_walk,
             speed_walk: self.speed_walk,
@@ -51,6 +52,7 @@ impl AttitudeParams {
             gyro_bias_walk: self.gyro_bias_walk,
             curvature_sd_per_m: self.curvature_sd_per_m,
             curvature_length_m: self.curvature_length_m,
+            scale_sd: self.wheel_scale_sd / sqrt(drives.max(1) as Real),
         }
     }
 

@@ -5,7 +5,7 @@
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
-use crate::api::real::{floor, within};
+use crate::api::real::{GRAVITY, floor, sqrt, within};
 use crate::api::snapshot::{Blank, state};
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
@@ -34,8 +34,10 @@ fn steps(value: Real, step: Real) -> i16 {
 pub struct BlockInput {
     /// Speed by the attitude filter, m/s.
     pub speed_mps: Real,
-    /// Its standard deviation but for what is common to a block, m/s.
+    /// Standard deviation of the speed but for what is common to a block, m/s.
     pub speed_noise_mps: Real,
+    /// Standard deviation of sin θ + b/g.
+    pub sum_sd: Real,
     /// Total mass by the last block, kg.
     pub mass_kg: Real,
     /// Acceleration by the accelerometer, m/s².
@@ -65,6 +67,8 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
+    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, m/s².
+    pub noise_mps2: f32,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, in steps of [`LENGTH_STEP_S`].
@@ -107,6 +111,7 @@ pub struct BlockBuilder {
     variance: Real,
     speed: Real,
     noise: Real,
+    sum_sd: Real,
     brake: Real,
     unsound: bool,
     slip: bool,
@@ -131,6 +136,7 @@ impl BlockBuilder {
         self.samples += 1;
         self.speed += z.speed_mps * dt;
         self.noise = self.noise.max(z.speed_noise_mps);
+        self.sum_sd = self.sum_sd.max(z.sum_sd);
         if let Some([traction, variance]) = z.traction {
             self.with_traction += 1;
             self.traction += traction;
@@ -162,6 +168,7 @@ impl BlockBuilder {
             traction_n: stored(self.traction / count),
             variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
+            noise_mps2: stored(self.regressor_noise()),
             acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
             substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
             outcome: self.outcome(),
@@ -190,6 +197,12 @@ impl BlockBuilder {
         }
     }
 
+    /// Standard deviation of the noise that the load's regressor has, m/s².
+    fn regressor_noise(&self) -> Real {
+        let (speed, grade) = (self.noise / self.length_s.max(SUBSTEP_S), GRAVITY * self.sum_sd);
+        sqrt(2.0 * speed * speed + grade * grade)
+    }
+
     /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise covers, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
         let noise = self.noise / self.length_s.max(SUBSTEP_S);
@@ -204,8 +217,8 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, acceleration, substep, outcome; });
-state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+state!(Block { place, traction_n, variance, speed_mps, noise_mps2, acceleration, substep, outcome; });
+state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision

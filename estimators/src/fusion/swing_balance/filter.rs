@@ -36,6 +36,9 @@ const MIN_INFLATION: Real = 1.2;
 /// Speed from which a change of the grade is one by way, m/s, and the largest such change, rad/m.
 const MIN_TURN_SPEED_MPS: Real = 0.05;
 const MAX_TURN_RADPM: Real = 0.2;
+/// Memory of the excitation, s, and the root of its mean square over the noise of the regressor from which a block weighs the load.
+const EXCITATION_S: Real = 10.0;
+const MIN_EXCITATION: Real = 5.0;
 /// Standard deviations of the swing after a load has been taken, rad and rad/s.
 const NEW_SWING_SD: [Real; 2] = [0.06, 0.25];
 /// Share of the first variance of resistance and bias that another load adds.
@@ -48,6 +51,8 @@ pub struct BlockCorrection {
     pub status: AidStatus,
     /// Innovation over its nominal standard deviation.
     pub normalised: Real,
+    /// Whether the load is among what it has corrected.
+    pub weighs: bool,
 }
 
 /// The filter.
@@ -58,6 +63,8 @@ pub struct SwingBalance {
     residual_noise: bool,
     belief: Gaussian<N>,
     inflation: Real,
+    /// Mean square of the load's regressor without the resistance, m²/s⁴.
+    excitation: Real,
     /// See [`SwingBalance::set_noise_mass`]; 0 for none.
     noise_kg: Real,
     last_grade: Real,
@@ -87,6 +94,7 @@ impl SwingBalance {
             residual_noise: supervision.residual_noise,
             belief: prior(&nominal, params),
             inflation: 1.0,
+            excitation: 0.0,
             noise_kg: 0.0,
             last_grade: 0.0,
             last_behind_m: 0.0,
@@ -135,6 +143,7 @@ impl SwingBalance {
             Some(outcome) => BlockCorrection {
                 status: AidStatus::not_fused(outcome),
                 normalised: 0.0,
+                weighs: false,
             },
         };
         self.predict(block, means);
@@ -159,6 +168,10 @@ impl SwingBalance {
             variance: 0.0,
         }
         .with_noise(&noise, &self.belief.x);
+        let of = |sd: Real| sd * sd;
+        let share = (block.length_s() / EXCITATION_S).min(1.0);
+        let moved = of(aid.load_regressor(&self.belief.x));
+        self.excitation += share * (moved - self.excitation);
         let (y, h) = (aid.innovation(&self.belief.x), aid.H(&self.belief.x));
         let square = y * y / (h.dot(&self.belief.covariance_with(&h)) + aid.R());
         if self.residual_noise {
@@ -172,14 +185,23 @@ impl SwingBalance {
                 aid.variance *= self.inflation;
             }
         }
+        // The noise of the regressor would pass for information about a load that nothing moves: the load is then a parameter that the
+        // filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
+        let excited = self.excitation > of(MIN_EXCITATION * Real::from(block.noise_mps2));
+        let (load, load_variance) = (self.belief.x[MASS], self.belief.P[(MASS, MASS)]);
         let gate = GateRule::Deweight(HUBER_SD);
         let status = fuse(&mut self.belief, Control::New(aid), gate).unwrap_or_default();
+        if !excited {
+            self.belief.x[MASS] = load;
+            self.belief.P[(MASS, MASS)] = load_variance;
+        }
         let x = &mut self.belief.x;
         x[MASS] = x[MASS].clamp(0.0, self.model.nominal.max_load_kg);
         x[LENGTH] = x[LENGTH].clamp(-MAX_LENGTH, MAX_LENGTH);
         BlockCorrection {
             status,
             normalised: if y < 0.0 { -sqrt(square) } else { sqrt(square) },
+            weighs: excited,
         }
     }
 
@@ -310,6 +332,7 @@ impl State for SwingBalance {
         let Self {
             belief,
             inflation,
+            excitation,
             noise_kg,
             last_grade,
             last_behind_m,
@@ -319,6 +342,7 @@ impl State for SwingBalance {
         } = self;
         belief.visit_lower(archive);
         inflation.visit(archive);
+        excitation.visit(archive);
         noise_kg.visit(archive);
         last_grade.visit(archive);
         last_behind_m.visit(archive);

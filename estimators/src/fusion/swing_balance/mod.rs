@@ -224,9 +224,14 @@ impl SwingMass {
 
     fn take(&mut self, block: &Block, rail: &RailMemory) {
         let (refusal, means) = self.look(block, rail);
-        let BlockCorrection { status, normalised } = self.filter.step(block, &means, refusal);
+        let correction = self.filter.step(block, &means, refusal);
+        let BlockCorrection {
+            status,
+            normalised,
+            weighs,
+        } = correction;
         self.status = status;
-        if is_used(&status) {
+        if is_used(&status) && weighs {
             self.used = self.used.saturating_add(1);
             self.new_nis = Some((normalised * normalised, block.length_s()));
             if self.residuals.alarm(normalised, block.length_s())
