@@ -147,8 +147,7 @@ macro_rules! measurements {
     };
 }
 
-// A row: description; name of the measurand, and as text; form, field with the unit in its name; unit. Vectors stand
-// first.
+// A row: description; name of the measurand, and as text; form, field with the unit in its name; unit.
 measurements! {
     /// Specific force (acceleration minus gravity) in IMU axes: at rest on the level it is 1 g upwards.
     SpecificForce "specific_force": Vector specific_force_mps2, "m/s²";

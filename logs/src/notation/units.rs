@@ -267,6 +267,21 @@ mod tests {
         );
     }
 
+    #[test]
+    fn si_units_have_their_quantity() {
+        for (unit, quantity, name) in [
+            ("m/s²", Quantity::Acceleration, "m/s2"),
+            ("N·m", Quantity::Torque, "Nm"),
+            ("MPa", Quantity::Pressure, "MPa"),
+            ("rad", Quantity::Angle, "rad"),
+            ("1", Quantity::Number, "1"),
+        ] {
+            assert_eq!(Quantity::of_si(unit), Some(quantity));
+            assert_eq!(quantity.si_name(), name);
+        }
+        assert_eq!(Quantity::of_si("km/h"), None);
+    }
+
     /// Within a quantity a name has one meaning.
     #[test]
     fn names_are_given_once() {
