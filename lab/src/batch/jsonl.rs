@@ -160,7 +160,8 @@ pub(crate) fn to_line(value: &impl Serialize) -> String {
 fn what_differs<H: Header>(found: &[u8], wanted: &H) -> String {
     let found = serde_json::from_slice::<H>(found).ok();
     let differs = found.and_then(|found| found.differs(wanted));
-    differs.unwrap_or_else(|| "its first line is not one that this version of monorig writes".into())
+    differs
+        .unwrap_or_else(|| "its first line is not one that this version of monorig writes".into())
 }
 
 #[cfg(test)]
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
     use serde::Deserialize;
 
-    #[derive(Serialize, Deserialize)]
+    #[derive(Debug, Serialize, Deserialize)]
     struct Named {
         study: String,
     }

@@ -11,9 +11,9 @@ const MAX_LINE_BYTES: u64 = 16 << 20;
 
 /// A line without its end.
 pub(crate) struct Line {
-    pub bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     /// It has no end: the file stops within it.
-    pub torn: bool,
+    pub(crate) torn: bool,
 }
 
 /// Reads lines, as text without their ends. A line that is no text, or longer than any of ours, is an error.

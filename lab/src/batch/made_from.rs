@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MadeFrom {
     /// The program.
-    pub monorig: Identity,
+    pub(crate) monorig: Identity,
     /// SHA-256 of every file that was read, by name relative to the folder of the study.
-    pub inputs: BTreeMap<String, String>,
+    pub(crate) inputs: BTreeMap<String, String>,
     /// What the files come to with all defaults filled in, those of parameters too.
-    pub resolved: Value,
+    pub(crate) resolved: Value,
     /// SHA-256 over all of these.
-    pub hash: String,
+    pub(crate) hash: String,
 }
 
 impl MadeFrom {
@@ -31,7 +31,7 @@ impl MadeFrom {
     }
 
     /// What differs between what is in a file (`self`) and what would be added to it; none if nothing does.
-    pub fn differs(&self, here: &Self) -> Option<String> {
+    pub(crate) fn differs(&self, here: &Self) -> Option<String> {
         if self == here {
             return None;
         }

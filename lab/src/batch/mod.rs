@@ -18,8 +18,9 @@ pub mod test_shards;
 mod vary;
 
 pub use merge::merge;
-pub use one_run::{Interrupted, RunSpec, run_one};
-pub use plan::{FORMAT, Plan, StudyHeader, VERSION};
+pub use one_run::{RunSpec, run_one};
+pub use plan::Plan;
+pub(crate) use plan::{FORMAT, StudyHeader, VERSION};
 pub use pool::{in_order, map_in_order, refused_threads};
 pub use results::ResultStore;
 pub use shard::Shard;

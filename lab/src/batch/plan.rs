@@ -24,7 +24,7 @@ pub struct Plan {
     /// File name without its ending.
     pub name: String,
     /// What the file says.
-    pub file: StudyFile,
+    pub(crate) file: StudyFile,
     path: PathBuf,
     scenario: PathBuf,
     inputs: InputFiles,
@@ -33,31 +33,31 @@ pub struct Plan {
 }
 
 /// First words of a study's results.
-pub const FORMAT: &str = "monorig study";
+pub(crate) const FORMAT: &str = "monorig study";
 /// Version of the format of a study's results.
-pub const VERSION: u32 = 2;
+pub(crate) const VERSION: u32 = 2;
 
 /// The first line of a study's results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StudyHeader {
     /// What this file is: `monorig study`.
-    pub format: String,
+    pub(crate) format: String,
     /// Format version, 2.
-    pub version: u32,
+    pub(crate) version: u32,
     /// Name of the study.
-    pub study: String,
+    pub(crate) study: String,
     /// How many runs the whole study has.
-    pub runs: u64,
+    pub(crate) runs: u64,
     /// Which of them are here; all if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shard: Option<Shard>,
+    pub(crate) shard: Option<Shard>,
     /// What the study was made from and by.
-    pub made_from: MadeFrom,
+    pub(crate) made_from: MadeFrom,
 }
 
 impl StudyHeader {
     /// What differs between the header of a file (`self`) and that of what would be added to it; none if nothing does.
-    pub fn differs(&self, here: &Self) -> Option<String> {
+    pub(crate) fn differs(&self, here: &Self) -> Option<String> {
         let of = |h: &Self| {
             let shard = h.shard.unwrap_or(Shard::WHOLE);
             let runs = format!("{} runs, shard {}/{}", h.runs, shard.part, shard.of);

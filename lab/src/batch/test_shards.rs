@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct ShardHeader {
     /// Which part.
     #[serde(flatten)]
-    pub shard: Shard,
+    pub(crate) shard: Shard,
     /// The program, and the arithmetic of the machine.
     monorig: Identity,
     /// Every scenario of the test.

@@ -21,15 +21,15 @@ const UNKNOWN_RAIL: (f64, f64) = (1e-2, 5e-4);
 
 /// The true motion at the IMU.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Speed, m/s.
-    pub speed_mps: f64,
+    pub(crate) speed_mps: f64,
     /// Grade, rad.
-    pub grade_rad: f64,
+    pub(crate) grade_rad: f64,
     /// Its rate, rad/s.
-    pub grade_rate_radps: f64,
+    pub(crate) grade_rate_radps: f64,
     /// Gravity, m/s².
-    pub gravity_mps2: f64,
+    pub(crate) gravity_mps2: f64,
 }
 
 /// Kalman covariance of the attitude, linearised on the true motion:
@@ -38,7 +38,7 @@ pub struct Motion {
 /// v̇ = f_x − b_x − g sin θ      θ̇ = ω − b_g
 /// wheels  v (1 + e_w)           f_z  v θ̇ + g cos θ + b_z
 /// ```
-pub struct AttitudeBound {
+pub(crate) struct AttitudeBound {
     noise: SheetNoise,
     drives: f64,
     covariance: Option<Covariance>,
@@ -46,7 +46,7 @@ pub struct AttitudeBound {
 
 impl AttitudeBound {
     /// For instruments of this noise.
-    pub fn new(noise: SheetNoise) -> Self {
+    pub(crate) fn new(noise: SheetNoise) -> Self {
         Self {
             noise,
             drives: 1.0,
@@ -55,18 +55,18 @@ impl AttitudeBound {
     }
 
     /// How many wheels are measured.
-    pub fn drives(&mut self, drives: usize) {
+    pub(crate) fn drives(&mut self, drives: usize) {
         self.drives = drives.max(1) as f64;
     }
 
     /// Time between two steps, s; none if the sheet has no accelerometer or no wheel speed.
-    pub fn step_s(&self) -> Option<f64> {
+    pub(crate) fn step_s(&self) -> Option<f64> {
         self.noise.wheel_speed?;
         Some(1.0 / self.noise.accelerometer?.rate_hz)
     }
 
     /// One sample of the accelerometer later.
-    pub fn step(&mut self, m: Motion) {
+    pub(crate) fn step(&mut self, m: Motion) {
         let (Some(accelerometer), Some(wheels)) =
             (self.noise.accelerometer, self.noise.wheel_speed)
         else {
@@ -125,7 +125,7 @@ impl AttitudeBound {
     }
 
     /// Standard deviations of the tilt and of the accelerometer's bias along the train, rad and m/s².
-    pub fn sd(&self) -> Option<(f64, f64)> {
+    pub(crate) fn sd(&self) -> Option<(f64, f64)> {
         let p = self.covariance?;
         Some((p[(TILT, TILT)].sqrt(), p[(BIAS_X, BIAS_X)].sqrt()))
     }

@@ -42,7 +42,7 @@ struct Block {
 /// ```
 ///
 /// U: moment of the masses that still stand on the rail behind the start.
-pub struct MassBound {
+pub(crate) struct MassBound {
     noise: SheetNoise,
     covariance: Option<Covariance>,
     mass_kg: f64,
@@ -55,7 +55,7 @@ pub struct MassBound {
 
 impl MassBound {
     /// For instruments of this noise.
-    pub fn new(noise: SheetNoise) -> Self {
+    pub(crate) fn new(noise: SheetNoise) -> Self {
         Self {
             noise,
             covariance: None,
@@ -68,7 +68,7 @@ impl MassBound {
     }
 
     /// A step of the plant later.
-    pub fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
+    pub(crate) fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
         if self.mass_kg.is_nan() {
             self.start_m = truth.chainage_m;
         }
@@ -152,7 +152,7 @@ impl MassBound {
 
     /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which nothing tells from mass; and of the
     /// effective grade by the rail behind, rad.
-    pub fn sd(&self, drives: usize) -> Option<(f64, f64)> {
+    pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;
         let gain = self.noise.motor_torque?.scale_sd / (drives.max(1) as f64).sqrt();
         Some((

@@ -14,7 +14,7 @@ mod running;
 mod sheet;
 
 pub use channels::{BoundChannels, descriptions};
-pub use running::RunningBound;
+pub(crate) use running::RunningBound;
 pub use sheet::SheetNoise;
 
 use monorig_sim::closed_loop::Simulation;

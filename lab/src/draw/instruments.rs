@@ -19,7 +19,7 @@ const BIASES: [&str; 4] = [
 ];
 
 /// The text of a sheet like the one in `path`, with these factors on what it says of noise and of bias.
-pub fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {
+pub(crate) fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {
     let document = Document::read(path)?;
     let mut sheet: Value = document.parse()?;
     scale(&mut sheet, noise, bias);

@@ -10,8 +10,9 @@ mod instruments;
 mod ranges;
 mod track;
 
-pub use course::{Course, DrawnFile, course};
-pub use ranges::{DriveRanges, RangesFile, TrackRanges, TrainRange};
+pub use course::{Course, course};
+pub use ranges::RangesFile;
+pub(crate) use ranges::{DriveRanges, TrackRanges};
 
 use monorig_sim::config::checked::Positive;
 use monorig_sim::sensors::stream::Stream;

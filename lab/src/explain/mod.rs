@@ -22,11 +22,11 @@ pub const METRICS: [&str; 3] = ["mass_rmse_kg", "slope_rmse_deg", "effective_slo
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Format version, 1.
-    pub version: u32,
+    pub(crate) version: u32,
     /// What this file is: `explain`.
-    pub kind: String,
+    pub(crate) kind: String,
     /// Version of monorig.
-    pub monorig: String,
+    pub(crate) monorig: String,
     /// Name of the run's scenario, with its variant.
     pub scenario: String,
     /// Seeds of the runs, the same for every source.
@@ -43,7 +43,7 @@ pub struct SwitchedOff {
     /// Its name.
     pub name: String,
     /// What was switched off.
-    pub what: String,
+    pub(crate) what: String,
     /// Why there is no error without it: the first of its runs that broke down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
@@ -71,7 +71,7 @@ impl ErrorOf {
     }
 
     /// The metric with its unit.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let unit = find(&self.metric).map_or("1", |m| m.unit);
         crate::text::with_unit(&self.metric, unit)
     }

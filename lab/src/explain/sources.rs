@@ -9,9 +9,9 @@ use monorig_sim::error::Error;
 #[derive(Clone, Debug)]
 pub struct Source {
     /// Its name.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What is switched off.
-    pub what: String,
+    pub(crate) what: String,
     /// Changes to the scenario that do it, as `--set` makes them.
     pub changes: Vec<(String, String)>,
 }

@@ -21,29 +21,29 @@ const INTERNALS: [&str; 8] = [
 #[derive(Clone, Debug, Default)]
 pub struct Passage {
     /// s.
-    pub t_s: Vec<f64>,
+    pub(crate) t_s: Vec<f64>,
     /// Speed of the unit's middle, m/s, and its standard deviation.
-    pub speed_mps: Vec<f64>,
+    pub(crate) speed_mps: Vec<f64>,
     /// See above.
-    pub speed_sd_mps: Vec<f64>,
+    pub(crate) speed_sd_mps: Vec<f64>,
     /// Whether its grade is marked valid.
-    pub valid: Vec<bool>,
+    pub(crate) valid: Vec<bool>,
     /// Pitch of the unit, nose up, rad.
-    pub pitch_rad: Vec<f64>,
+    pub(crate) pitch_rad: Vec<f64>,
     /// Bias of the accelerometer along the unit, m/s², and its standard deviation.
-    pub bias_mps2: Vec<f64>,
+    pub(crate) bias_mps2: Vec<f64>,
     /// See above.
-    pub bias_sd_mps2: Vec<f64>,
+    pub(crate) bias_sd_mps2: Vec<f64>,
     /// Standard deviation of sin θ + b/g, with that of the IMU's mounting.
-    pub read_sd: Vec<f64>,
+    pub(crate) read_sd: Vec<f64>,
     /// Standard deviation of the scale of the wheel speeds.
-    pub scale_sd: Vec<f64>,
+    pub(crate) scale_sd: Vec<f64>,
     /// Heading since the start, + left, within ±π, rad, and its standard deviation.
-    pub heading_rad: Vec<f64>,
+    pub(crate) heading_rad: Vec<f64>,
     /// See above.
-    pub heading_sd_rad: Vec<f64>,
+    pub(crate) heading_sd_rad: Vec<f64>,
     /// How far the IMU is ahead of the unit's middle, m.
-    pub arm_m: f64,
+    pub(crate) arm_m: f64,
     /// Chainage of the IMU in the first row, m; none in a recorded drive.
     pub start_m: Option<f64>,
 }

@@ -31,11 +31,11 @@ pub struct MapPoint {
     /// Chainage, m.
     pub s_m: f64,
     /// Grade, rad.
-    pub grade_rad: f64,
+    pub(crate) grade_rad: f64,
     /// Its standard deviation, rad.
     pub sd_rad: f64,
     /// Heading against that of the first place that was read, + left, rad.
-    pub heading_rad: f64,
+    pub(crate) heading_rad: f64,
     /// Its standard deviation, rad.
     pub heading_sd_rad: f64,
     /// Whether the unit has passed it; else grade and heading are those of the nearest rail that was read.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// True grade of the rail under the middle of the unit that carries the IMU: where the IMU was when it was one arm further back. With kinks and
 /// steps of joints, as the grade at the IMU.
 #[derive(Clone)]
-pub struct GradeAtMiddle {
+pub(crate) struct GradeAtMiddle {
     rail: Arc<Rail>,
     arm_m: f64,
     cursor: Cursor,
@@ -15,7 +15,7 @@ pub struct GradeAtMiddle {
 
 impl GradeAtMiddle {
     /// Of this simulation, with the arm that its estimators are told.
-    pub fn of(simulation: &Simulation) -> Self {
+    pub(crate) fn of(simulation: &Simulation) -> Self {
         Self {
             rail: Arc::clone(&simulation.rail),
             arm_m: simulation.vehicle.imu_arm_m,
@@ -24,7 +24,7 @@ impl GradeAtMiddle {
     }
 
     /// With the IMU at this chainage, m: rad. Not a number where the chainage is not known, as in a recorded drive.
-    pub fn at(&mut self, chainage_m: f64) -> f64 {
+    pub(crate) fn at(&mut self, chainage_m: f64) -> f64 {
         if !chainage_m.is_finite() {
             return f64::NAN;
         }

@@ -6,7 +6,7 @@
 //! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
 //! sees to it.
 
-pub mod lagged;
+pub(crate) mod lagged;
 mod marks;
 mod of_estimator;
 mod of_run;
@@ -18,11 +18,11 @@ mod table;
 mod window;
 mod windowed;
 
-pub use quantity::Quantity;
-pub use statistics::{Accumulator, Running};
+pub(crate) use quantity::Quantity;
+pub(crate) use statistics::{Accumulator, Running};
 pub use table::METRICS;
-pub use window::{End, Window};
-pub use windowed::{Wanted, WindowedMetrics};
+pub(crate) use window::{End, Window};
+pub(crate) use windowed::{Wanted, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 use crate::metrics::window::{Timed, Windowed};
@@ -39,11 +39,11 @@ pub struct Metric {
     /// Which value is best.
     pub best: Best,
     /// What it is about.
-    pub of: Of,
+    pub(crate) of: Of,
 }
 
 /// What a metric is about, and how it is computed.
-pub enum Of {
+pub(crate) enum Of {
     /// Accuracy or consistency: the error of a quantity.
     Error {
         /// The quantity.
@@ -68,7 +68,7 @@ pub enum Of {
 
 /// What the marks of an estimator are worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marks {
+pub(crate) enum Marks {
     /// Share of samples marked valid.
     Availability,
     /// Share of the valid samples that is misleading.
@@ -101,7 +101,7 @@ impl Best {
     }
 
     /// What an optimiser makes small: 0 at the best value.
-    pub fn loss(self, x: f64) -> f64 {
+    pub(crate) fn loss(self, x: f64) -> f64 {
         match self {
             Best::Least => x,
             Best::One => 1.0 - x,
@@ -112,16 +112,16 @@ impl Best {
 }
 
 /// What the names of metrics of valid samples end with.
-pub const VALID: &str = "_valid";
+pub(crate) const VALID: &str = "_valid";
 
 impl Metric {
     /// Whether it is one of an estimator, not of train and controller.
-    pub fn is_of_estimator(&self) -> bool {
+    pub(crate) fn is_of_estimator(&self) -> bool {
         !matches!(self.of, Of::Run(_))
     }
 
     /// The quantity whose error it is; none if it is not an error.
-    pub fn error_of(&self) -> Option<Quantity> {
+    pub(crate) fn error_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Error { quantity, .. } => Some(quantity),
             _ => None,
@@ -129,7 +129,7 @@ impl Metric {
     }
 
     /// The quantity whose availability it is; none if it is not one.
-    pub fn availability_of(&self) -> Option<Quantity> {
+    pub(crate) fn availability_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Marks {
                 quantity,
@@ -140,7 +140,7 @@ impl Metric {
     }
 
     /// Whether only samples count that the estimator marks valid.
-    pub fn is_of_valid(&self) -> bool {
+    pub(crate) fn is_of_valid(&self) -> bool {
         matches!(
             self.of,
             Of::Error {
@@ -152,7 +152,7 @@ impl Metric {
 
     /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if it is of train and
     /// controller.
-    pub fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
+    pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
         Some(match self.of {
             Of::Error {
                 quantity,
@@ -169,7 +169,7 @@ impl Metric {
     }
 
     /// Begins to measure it of train and controller; none if it is of an estimator.
-    pub fn of_run(&self) -> Option<Running<Tracking>> {
+    pub(crate) fn of_run(&self) -> Option<Running<Tracking>> {
         match self.of {
             Of::Run(start) => Some(start()),
             _ => None,
@@ -211,7 +211,7 @@ pub fn estimator_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
 }
 
 /// The metrics of train and controller.
-pub fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
+pub(crate) fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
     METRICS.iter().filter(|m| !m.is_of_estimator())
 }
 
@@ -221,13 +221,13 @@ pub fn find(name: &str) -> Option<&'static Metric> {
 }
 
 /// The availability of a quantity.
-pub fn availability(quantity: Quantity) -> &'static str {
+pub(crate) fn availability(quantity: Quantity) -> &'static str {
     let of = |m: &&Metric| m.availability_of() == Some(quantity);
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
 
 /// The misleading share of a quantity.
-pub fn misleading_share(quantity: Quantity) -> &'static str {
+pub(crate) fn misleading_share(quantity: Quantity) -> &'static str {
     let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Integrity } if q == quantity);
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
@@ -254,14 +254,19 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
 
 /// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`], or of [`measure_run`]
 /// where there is no closed loop.
-pub struct InWindow {
+pub(crate) struct InWindow {
     of_estimator: Option<Windowed<ErrorSample>>,
     of_no_run: f64,
 }
 
 impl InWindow {
     /// None if there is no metric of this name.
-    pub fn new(metric: &str, limits: &IntegrityLimits, after_s: f64, until_s: f64) -> Option<Self> {
+    pub(crate) fn new(
+        metric: &str,
+        limits: &IntegrityLimits,
+        after_s: f64,
+        until_s: f64,
+    ) -> Option<Self> {
         let metric = find(metric)?;
         let window = Window::new(after_s, until_s);
         let running = metric.of_estimator(limits);
@@ -272,14 +277,14 @@ impl InWindow {
     }
 
     /// The next samples, in the order of time.
-    pub fn add(&mut self, batch: &[ErrorSample]) {
+    pub(crate) fn add(&mut self, batch: &[ErrorSample]) {
         if let Some(windowed) = &mut self.of_estimator {
             windowed.add_all(&[], batch);
         }
     }
 
     /// The number for the samples so far.
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         let windowed = self.of_estimator.as_ref();
         windowed.map_or(self.of_no_run, Windowed::value)
     }

@@ -18,7 +18,7 @@ const POWERS: usize = 1 << 11;
 const BELOW: u32 = f64::MANTISSA_DIGITS - 1 - CELL_BITS;
 
 /// The 95th percentile of magnitudes: the value below which 95 % of them lie, the nearest of the values.
-pub fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Percentile {
         of,
         share: 0.95,

@@ -37,7 +37,7 @@ pub struct Target {
 
 impl Target {
     /// Of this truth, with the bound of the run and the grade under the middle of the unit, rad.
-    pub fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
+    pub(crate) fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
         Self {
             bound,
             grade_at_middle_rad,
@@ -58,7 +58,7 @@ pub struct ErrorSample {
     /// s.
     pub t_s: f64,
     /// Estimate minus truth over truth, total mass.
-    pub mass_rel: f64,
+    pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
     pub mass_kg: f64,
     /// Its normalised square: (error / standard deviation)².
@@ -68,7 +68,7 @@ pub struct ErrorSample {
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
     /// The estimate of the slope, and the grade at the IMU, rad.
-    pub slopes: [f64; 2],
+    pub(crate) slopes: [f64; 2],
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
     /// Normalised square of the slope's error, against the grade at the IMU.
@@ -76,34 +76,34 @@ pub struct ErrorSample {
     /// Whether the estimator marked the slope valid.
     pub slope_valid: bool,
     /// Normalised square of the effective slope's error.
-    pub effective_nees: f64,
+    pub(crate) effective_nees: f64,
     /// Whether the estimator marked the effective slope valid.
-    pub effective_valid: bool,
+    pub(crate) effective_valid: bool,
     /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell none.
-    pub lagged: f64,
+    pub(crate) lagged: f64,
     /// Its normalised square.
-    pub lagged_nees: f64,
+    pub(crate) lagged_nees: f64,
     /// Normalised innovation squared.
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
-    pub running_resistance: f64,
+    pub(crate) running_resistance: f64,
     /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
-    pub mass_bound: f64,
+    pub(crate) mass_bound: f64,
     /// Of the slope, rad.
-    pub slope_bound: f64,
+    pub(crate) slope_bound: f64,
     /// Of the effective slope, rad.
-    pub effective_bound: f64,
+    pub(crate) effective_bound: f64,
 }
 
 impl ErrorSample {
     /// What an estimator last said against the truth.
-    pub fn new(member: &RunningEstimator, t: &Target) -> Self {
+    pub(crate) fn new(member: &RunningEstimator, t: &Target) -> Self {
         let internals = member.internals_named(TOLD);
         Self::of(&member.estimate, internals, t)
     }
 
     /// Error of the slope as roads state slopes, 100 tan θ, %.
-    pub fn slope_percent(&self) -> f64 {
+    pub(crate) fn slope_percent(&self) -> f64 {
         let [estimate, truth] = self.slopes;
         100.0 * (estimate.tan() - truth.tan())
     }
@@ -146,14 +146,14 @@ const TOLD: [&str; 3] = [
 ];
 
 /// Makes error samples of one estimator, step by step, without looking for its internals by name in each.
-pub struct Comparison {
+pub(crate) struct Comparison {
     places: [Option<usize>; 3],
     internals: Vec<f64>,
 }
 
 impl Comparison {
     /// Of this estimator.
-    pub fn of(member: &RunningEstimator) -> Self {
+    pub(crate) fn of(member: &RunningEstimator) -> Self {
         let list = member.list_internals();
         Self {
             places: TOLD.map(|name| list.iter().position(|i| i.name == name)),
@@ -162,7 +162,7 @@ impl Comparison {
     }
 
     /// What the estimator last said against the truth: that of [`ErrorSample::new`].
-    pub fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
+    pub(crate) fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
         self.internals.clear();
         if self.places.iter().any(Option::is_some) {
             member.internals(&mut self.internals);
@@ -174,26 +174,26 @@ impl Comparison {
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tracking {
+pub(crate) struct Tracking {
     /// s.
-    pub t_s: f64,
+    pub(crate) t_s: f64,
     /// Speed minus reference, m/s.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// Speed along the rail, m/s.
-    pub way_speed: f64,
+    pub(crate) way_speed: f64,
     /// Power of the driven wheels on the train, W.
-    pub traction_w: f64,
+    pub(crate) traction_w: f64,
     /// Acceleration along the rail, m/s².
-    pub accel: f64,
+    pub(crate) accel: f64,
     /// Off the rail's line, m.
-    pub off_rail: f64,
+    pub(crate) off_rail: f64,
     /// Chainage of the IMU, m.
-    pub chainage: f64,
+    pub(crate) chainage: f64,
 }
 
 impl Tracking {
     /// Of this step.
-    pub fn of(f: &StepFrame<'_>) -> Self {
+    pub(crate) fn of(f: &StepFrame<'_>) -> Self {
         let t = f.truth;
         Self {
             t_s: t.t_s,
@@ -209,18 +209,18 @@ impl Tracking {
 
 /// Places of the track, and where on the vehicle front and rear are.
 #[derive(Clone, Debug, Default)]
-pub struct Geometry {
+pub(crate) struct Geometry {
     /// Named places.
-    pub places: Vec<Place>,
+    pub(crate) places: Vec<Place>,
     /// Chainage of the IMU minus that of the front, m.
-    pub imu_offset_m: f64,
+    pub(crate) imu_offset_m: f64,
     /// Length of the vehicle, m.
-    pub length_m: f64,
+    pub(crate) length_m: f64,
 }
 
 impl Geometry {
     /// Of this simulation.
-    pub fn of(s: &Simulation) -> Self {
+    pub(crate) fn of(s: &Simulation) -> Self {
         Self {
             places: s.rail.places.clone(),
             imu_offset_m: s.imu_offset_m,
@@ -236,18 +236,18 @@ pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
     /// The closed loop.
-    pub tracking: Vec<Tracking>,
+    pub(crate) tracking: Vec<Tracking>,
     /// When a valid sample is misleading.
-    pub limits: IntegrityLimits,
+    pub(crate) limits: IntegrityLimits,
     /// The Cramér-Rao bound of the run, if there is one.
-    pub bound: Option<RunningBound>,
+    pub(crate) bound: Option<RunningBound>,
     /// Grade under the middle of the unit.
-    pub middle: Option<GradeAtMiddle>,
+    pub(crate) middle: Option<GradeAtMiddle>,
 }
 
 impl ErrorSeries {
     /// The samples of an estimator; none if there is no such estimator.
-    pub fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
+    pub(crate) fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
         let mut all = self.estimators.iter();
         let (_, samples) = all.find(|(name, _)| name == estimator)?;
         Some(samples)

@@ -1,7 +1,7 @@
 //! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they are not a number.
 
 /// A number made of samples that are given one after the other, in the order of time.
-pub trait Accumulator<T> {
+pub(crate) trait Accumulator<T> {
     /// One sample more.
     fn add(&mut self, x: &T);
     /// Some samples more, in their order: one call through the trait for all of them.
@@ -13,29 +13,29 @@ pub trait Accumulator<T> {
 }
 
 /// An accumulator over samples `T`, whatever it is.
-pub type Running<T> = Box<dyn Accumulator<T>>;
+pub(crate) type Running<T> = Box<dyn Accumulator<T>>;
 
 /// Mean of numbers.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Mean {
+pub(crate) struct Mean {
     sum: f64,
     n: f64,
 }
 
 impl Mean {
     /// One number more.
-    pub fn add(&mut self, x: f64) {
+    pub(crate) fn add(&mut self, x: f64) {
         self.sum += x;
         self.n += 1.0;
     }
 
     /// One yes or no more: the mean is the share of yes.
-    pub fn add_bool(&mut self, yes: bool) {
+    pub(crate) fn add_bool(&mut self, yes: bool) {
         self.add(if yes { 1.0 } else { 0.0 });
     }
 
     /// The mean; not a number of none.
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         match self.n > 0.0 {
             true => self.sum / self.n,
             false => f64::NAN,
@@ -67,7 +67,7 @@ where
 }
 
 /// Mean.
-pub fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
         add: Mean::add,
@@ -77,7 +77,7 @@ pub fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 }
 
 /// Root of the mean square.
-pub fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
         add: |mean: &mut Mean, x: f64| mean.add(x * x),
@@ -87,7 +87,7 @@ pub fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 }
 
 /// Root mean square of an error over that of its bound, over the samples that have a bound.
-pub fn rms_over<T: 'static>(
+pub(crate) fn rms_over<T: 'static>(
     of: impl Fn(&T) -> f64 + 'static,
     bound: impl Fn(&T) -> f64 + 'static,
 ) -> Running<T> {
@@ -123,7 +123,7 @@ impl<T, F: Fn(&T) -> f64, G: Fn(&T) -> f64> Accumulator<T> for Ratio<F, G> {
 }
 
 /// Largest magnitude.
-pub fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
         add: |most: &mut f64, x: f64| *most = most.max(x.abs()),
@@ -136,7 +136,7 @@ pub fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
 /// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is not.
-pub fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Of {
         of,
         add: |mean: &mut Mean, x: f64| {

@@ -7,14 +7,14 @@ use std::collections::VecDeque;
 
 /// A stretch of time, both ends included.
 #[derive(Clone, Copy, Debug)]
-pub struct Window {
+pub(crate) struct Window {
     after: End,
     until: End,
 }
 
 /// An end of a window.
 #[derive(Clone, Copy, Debug)]
-pub enum End {
+pub(crate) enum End {
     /// An instant, s.
     At(f64),
     /// `plus_s` (s) after the IMU has first come to chainage `imu_m` (m), at `passed_s` (s) if it has.
@@ -30,7 +30,7 @@ pub enum End {
 
 impl End {
     /// A moment of the scenario; one that is not to be found is never come to.
-    pub fn of(moment: &Moment, file: &ScenarioFile, geometry: &Geometry) -> Self {
+    pub(crate) fn of(moment: &Moment, file: &ScenarioFile, geometry: &Geometry) -> Self {
         match moment.find(file, &geometry.places) {
             Err(_) => Self::At(f64::INFINITY),
             Ok(MomentOf::Instant(t_s)) => Self::At(t_s),
@@ -50,7 +50,7 @@ impl End {
     }
 
     /// s; infinite if the run has not come to it.
-    pub fn instant_s(self) -> f64 {
+    pub(crate) fn instant_s(self) -> f64 {
         match self {
             Self::At(t_s) => t_s,
             Self::Passing {
@@ -82,32 +82,32 @@ impl End {
 
 impl Window {
     /// From one instant to another, s.
-    pub fn new(after_s: f64, until_s: f64) -> Self {
+    pub(crate) fn new(after_s: f64, until_s: f64) -> Self {
         Self::between(End::At(after_s), End::At(until_s))
     }
 
     /// From one end to the other.
-    pub fn between(after: End, until: End) -> Self {
+    pub(crate) fn between(after: End, until: End) -> Self {
         Self { after, until }
     }
 
     /// Where it begins, s; infinite if the run does not come to it.
-    pub fn after_s(&self) -> f64 {
+    pub(crate) fn after_s(&self) -> f64 {
         self.after.instant_s()
     }
 
     /// Where it ends, s; infinite if the run does not come to it.
-    pub fn until_s(&self) -> f64 {
+    pub(crate) fn until_s(&self) -> f64 {
         self.until.instant_s()
     }
 
     /// Whether this instant (s) is in it, by what is known of its ends.
-    pub fn holds(&self, t_s: f64) -> bool {
+    pub(crate) fn holds(&self, t_s: f64) -> bool {
         t_s >= self.after_s() && t_s <= self.until_s()
     }
 
     /// Looks whether the run has come to one of its ends.
-    pub fn see(&mut self, x: &Tracking) {
+    pub(crate) fn see(&mut self, x: &Tracking) {
         self.after.see(x);
         self.until.see(x);
     }
@@ -133,14 +133,14 @@ impl Timed for Tracking {
 
 /// A number made of the samples in a window. Samples wait where an end may turn out to have been before them (`plus_s: -3`).
 pub(super) struct Windowed<T> {
-    pub window: Window,
+    pub(crate) window: Window,
     running: Running<T>,
     known_after_s: f64,
     waiting: VecDeque<T>,
 }
 
 impl<T: Timed> Windowed<T> {
-    pub fn new(window: Window, running: Running<T>) -> Self {
+    pub(crate) fn new(window: Window, running: Running<T>) -> Self {
         let known_after_s = window.after.known_after_s();
         Self {
             window,
@@ -151,7 +151,7 @@ impl<T: Timed> Windowed<T> {
     }
 
     /// A sample and the state of the run at its instant.
-    pub fn add(&mut self, tracking: &Tracking, x: &T) {
+    pub(crate) fn add(&mut self, tracking: &Tracking, x: &T) {
         self.window.see(tracking);
         if self.known_after_s == 0.0 {
             return self.count(x);
@@ -164,7 +164,7 @@ impl<T: Timed> Windowed<T> {
     }
 
     /// The same of samples one after the other: of a window between two instants in one piece.
-    pub fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
+    pub(crate) fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
         let (End::At(after_s), End::At(until_s)) = (self.window.after, self.window.until) else {
             return tracking.iter().zip(all).for_each(|(t, x)| self.add(t, x));
         };
@@ -176,13 +176,13 @@ impl<T: Timed> Windowed<T> {
     }
 
     /// The run is over: what waits is counted.
-    pub fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         for x in std::mem::take(&mut self.waiting) {
             self.count(&x);
         }
     }
 
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         self.running.value()
     }
 

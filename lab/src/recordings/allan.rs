@@ -18,7 +18,7 @@ pub struct AllanPoint {
     /// Deviation, in the unit of the samples.
     pub deviation: f64,
     /// Independent averages behind it: samples over m. The relative standard deviation of the point is about 1/√(2·averages).
-    pub averages: f64,
+    pub(crate) averages: f64,
 }
 
 /// Deviation of pooled pieces sampled every `period_s`, at averaging times from one period to a quarter of the longest piece.

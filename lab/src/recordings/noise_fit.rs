@@ -25,7 +25,7 @@ pub struct NoiseFit {
     /// Averaging time at which the fitted deviation is least, s; of an instability only.
     pub instability_s: Option<f64>,
     /// Random walk K of the bias, u/√s; `None` where it does not show.
-    pub random_walk: Option<f64>,
+    pub(crate) random_walk: Option<f64>,
     /// Root mean square of the relative error of the fitted deviation: below some 0.1 the three terms describe the recording.
     pub misfit: f64,
 }
@@ -37,7 +37,7 @@ impl NoiseFit {
     }
 
     /// The fitted deviation at τ.
-    pub fn deviation(&self, tau_s: f64) -> f64 {
+    pub(crate) fn deviation(&self, tau_s: f64) -> f64 {
         let squares = [
             self.white,
             self.instability.unwrap_or(0.0),

@@ -19,17 +19,17 @@ const APART_S: f64 = 0.2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     /// Root mean square above 2 Hz.
-    pub rms: f64,
+    pub(crate) rms: f64,
     /// 1.4826 times the median magnitude: the deviation without the hits.
     pub robust_sd: f64,
     /// Where 10 % and 90 % of the power above 2 Hz are below, Hz.
     pub band_hz: [f64; 2],
     /// Highest frequency there is, Hz: half the sampling rate.
-    pub nyquist_hz: f64,
+    pub(crate) nyquist_hz: f64,
     /// Hits per second.
-    pub hits_per_s: f64,
+    pub(crate) hits_per_s: f64,
     /// 10 % and 90 % quantile of their size; NaN without hits.
-    pub hit_size: [f64; 2],
+    pub(crate) hit_size: [f64; 2],
 }
 
 impl Vibration {
@@ -41,7 +41,7 @@ impl Vibration {
 }
 
 /// Vibration in pooled pieces; `None` below 5 samples a second or without a piece of half a second.
-pub fn find(pieces: &[&[f64]], rate_hz: f64) -> Option<Vibration> {
+pub(crate) fn find(pieces: &[&[f64]], rate_hz: f64) -> Option<Vibration> {
     if rate_hz <= 5.0 {
         return None;
     }

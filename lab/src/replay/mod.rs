@@ -5,7 +5,7 @@
 //! an estimator ([`play`]) hundreds of times faster than the run itself.
 
 pub mod cache;
-pub mod data;
+pub(crate) mod data;
 pub mod play;
 pub mod record;
 

@@ -51,7 +51,7 @@ impl Observer for ReplayRecorder {
 }
 
 /// The scenario without the estimators that change nothing: only that in the loop stays.
-pub fn bare(scenario: &Scenario) -> Scenario {
+pub(crate) fn bare(scenario: &Scenario) -> Scenario {
     let mut bare = scenario.clone();
     let in_loop = bare.file.in_loop.clone();
     bare.file

@@ -9,7 +9,7 @@ use crate::verdicts::integrity::Integrity;
 use crate::verdicts::summary::Summary;
 
 /// What misleads, worst first; none if nothing does. Each may begin with a name, such as that of its scenario.
-pub fn section(all: &[(String, Finding)]) -> Option<Section> {
+pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     if all.is_empty() {
         return None;
     }
@@ -34,7 +34,7 @@ pub fn section(all: &[(String, Finding)]) -> Option<Section> {
 }
 
 /// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an estimator.
-pub fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
+pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
     let mut sums: Vec<Integrity> = Vec::new();
     for new in runs.into_iter().flat_map(|s| &s.integrity) {
         let same = |i: &&mut Integrity| i.estimator == new.estimator && i.quantity == new.quantity;

@@ -5,7 +5,7 @@ use monorig_sim::config::scenario::Settings;
 use std::collections::BTreeMap;
 
 /// A row for each estimator; none without estimators.
-pub fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
+pub(crate) fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
     if estimators.is_empty() {
         return None;
     }

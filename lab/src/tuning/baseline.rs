@@ -8,17 +8,17 @@ use monorig_sim::error::Error;
 
 /// The defaults over some runs.
 #[derive(Clone, Debug)]
-pub struct Baseline {
+pub(crate) struct Baseline {
     /// Judges trials by them.
-    pub judge: Judge,
+    pub(crate) judge: Judge,
     /// What they have measured, run by run.
-    pub defaults: Vec<RunMetrics>,
+    pub(crate) defaults: Vec<RunMetrics>,
 }
 
 impl Baseline {
     /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of theirs is not a
     /// number (say, as no sample is valid): there is nothing to measure trials by.
-    pub fn new(
+    pub(crate) fn new(
         study: &TuningStudy,
         key: &str,
         groups: &[RunGroup],

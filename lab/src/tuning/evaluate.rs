@@ -22,13 +22,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// A metric over a window of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MetricWindow {
+pub(crate) struct MetricWindow {
     /// Its name.
-    pub metric: String,
+    pub(crate) metric: String,
     /// From here, s.
-    pub after_s: f64,
+    pub(crate) after_s: f64,
     /// To here, s.
-    pub until_s: f64,
+    pub(crate) until_s: f64,
 }
 
 /// Which runs of a study.
@@ -43,7 +43,7 @@ pub enum Stage {
 
 impl Stage {
     /// Its runs.
-    pub fn groups(self, study: &TuningStudy) -> &[RunGroup] {
+    pub(crate) fn groups(self, study: &TuningStudy) -> &[RunGroup] {
         match self {
             Self::Tuning => &study.tuning,
             Self::Validation => &study.validation,
@@ -106,9 +106,9 @@ enum Source {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunMetrics {
     /// Index of the group.
-    pub group: usize,
+    pub(crate) group: usize,
     /// Seed.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// The metrics.
     pub values: Result<Vec<f64>, String>,
 }
@@ -168,7 +168,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Of a worker: runs are made ready when a question needs them.
-    pub fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
+    pub(crate) fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
         let means = Means {
             cache,
             jobs: 1,
@@ -186,15 +186,6 @@ impl<'a> Evaluator<'a> {
             means,
             ready: Mutex::default(),
         }
-    }
-
-    /// Steps of all recordings together.
-    pub fn steps(&self) -> usize {
-        let steps = |run: &OneRun| match &run.source {
-            Source::Replay(columns) => columns.len(),
-            Source::ClosedLoop(_) => 0,
-        };
-        self.runs.iter().map(steps).sum()
     }
 
     /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has evaluated them.
@@ -223,7 +214,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The answer to a question: the metrics, or why the trial has failed. An error if its run cannot be made ready.
-    pub fn answer(
+    pub(crate) fn answer(
         &self,
         question: &Question,
         go_on: &dyn Fn() -> bool,
@@ -288,7 +279,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The samples of the first run of a group with these parameters.
-    pub fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
+    pub(crate) fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
         match self.runs.iter().find(|run| run.group == group) {
             Some(run) => self.samples(self.series(run, values)?),
             None => Err("there is no such run".into()),

@@ -5,25 +5,25 @@
 //! ([`trial_store`]); other processes may help through a folder ([`queue`], [`worker`]). The winner is then held against the defaults and the published constants on runs it has never seen
 //! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); as a page ([`report`]) too; [`mod@run`] does all of it.
 
-pub mod baseline;
+pub(crate) mod baseline;
 pub mod evaluate;
-pub mod loss;
+pub(crate) mod loss;
 pub mod name_check;
 pub mod optimise;
 pub mod progress;
-pub mod queue;
-pub mod report;
+pub(crate) mod queue;
+pub(crate) mod report;
 pub mod result;
 pub mod run;
 pub mod search;
-pub mod sensitivity;
+pub(crate) mod sensitivity;
 pub mod side_by_side;
-pub mod space;
+pub(crate) mod space;
 pub mod study;
-pub mod study_check;
+pub(crate) mod study_check;
 pub mod trial_store;
 pub mod validate;
 pub mod worker;
-pub mod write;
+pub(crate) mod write;
 
 pub use study::{TuningFile, TuningStudy};

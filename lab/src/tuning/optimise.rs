@@ -8,7 +8,7 @@ use heuropt::prelude::*;
 use std::sync::Mutex;
 
 /// The loss of a trial that failed, and of a question after the end of the budget. No other loss is larger.
-pub const WORST: f64 = 3.0;
+pub(crate) const WORST: f64 = 3.0;
 /// First step of CMA-ES, as a share of each range.
 const STEP: f64 = 0.25;
 

@@ -25,7 +25,7 @@ use monorig_sim::config::scenario::ParameterValue;
 const LOSS: &str = "loss (defaults = 1)";
 
 /// The page.
-pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
+pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let mut page = Page::new(format!("Tuning {}", study.name));
     page.subtitle = study.file.why.trim().to_owned();
     page.banner = Some(match &result.validation {

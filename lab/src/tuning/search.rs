@@ -16,7 +16,6 @@ use monorig_sim::record::identity::Identity;
 use monorig_sim::record::inputs;
 use std::collections::HashMap;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
@@ -39,18 +38,14 @@ pub struct SearchResult {
     /// All trials.
     pub trials: Vec<Trial>,
     /// Index of the winner: least loss, the first of equals; none if every trial failed or broke a constraint.
-    pub winner: Option<usize>,
+    pub(crate) winner: Option<usize>,
     /// Whether the budget was spent (not interrupted).
-    pub finished: bool,
-    /// Time spent on running trials.
-    pub running: Duration,
-    /// Time spent on all else: the optimiser, the store.
-    pub beside: Duration,
+    pub(crate) finished: bool,
 }
 
 /// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and taken from it as
 /// `begin` says.
-pub fn search(
+pub(crate) fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
@@ -58,7 +53,6 @@ pub fn search(
     monorig: &Identity,
     progress: &dyn Progress,
 ) -> Result<SearchResult, Error> {
-    let started = Instant::now();
     let kept = store.with_file_name("inputs");
     let header = TrialsHeader {
         study: study.name.clone(),
@@ -80,7 +74,6 @@ pub fn search(
         trials: Vec::new(),
         seen: HashMap::new(),
         best: None,
-        running: Duration::ZERO,
         stopped: false,
         error: None,
         progress,
@@ -115,8 +108,6 @@ pub fn search(
     Ok(SearchResult {
         winner: runner.best,
         finished: !runner.stopped,
-        running: runner.running,
-        beside: started.elapsed() - runner.running,
         trials: runner.trials,
     })
 }
@@ -133,7 +124,6 @@ struct TrialRunner<'a> {
     /// Trials by their parameters as JSON: proposed twice, run once.
     seen: HashMap<String, usize>,
     best: Option<usize>,
-    running: Duration,
     stopped: bool,
     error: Option<Error>,
     progress: &'a dyn Progress,
@@ -190,14 +180,12 @@ impl TrialRunner<'_> {
     }
 
     fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Result<Trial, Error> {
-        let started = Instant::now();
         // the first trial is the defaults, which have been run already
         let measured = match index {
             0 => self.baseline.defaults.clone(),
             _ => self.evaluator.evaluate(&parameters)?,
         };
         let verdict = self.baseline.judge.judge(&measured);
-        self.running += started.elapsed();
         Ok(Trial {
             trial: index,
             origin: origin.to_owned(),

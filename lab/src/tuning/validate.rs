@@ -71,7 +71,7 @@ impl ComparisonVerdict {
     }
 
     /// Of an interval of differences of something that is better when less.
-    pub fn of(interval: Option<&Interval>) -> Self {
+    pub(crate) fn of(interval: Option<&Interval>) -> Self {
         match interval {
             Some(i) if i.high < 0.0 => ComparisonVerdict::Better,
             Some(i) if i.low > 0.0 => ComparisonVerdict::Worse,
@@ -89,7 +89,7 @@ impl Validation {
 }
 
 /// Run the winner and what it is compared with over the validation runs.
-pub fn validate(
+pub(crate) fn validate(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     Baseline { judge, defaults }: &Baseline,

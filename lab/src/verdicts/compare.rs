@@ -39,11 +39,11 @@ pub struct OnSamples {
     /// Share of the samples that count, mean over the runs; none without a run.
     pub share: Option<f64>,
     /// Runs in which there was such a sample.
-    pub measured: usize,
+    pub(crate) measured: usize,
     /// Mean over these; none with fewer than two.
     pub mean: Option<Interval>,
     /// Median over these.
-    pub median: Option<f64>,
+    pub(crate) median: Option<f64>,
 }
 
 impl OnSamples {
@@ -139,7 +139,7 @@ fn quantity(metric: &str) -> Option<Quantity> {
 
 /// Estimator minus reference run by run: of an error on the samples that both mark valid, of another metric as it stands; none where one
 /// of the two could not be measured.
-pub fn differences(
+pub(crate) fn differences(
     runs: &[RunResult],
     estimator: &str,
     metric: &str,
@@ -170,7 +170,7 @@ fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>
 }
 
 /// A metric of an estimator run by run; none where the run did not finish or it could not be measured.
-pub fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
+pub(crate) fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
     let value = |run: &RunResult| {
         let summary = run.summary.as_ref().filter(|s| s.finished)?;
         summary.estimators.get(estimator)?.get(metric).copied()?

@@ -11,15 +11,15 @@ use monorig_sim::error::Error;
 
 /// A bound, and why it is known to fail, if it is.
 #[derive(Clone, Debug)]
-pub struct Bound {
+pub(crate) struct Bound {
     /// The bound.
-    pub expectation: Expectation,
+    pub(crate) expectation: Expectation,
     /// Why it is known to fail.
-    pub known_failure: Option<String>,
+    pub(crate) known_failure: Option<String>,
 }
 
 /// Every bound of a scenario: those of `expect`, then the availabilities that its bounds on errors bring with them, each once.
-pub fn bounds(file: &ScenarioFile) -> Vec<Bound> {
+pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
     let mut all = file.expect.clone();
     for e in &file.expect {
         let Some((metric, share)) = implied(file, e) else {

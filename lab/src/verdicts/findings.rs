@@ -10,16 +10,16 @@ pub struct Finding {
     /// In a line: estimator, error, NEES, seed, instant, share.
     pub text: String,
     /// Error over alert limit.
-    pub severity: f64,
+    pub(crate) severity: f64,
     /// Whether it makes the verdict fail: not that of a published method shown for reference, nor a known failure, nor one within what is
     /// allowed.
-    pub fails: bool,
+    pub(crate) fails: bool,
     /// Whether it is a known failure.
     pub known: bool,
 }
 
 /// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over alert limit.
-pub fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
+pub(crate) fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
     of_summaries(runs.into_iter().filter_map(|r| r.summary.as_ref()))
 }
 

@@ -13,7 +13,7 @@ pub struct Interval {
     /// Upper end.
     pub high: f64,
     /// Values.
-    pub n: usize,
+    pub(crate) n: usize,
 }
 
 /// Resamples of a bootstrap.
@@ -21,7 +21,7 @@ const RESAMPLES: usize = 4000;
 
 /// Cohen's d of paired differences: their mean in standard deviations (0.2 small, 0.5 medium, 0.8 large; Cohen 1988, 2.5.3). Significance
 /// grows with the number of runs, this does not. None of fewer than two values, or without spread.
-pub fn effect_size(differences: &[f64]) -> Option<f64> {
+pub(crate) fn effect_size(differences: &[f64]) -> Option<f64> {
     let n = differences.len() as f64;
     let mean = differences.iter().sum::<f64>() / n;
     let squares: f64 = differences.iter().map(|x| (x - mean).powi(2)).sum();
@@ -32,7 +32,7 @@ pub fn effect_size(differences: &[f64]) -> Option<f64> {
 impl Interval {
     /// After Student, for values that are independent and roughly normal. Of a single value the ends are infinite, of none
     /// nothing is a number.
-    pub fn student(values: &[f64]) -> Self {
+    pub(crate) fn student(values: &[f64]) -> Self {
         let n = values.len();
         let count = n as f64;
         let mean = values.iter().sum::<f64>() / count;
@@ -52,7 +52,7 @@ impl Interval {
 
     /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws are the
     /// same every time. None of fewer than two values.
-    pub fn bootstrap(values: &[f64]) -> Option<Self> {
+    pub(crate) fn bootstrap(values: &[f64]) -> Option<Self> {
         if values.len() < 2 {
             return None;
         }

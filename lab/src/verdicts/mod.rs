@@ -8,7 +8,7 @@ pub mod common;
 pub mod compare;
 pub mod expected;
 pub mod findings;
-pub mod integrity;
+pub(crate) mod integrity;
 pub mod interval;
 pub mod measure;
 pub mod run_result;

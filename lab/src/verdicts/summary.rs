@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// Metrics are taken from here on unless an expectation says otherwise, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
-pub const MAIN: &[&str] = &[
+pub(crate) const MAIN: &[&str] = &[
     "mass_error_rel_max",
     "mass_error_rel_max_valid",
     "mass_availability",
@@ -97,7 +97,7 @@ impl ExpectationVerdict {
     }
 
     /// Whether it is as it should be: it held, or it is known not to.
-    pub fn good(&self) -> bool {
+    pub(crate) fn good(&self) -> bool {
         self.held || self.known_failure.is_some()
     }
 
@@ -112,7 +112,7 @@ impl ExpectationVerdict {
     }
 
     /// How far the value is beyond its bound, as a share of the bound's size; infinite when it could not be measured.
-    pub fn excess(&self) -> f64 {
+    pub(crate) fn excess(&self) -> f64 {
         let Some(value) = self.value else {
             return f64::INFINITY;
         };

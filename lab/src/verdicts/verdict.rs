@@ -29,9 +29,9 @@ pub struct Check {
     /// The bound, such as `≤ 0.032`; empty where there is none.
     pub bound: String,
     /// Share of the seeds that must hold it.
-    pub quantile: f64,
+    pub(crate) quantile: f64,
     /// Seeds that hold it.
-    pub holding: usize,
+    pub(crate) holding: usize,
     /// Seeds that do not.
     pub failing: Vec<u64>,
     /// What happened with the worst of these.

@@ -15,7 +15,7 @@ const INKS: [Ink; 2] = [Ink::Series(0), Ink::Series(1)];
 const LETTERS: [&str; 2] = ["A", "B"];
 
 /// Two sections: errors of the estimators, and what the runs were like.
-pub fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
+pub(crate) fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     let mut errors = Section::new("Errors")
         .text("Estimate minus truth of the same run, where the estimator marks its value valid.");
     let slopes = [slope(&pair.a)?, slope(&pair.b)?];

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 type Values = BTreeMap<String, Option<f64>>;
 
 /// The metrics that say most, of the estimators of both runs.
-pub fn section(pair: &Pair) -> Section {
+pub(crate) fn section(pair: &Pair) -> Section {
     let mut table = Table::new(&["estimator", "metric"], &["A", "B", "B minus A"]);
     table.caption = format!(
         "From {} s on; a difference is coloured by whether B is better or worse",
@@ -38,7 +38,7 @@ pub fn section(pair: &Pair) -> Section {
 }
 
 /// All metrics, folded.
-pub fn all(pair: &Pair) -> Section {
+pub(crate) fn all(pair: &Pair) -> Section {
     let mut section = Section::new("All metrics");
     for name in pair.estimators() {
         let table = every(estimator_metrics(), of(pair, name));

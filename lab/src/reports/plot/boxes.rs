@@ -123,7 +123,7 @@ impl Boxes {
 }
 
 /// Quantile of sorted values, linear between neighbours (Hyndman and Fan 1996, definition 7).
-pub fn quantile(sorted: &[f64], p: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };

@@ -70,7 +70,7 @@ impl Consistency {
 
 /// The middle 95 % of the mean of `n` independent squares of standard normal values: χ²ₙ quantiles over n. For one value exact
 /// to the digits given, else by Wilson and Hilferty (1931), whose error is below 1 % from n = 10 on.
-pub fn mean_square_band(n: usize) -> (f64, f64) {
+pub(crate) fn mean_square_band(n: usize) -> (f64, f64) {
     if n <= 1 {
         return (9.8207e-4, 5.0239);
     }

@@ -22,7 +22,7 @@ pub struct Pareto {
 
 /// The points that no other beats or equals in both coordinates, from left to right; points that are not finite are no
 /// candidates.
-pub fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(crate) fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<_> = points
         .iter()
         .copied()

@@ -8,17 +8,17 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 #[derive(Clone, Debug)]
 pub struct Scatter {
     /// Title.
-    pub title: String,
+    pub(crate) title: String,
     /// How to read it.
-    pub note: String,
+    pub(crate) note: String,
     /// Axes.
-    pub x: Axis,
+    pub(crate) x: Axis,
     /// See above.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// Points.
     pub groups: Vec<ValueGroup<(f64, f64)>>,
     /// Lines over them.
-    pub lines: Vec<ValueGroup<(f64, f64)>>,
+    pub(crate) lines: Vec<ValueGroup<(f64, f64)>>,
 }
 
 impl Scatter {

@@ -14,7 +14,7 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 /// Metadata and links.
-pub fn section(run: &Recorded, link: &str) -> Section {
+pub(crate) fn section(run: &Recorded, link: &str) -> Section {
     let (manifest, summary) = (&run.manifest, &run.summary);
     let mut about = Table::new(&["", ""], &[]);
     for (key, value) in [

@@ -36,7 +36,7 @@ const QUANTITIES: [Quantity; 2] = [
 const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
 
 /// Plots of the estimates.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let mut section = Section::new("Estimates against the truth");
     for quantity in &QUANTITIES {
         let (mut figures, mut never_valid) = (Vec::new(), Vec::new());

@@ -9,7 +9,7 @@ use crate::reports::run::recorded::Recorded;
 use monorig_sim::error::Error;
 
 /// What was measured and what the ghost has; none of a run without one.
-pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if run.find("ghost/traction").is_none() {
         return Ok(None);
     }

@@ -15,7 +15,7 @@ const TWO_SIDED_95: f64 = 1.96;
 const SHOWN: usize = 30;
 
 /// Spearman's coefficient of every drawn number with every main metric of all samples, strongest first; none without enough runs.
-pub fn correlations(runs: &[RunResult]) -> Option<Table> {
+pub(crate) fn correlations(runs: &[RunResult]) -> Option<Table> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     let mut rows = Vec::new();
     for name in names {

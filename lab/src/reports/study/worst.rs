@@ -18,7 +18,7 @@ const METRICS: [&str; 3] = [
 const SHOWN: usize = 3;
 
 /// A table of the worst runs; none unless the header says what was run.
-pub fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
+pub(crate) fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
     let study = header.made_from.resolved.get("study")?.clone();
     let study: StudyFile = serde_json::from_value(study).ok()?;
     let mut table = Table::new(&["estimator", "metric", "again with"], &["value", "seed"]);
