@@ -1,7 +1,8 @@
 //! Text for people: numbers with enough digits, names with units, and no hidden characters.
 //!
-//! Hidden characters change how text is shown without being seen: control characters, and marks for writing from right to left.
-//! A terminal obeys the former. The latter show another name than the true one (Boucher and Anderson 2021, "Trojan Source").
+//! Hidden characters change how text is shown without being seen: control characters, and marks for writing from
+//! right to left. A terminal obeys the former. The latter show another name than the true one (Boucher and Anderson
+//! 2021, "Trojan Source").
 
 /// Returns true for a hidden character. Line ends and tabs are not hidden.
 pub(crate) fn is_hidden(c: char) -> bool {

@@ -1,8 +1,9 @@
 //! Studies: ordered lists of independent runs.
 //!
-//! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a [`RunResult`](crate::verdicts::run_result::RunResult), one line of JSON.
-//! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
-//! written do not depend on the number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
+//! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a
+//! [`RunResult`](crate::verdicts::run_result::RunResult), one line of JSON. [`in_order`] makes the runs on several
+//! threads and hands the results on in the order of their indices, so that the bytes written do not depend on the
+//! number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
 
 pub(crate) mod jsonl;
 pub mod lines;

@@ -1,7 +1,7 @@
 //! Values drawn anew for each run.
 //!
-//! A variable is drawn from a stream of its own, made from the seed of the run and the variable's path: adding another one, or
-//! changing their order, leaves the draws of this one as they were.
+//! A variable is drawn from a stream of its own, made from the seed of the run and the variable's path: adding
+//! another one, or changing their order, leaves the draws of this one as they were.
 
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::sensors::stream::Stream;

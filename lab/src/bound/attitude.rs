@@ -54,7 +54,7 @@ impl AttitudeBound {
         }
     }
 
-    /// How many wheels are measured.
+    /// Sets the number of measured wheels.
     pub(crate) fn drives(&mut self, drives: usize) {
         self.drives = drives.max(1) as f64;
     }
@@ -181,14 +181,16 @@ mod tests {
         assert!((tilt / (0.01 / 9.81) - 1.0).abs() < 0.02, "{tilt}");
     }
 
-    /// On a slope |f| = g tells it: after t seconds b is known to about σ/(sin θ √(n)), closed form of the information of f_z and f_x.
+    /// On a slope |f| = g tells it: after t seconds b is known to about σ/(sin θ √(n)), closed form of the
+    /// information of f_z and f_x.
     #[test]
     fn on_a_slope_the_bias_is_found_at_the_rate_of_the_closed_form() {
         let mut bound = bound();
         run(&mut bound, 5.0, 0.0);
         let slope = 0.2f64;
         let (_, bias) = run(&mut bound, 60.0, slope);
-        // level: b_z known; slope: z = −g sin θ δθ + b_z with δθ = −b_x/(g cos θ): b_x tan θ is measured n times with the noise of f_z
+        // level: b_z known; slope: z = −g sin θ δθ + b_z with δθ = −b_x/(g cos θ): b_x tan θ is measured n times with
+        // the noise of f_z
         let n = 60.0 * 200.0;
         let before = 0.01f64.hypot(0.0);
         let measured = 0.01 / (slope.tan() * f64::sqrt(n));

@@ -70,7 +70,8 @@ impl RunningBound {
     fn sample_at(&self, truth: &Truth) -> Option<BoundSample> {
         let (tilt, bias) = self.attitude.sd()?;
         let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);
-        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail not read
+        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail
+        // not read
         let (mass_rel, unseen) = self.mass.sd(self.vehicle.drives).unwrap_or((f64::NAN, 0.0));
         Some(BoundSample {
             t_s: truth.t_s,

@@ -1,4 +1,4 @@
-//! What a sensor sheet says of noise, as the bound needs it.
+//! Noise of the instruments from a sensor sheet, as the bound needs it.
 
 use monorig_sim::sensors::spec::{InstrumentSpec, InstrumentSpecs};
 use monorig_sim::sensors::{accelerometer, gyro, motor_torque, wheel_speed};
@@ -34,7 +34,7 @@ pub struct SheetNoise {
 }
 
 impl SheetNoise {
-    /// Of these instruments.
+    /// Takes the noise of these instruments.
     pub fn of(specs: &InstrumentSpecs) -> Self {
         let of = |name: &str| specs.get(name).map(noise);
         Self {

@@ -4,7 +4,7 @@ use super::track::round;
 use super::{Draws, DriveRanges};
 use serde::Serialize;
 
-/// What the motors can do.
+/// Limits of a drive: its way and what the motors can do.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     /// Way there is, m.

@@ -1,8 +1,8 @@
-//! Courses drawn at random: track, load, drive, instruments and what the estimators are told, as scenario files. An estimator is tried on
-//! courses that nobody tuned it on.
+//! Courses drawn at random: track, load, drive, instruments and what the estimators are told, as scenario files. An
+//! estimator is tried on courses that nobody tuned it on.
 //!
-//! Every kind of value is drawn from a stream of its own, made from the seed of the course: another range for one leaves the others as they
-//! were.
+//! Every kind of value is drawn from a stream of its own, made from the seed of the course: another range for one
+//! leaves the others as they were.
 
 mod course;
 mod drive;

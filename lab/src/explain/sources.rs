@@ -10,7 +10,7 @@ use monorig_sim::error::Error;
 pub struct Source {
     /// Its name.
     pub(crate) name: &'static str,
-    /// What is switched off.
+    /// Description of the source.
     pub(crate) what: String,
     /// Changes to the scenario that do it, as `--set` makes them.
     pub changes: Vec<(String, String)>,
@@ -36,7 +36,7 @@ const BIAS: &[Off] = &[
     ("errors.gauss_markov", "null"),
     ("errors.warm_up", "null"),
 ];
-/// Of instruments with three axes.
+/// Instruments with three axes.
 const MOUNTING: &[Off] = &[
     ("axis_bias", "null"),
     ("misalignment_deg", "null"),

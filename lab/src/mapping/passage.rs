@@ -1,4 +1,4 @@
-//! What an estimator has said along a run, read back from its folder.
+//! The estimates along a run, read back from its folder.
 
 use monorig_sim::config::file::input_error;
 use monorig_sim::error::Error;
@@ -26,7 +26,7 @@ pub struct Passage {
     pub(crate) speed_mps: Vec<f64>,
     /// See above.
     pub(crate) speed_sd_mps: Vec<f64>,
-    /// Whether its grade is marked valid.
+    /// True where its grade is marked valid.
     pub(crate) valid: Vec<bool>,
     /// Pitch of the unit, nose up, rad.
     pub(crate) pitch_rad: Vec<f64>,
@@ -42,14 +42,15 @@ pub struct Passage {
     pub(crate) heading_rad: Vec<f64>,
     /// See above.
     pub(crate) heading_sd_rad: Vec<f64>,
-    /// How far the IMU is ahead of the unit's middle, m.
+    /// Distance of the IMU ahead of the unit's middle, m.
     pub(crate) arm_m: f64,
     /// Chainage of the IMU in the first row, m; none in a recorded drive.
     pub start_m: Option<f64>,
 }
 
 impl Passage {
-    /// Reads the estimator `name` of the run in `folder`; an estimator without the internals of an attitude filter is an error.
+    /// Reads the estimator `name` of the run in `folder`; an estimator without the internals of an attitude filter is
+    /// an error.
     pub fn read(folder: &Path, name: &str) -> Result<Self, Error> {
         let file = folder.join("channels.parquet");
         let ours = [format!("estimates/{name}/"), format!("internals/{name}/")];

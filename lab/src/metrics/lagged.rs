@@ -1,11 +1,11 @@
-//! What a grade that lags is held against.
+//! The true grade to compare a lagged grade with.
 
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::rail::{Cursor, Rail};
 use std::sync::Arc;
 
-/// True grade of the rail under the middle of the unit that carries the IMU: where the IMU was when it was one arm further back. With kinks and
-/// steps of joints, as the grade at the IMU.
+/// True grade of the rail under the middle of the unit that carries the IMU: where the IMU was when it was one arm
+/// further back. With kinks and steps of joints, as the grade at the IMU.
 #[derive(Clone)]
 pub(crate) struct GradeAtMiddle {
     rail: Arc<Rail>,
@@ -14,7 +14,7 @@ pub(crate) struct GradeAtMiddle {
 }
 
 impl GradeAtMiddle {
-    /// Of this simulation, with the arm that its estimators are told.
+    /// The true grade of a simulation, with the arm from the parameters of its estimators.
     pub(crate) fn of(simulation: &Simulation) -> Self {
         Self {
             rail: Arc::clone(&simulation.rail),

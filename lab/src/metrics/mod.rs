@@ -1,10 +1,10 @@
 //! Numbers that say how good a run was.
 //!
-//! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the samples that the
-//! estimator marks valid; *availability* the share of these; *integrity* the share of them that is misleading; *continuity* how often
-//! validity is lost. Errors are estimate minus truth; the slope's truth is the grade at the IMU, the effective slope's that of the whole
-//! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
-//! sees to it.
+//! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the
+//! samples that the estimator marks valid; *availability* the share of these; *integrity* the share of them that is
+//! misleading; *continuity* how often validity is lost. Errors are estimate minus truth; the slope's truth is the
+//! grade at the IMU, the effective slope's that of the whole vehicle. A metric without a sample to count is not a
+//! number, never zero. `docs/src/metrics.md` has the same table, and a test sees to it.
 
 pub(crate) mod lagged;
 mod marks;
@@ -22,7 +22,7 @@ pub(crate) use quantity::Quantity;
 pub(crate) use statistics::{Accumulator, Running};
 pub use table::METRICS;
 pub(crate) use window::{End, Window};
-pub(crate) use windowed::{Wanted, WindowedMetrics};
+pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 use crate::metrics::window::{Timed, Windowed};
@@ -34,21 +34,21 @@ pub struct Metric {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
-    /// Which value is best.
+    /// The best value.
     pub best: Best,
-    /// What it is about.
+    /// Subject.
     pub(crate) of: Of,
 }
 
-/// What a metric is about, and how it is computed.
+/// Subject of a metric, and the function that computes it.
 pub(crate) enum Of {
     /// Accuracy or consistency: the error of a quantity.
     Error {
         /// The quantity.
         quantity: Quantity,
-        /// Whether only samples marked valid count.
+        /// True if only samples marked valid count.
         valid_only: bool,
         /// Over the samples that count.
         start: fn() -> Running<ErrorSample>,
@@ -57,7 +57,7 @@ pub(crate) enum Of {
     Marks {
         /// The quantity.
         quantity: Quantity,
-        /// Which of the three.
+        /// One of the three.
         kind: Marks,
     },
     /// Something else of an estimator, from all samples.
@@ -66,7 +66,7 @@ pub(crate) enum Of {
     Run(fn() -> Running<Tracking>),
 }
 
-/// What the marks of an estimator are worth.
+/// Quality of an estimator's marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Marks {
     /// Share of samples marked valid.
@@ -77,7 +77,7 @@ pub(crate) enum Marks {
     Continuity,
 }
 
-/// Which value of a metric is best.
+/// The best value of a metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Best {
     /// The least: errors, times, energies.
@@ -91,7 +91,7 @@ pub enum Best {
 }
 
 impl Best {
-    /// Whether less is better; none where both less and more can be worse.
+    /// True if less is better. `None` where both less and more can be worse.
     pub fn less_is_better(self) -> Option<bool> {
         match self {
             Best::Least => Some(true),
@@ -100,7 +100,7 @@ impl Best {
         }
     }
 
-    /// What an optimiser makes small: 0 at the best value.
+    /// The loss that an optimiser makes small: 0 at the best value.
     pub(crate) fn loss(self, x: f64) -> f64 {
         match self {
             Best::Least => x,
@@ -111,11 +111,11 @@ impl Best {
     }
 }
 
-/// What the names of metrics of valid samples end with.
+/// End of the names of metrics over valid samples.
 pub(crate) const VALID: &str = "_valid";
 
 impl Metric {
-    /// Whether it is one of an estimator, not of train and controller.
+    /// True for a metric of an estimator, false for one of train and controller.
     pub(crate) fn is_of_estimator(&self) -> bool {
         !matches!(self.of, Of::Run(_))
     }
@@ -139,7 +139,7 @@ impl Metric {
         }
     }
 
-    /// Whether only samples count that the estimator marks valid.
+    /// True if only samples that the estimator marks valid count.
     pub(crate) fn is_of_valid(&self) -> bool {
         matches!(
             self.of,
@@ -150,8 +150,8 @@ impl Metric {
         )
     }
 
-    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if it is of train and
-    /// controller.
+    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if
+    /// it is of train and controller.
     pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
         Some(match self.of {
             Of::Error {
@@ -177,7 +177,7 @@ impl Metric {
     }
 }
 
-/// What counts the samples of which a quantity is marked valid.
+/// Passes on only the samples in which a quantity is marked valid.
 struct OfValid {
     quantity: Quantity,
     all: Running<ErrorSample>,
@@ -190,7 +190,7 @@ impl Accumulator<ErrorSample> for OfValid {
         }
     }
 
-    /// By stretches of which all are valid.
+    /// Passes on each stretch of valid samples in one piece.
     fn add_all(&mut self, all: &[ErrorSample]) {
         let valid = |x: &ErrorSample| self.quantity.is_valid(x);
         for stretch in all.chunk_by(|a, b| valid(a) == valid(b)) {
@@ -252,8 +252,8 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
     Some(over(&series.tracking, running, &window))
 }
 
-/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`], or of [`measure_run`]
-/// where there is no closed loop.
+/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`],
+/// or of [`measure_run`] where there is no closed loop.
 pub(crate) struct InWindow {
     of_estimator: Option<Windowed<ErrorSample>>,
     of_no_run: f64,
@@ -305,8 +305,8 @@ fn over<T: Timed>(samples: &[T], mut running: Running<T>, window: &Window) -> f6
 mod tests {
     use super::*;
 
-    /// The page has a row for every metric, with its unit and its definition, and none besides. A metric of valid samples is another's
-    /// name with `_valid` behind it, and has no row of its own.
+    /// The page has a row for every metric, with its unit and its definition, and none besides. A metric of valid
+    /// samples is another's name with `_valid` behind it, and has no row of its own.
     #[test]
     fn the_page_of_metrics_is_the_table() {
         let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/metrics.md");

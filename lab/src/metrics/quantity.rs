@@ -48,7 +48,7 @@ impl Quantity {
         }
     }
 
-    /// Whether the estimator marks it valid.
+    /// True where the estimator marks it valid.
     pub(crate) fn is_valid(self, x: &ErrorSample) -> bool {
         match self {
             Self::Mass => x.mass_valid,
@@ -84,7 +84,8 @@ impl Quantity {
         }
     }
 
-    /// Whether the sample is misleading: marked valid, and its error exceeds both k standard deviations and the alert limit.
+    /// True for a misleading sample: marked valid, and its error exceeds both k standard deviations and the alert
+    /// limit.
     pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         self.is_valid(x)
             && self.nees(x) > limits.k * limits.k

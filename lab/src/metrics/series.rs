@@ -26,8 +26,8 @@ pub struct Target {
     pub grade_effective_rad: f64,
     /// Running-resistance coefficient.
     pub running_resistance: f64,
-    /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive; else 0. Its square adds to
-    /// the variance that an estimator says in the normalised square of an error.
+    /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
+    /// else 0. Its square adds to the variance that an estimator says in the normalised square of an error.
     pub mass_sd_kg: f64,
     /// See above.
     pub grade_sd_rad: f64,
@@ -36,7 +36,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Of this truth, with the bound of the run and the grade under the middle of the unit, rad.
+    /// Takes the truth, the bound of the run and the grade under the middle of the unit, rad.
     pub(crate) fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
         Self {
             bound,
@@ -63,7 +63,7 @@ pub struct ErrorSample {
     pub mass_kg: f64,
     /// Its normalised square: (error / standard deviation)².
     pub mass_nees: f64,
-    /// Whether the estimator marked the mass valid.
+    /// True where the estimator marks the mass valid.
     pub mass_valid: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
@@ -73,13 +73,14 @@ pub struct ErrorSample {
     pub slope_effective: f64,
     /// Normalised square of the slope's error, against the grade at the IMU.
     pub slope_nees: f64,
-    /// Whether the estimator marked the slope valid.
+    /// True where the estimator marks the slope valid.
     pub slope_valid: bool,
     /// Normalised square of the effective slope's error.
     pub(crate) effective_nees: f64,
-    /// Whether the estimator marked the effective slope valid.
+    /// True where the estimator marks the effective slope valid.
     pub(crate) effective_valid: bool,
-    /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell none.
+    /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell
+    /// none.
     pub(crate) lagged: f64,
     /// Its normalised square.
     pub(crate) lagged_nees: f64,
@@ -89,14 +90,14 @@ pub struct ErrorSample {
     pub(crate) running_resistance: f64,
     /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
     pub(crate) mass_bound: f64,
-    /// Of the slope, rad.
+    /// Bound of the slope, rad.
     pub(crate) slope_bound: f64,
-    /// Of the effective slope, rad.
+    /// Bound of the effective slope, rad.
     pub(crate) effective_bound: f64,
 }
 
 impl ErrorSample {
-    /// What an estimator last said against the truth.
+    /// Error of the last estimate.
     pub(crate) fn new(member: &RunningEstimator, t: &Target) -> Self {
         let internals = member.internals_named(TOLD);
         Self::of(&member.estimate, internals, t)
@@ -138,21 +139,21 @@ impl ErrorSample {
         }
     }
 }
-/// The internals that count as a grade told with a lag, rad, its standard deviation, and the running-resistance coefficient.
+/// Names of three internals: the lagged grade, rad; its standard deviation, rad; the running-resistance coefficient.
 const TOLD: [&str; 3] = [
     "lagged_grade_rad",
     "lagged_grade_sd_rad",
     "running_resistance",
 ];
 
-/// Makes error samples of one estimator, step by step, without looking for its internals by name in each.
-pub(crate) struct Comparison {
+/// Makes error samples of one estimator, step by step. The places of its internals are found once, by name.
+pub(crate) struct ErrorSampler {
     places: [Option<usize>; 3],
     internals: Vec<f64>,
 }
 
-impl Comparison {
-    /// Of this estimator.
+impl ErrorSampler {
+    /// Finds the internals of an estimator.
     pub(crate) fn of(member: &RunningEstimator) -> Self {
         let list = member.list_internals();
         Self {
@@ -161,7 +162,7 @@ impl Comparison {
         }
     }
 
-    /// What the estimator last said against the truth: that of [`ErrorSample::new`].
+    /// Error of the last estimate, as [`ErrorSample::new`] computes it.
     pub(crate) fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
         self.internals.clear();
         if self.places.iter().any(Option::is_some) {
@@ -192,7 +193,7 @@ pub(crate) struct Tracking {
 }
 
 impl Tracking {
-    /// Of this step.
+    /// Errors of a step.
     pub(crate) fn of(f: &StepFrame<'_>) -> Self {
         let t = f.truth;
         Self {
@@ -219,7 +220,7 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
-    /// Of this simulation.
+    /// Geometry of a simulation.
     pub(crate) fn of(s: &Simulation) -> Self {
         Self {
             places: s.rail.places.clone(),
@@ -229,8 +230,8 @@ impl Geometry {
     }
 }
 
-/// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about 10 MB per hour and
-/// estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
+/// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about
+/// 10 MB per hour and estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
 #[derive(Default)]
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
@@ -254,8 +255,8 @@ impl ErrorSeries {
     }
 }
 
-/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient where the reference is
-/// the truth.
+/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient
+/// where the reference is the truth.
 fn normalised(error: f64, sd: f64, reference_sd: f64) -> f64 {
     let sd = if reference_sd == 0.0 {
         sd

@@ -1,4 +1,5 @@
-//! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they are not a number.
+//! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they
+//! are not a number.
 
 /// A number made of samples that are given one after the other, in the order of time.
 pub(crate) trait Accumulator<T> {
@@ -44,14 +45,14 @@ impl Mean {
 }
 
 /// An accumulator of one value of each sample.
-struct Of<A, F, G, H> {
+struct Folded<A, F, G, H> {
     of: F,
     add: G,
     value: H,
     so_far: A,
 }
 
-impl<T, A, F, G, H> Accumulator<T> for Of<A, F, G, H>
+impl<T, A, F, G, H> Accumulator<T> for Folded<A, F, G, H>
 where
     F: Fn(&T) -> f64,
     G: Fn(&mut A, f64),
@@ -68,7 +69,7 @@ where
 
 /// Mean.
 pub(crate) fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+    Box::new(Folded {
         of,
         add: Mean::add,
         value: Mean::value,
@@ -78,7 +79,7 @@ pub(crate) fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 
 /// Root of the mean square.
 pub(crate) fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+    Box::new(Folded {
         of,
         add: |mean: &mut Mean, x: f64| mean.add(x * x),
         value: |mean: &Mean| mean.value().sqrt(),
@@ -124,7 +125,7 @@ impl<T, F: Fn(&T) -> f64, G: Fn(&T) -> f64> Accumulator<T> for Ratio<F, G> {
 
 /// Largest magnitude.
 pub(crate) fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+    Box::new(Folded {
         of,
         add: |most: &mut f64, x: f64| *most = most.max(x.abs()),
         value: |most: &f64| *most,
@@ -135,9 +136,10 @@ pub(crate) fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 /// The 95 % point of χ² with one degree of freedom.
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
-/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is not.
+/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is
+/// not.
 pub(crate) fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+    Box::new(Folded {
         of,
         add: |mean: &mut Mean, x: f64| {
             mean.add(match x {

@@ -71,7 +71,7 @@ impl End {
         }
     }
 
-    /// How long after an instant it is known whether it is before or behind this end, s.
+    /// Delay until an instant is known to be before or behind this end, s.
     fn known_after_s(self) -> f64 {
         match self {
             Self::At(_) => 0.0,
@@ -91,17 +91,17 @@ impl Window {
         Self { after, until }
     }
 
-    /// Where it begins, s; infinite if the run does not come to it.
+    /// Begin of the window, s; infinite if the run does not reach it.
     pub(crate) fn after_s(&self) -> f64 {
         self.after.instant_s()
     }
 
-    /// Where it ends, s; infinite if the run does not come to it.
+    /// End of the window, s; infinite if the run does not reach it.
     pub(crate) fn until_s(&self) -> f64 {
         self.until.instant_s()
     }
 
-    /// Whether this instant (s) is in it, by what is known of its ends.
+    /// True if this instant (s) is inside, by the ends that are known so far.
     pub(crate) fn holds(&self, t_s: f64) -> bool {
         t_s >= self.after_s() && t_s <= self.until_s()
     }
@@ -113,7 +113,7 @@ impl Window {
     }
 }
 
-/// What has an instant.
+/// A sample with an instant.
 pub(super) trait Timed: Copy {
     /// s.
     fn t_s(&self) -> f64;
@@ -131,7 +131,8 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them (`plus_s: -3`).
+/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them
+/// (`plus_s: -3`).
 pub(super) struct Windowed<T> {
     pub(crate) window: Window,
     running: Running<T>,
@@ -163,7 +164,7 @@ impl<T: Timed> Windowed<T> {
         }
     }
 
-    /// The same of samples one after the other: of a window between two instants in one piece.
+    /// Adds samples in order of time. Those of a window between two instants are added in one piece.
     pub(crate) fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
         let (End::At(after_s), End::At(until_s)) = (self.window.after, self.window.until) else {
             return tracking.iter().zip(all).for_each(|(t, x)| self.add(t, x));
@@ -249,8 +250,8 @@ mod tests {
         );
     }
 
-    /// The mean time of a window tells both its ends: what counts is what `between` of the whole series gives, also where an end lies
-    /// seconds before the moment that it is known by, and where the run ends meanwhile.
+    /// The mean time of a window tells both its ends: what counts is what `between` of the whole series gives, also
+    /// where an end lies seconds before the moment that it is known by, and where the run ends meanwhile.
     #[test]
     fn samples_count_as_if_the_ends_had_been_known_from_the_start() {
         let imu = |plus_s: f64| end(json!({"imu_enters": "climb", "plus_s": plus_s}));

@@ -5,10 +5,10 @@ use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::window::{Window, Windowed};
 use monorig_sim::config::scenario::IntegrityLimits;
 
-/// What is to be measured.
+/// A metric to measure.
 #[derive(Clone)]
-pub(crate) struct Wanted {
-    /// Of this estimator; none = of train and controller.
+pub(crate) struct WantedMetric {
+    /// The estimator; `None` = train and controller.
     pub(crate) estimator: Option<String>,
     /// Name of the metric.
     pub(crate) metric: String,
@@ -16,10 +16,11 @@ pub(crate) struct Wanted {
     pub(crate) window: Window,
 }
 
-/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of them.
+/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of
+/// them.
 const BLOCK: usize = 64;
 
-/// What was wanted, in its order.
+/// Values of the wanted metrics, in their order.
 pub(crate) struct WindowedMetrics {
     all: Vec<Measured>,
     /// Steps not yet measured: the state of the run, and the samples of each estimator.
@@ -36,8 +37,12 @@ enum Measured {
 
 impl WindowedMetrics {
     /// Begins to measure what is wanted of a run with these estimators.
-    pub(crate) fn new(estimators: &[String], wanted: &[Wanted], limits: &IntegrityLimits) -> Self {
-        let start = |w: &Wanted| {
+    pub(crate) fn new(
+        estimators: &[String],
+        wanted: &[WantedMetric],
+        limits: &IntegrityLimits,
+    ) -> Self {
+        let start = |w: &WantedMetric| {
             let metric = find(&w.metric)?;
             Some(match &w.estimator {
                 Some(name) => {

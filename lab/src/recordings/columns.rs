@@ -63,7 +63,7 @@ impl Wanted {
     }
 }
 
-/// What of a file is read.
+/// The part of a file to read.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Column of the time, s; without one `t`, `time`, `t_s` or `time_s`.

@@ -19,7 +19,7 @@ use columns::Recording;
 use noise_fit::NoiseFit;
 use vibration::Vibration;
 
-/// What was found in one column, in its SI unit.
+/// Figures of one column, in its SI unit.
 #[derive(Clone, Debug)]
 pub struct ColumnFit {
     /// Name of the column.
@@ -38,9 +38,9 @@ pub struct ColumnFit {
     pub(crate) sd: f64,
     /// Overlapping Allan deviation.
     pub(crate) allan: Vec<AllanPoint>,
-    /// What was fitted to it; `None` with too few points.
+    /// Noise fitted to it; `None` with too few points.
     pub noise: Option<NoiseFit>,
-    /// What is above 2 Hz; `None` at 5 samples a second and below.
+    /// Vibration above 2 Hz; `None` at 5 samples a second and below.
     pub vibration: Option<Vibration>,
 }
 

@@ -14,7 +14,7 @@ use monorig_sim::error::Error;
 
 /// Keeps what the estimators are given.
 pub struct ReplayRecorder {
-    /// What was recorded so far.
+    /// The recording so far.
     pub columns: ReplayData,
     last: Command,
     bound: Option<RunningBound>,
@@ -64,7 +64,8 @@ pub(crate) fn bare(scenario: &Scenario) -> Scenario {
     bare
 }
 
-/// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives none.
+/// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives
+/// none.
 pub fn record(
     scenario: &Scenario,
     registry: &Registry,

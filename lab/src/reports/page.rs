@@ -33,7 +33,7 @@ pub struct Page {
 pub struct Section {
     /// Heading.
     pub(crate) title: String,
-    /// What stands in it, in order.
+    /// Blocks, in order.
     pub(crate) blocks: Vec<Block>,
 }
 

@@ -1,4 +1,4 @@
-//! Which estimators ran: name, type, and the parameters that are not the defaults.
+//! Table of the estimators: name, type, and the parameters that are not the defaults.
 
 use crate::reports::table::Table;
 use monorig_sim::config::scenario::Settings;

@@ -7,7 +7,7 @@ use maud::{Markup, PreEscaped, html};
 /// A table. Columns of numbers stand to the right.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// What it shows, above it; may be empty.
+    /// Caption above the table; may be empty.
     pub(crate) caption: String,
     /// Column titles and whether the column holds numbers.
     pub(crate) columns: Vec<(String, bool)>,
@@ -18,9 +18,9 @@ pub struct Table {
 /// A cell and how it is meant.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
-    /// What stands in it.
+    /// Text.
     pub(crate) text: String,
-    /// Whether it is good or bad news, if it is either.
+    /// Good news (true), bad news (false) or neither.
     pub(crate) good: Option<bool>,
 }
 
@@ -40,7 +40,7 @@ impl Cell {
         }
     }
 
-    /// The same cell, as good or bad news.
+    /// Marks the cell as good or bad news.
     pub fn judged(self, good: bool) -> Self {
         Self {
             good: Some(good),

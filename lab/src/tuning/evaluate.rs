@@ -31,7 +31,7 @@ pub(crate) struct MetricWindow {
     pub(crate) until_s: f64,
 }
 
-/// Which runs of a study.
+/// The runs for tuning, or those for validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
@@ -85,7 +85,7 @@ pub struct Evaluator<'a> {
     runs: Vec<OneRun>,
     windows: Vec<MetricWindow>,
     means: Means<'a>,
-    /// Of a worker: runs made ready as questions come.
+    /// Runs that a worker has made ready.
     ready: Mutex<HashMap<(Stage, usize), Arc<OneRun>>>,
 }
 
@@ -93,11 +93,11 @@ pub struct Evaluator<'a> {
 struct OneRun {
     group: usize,
     seed: u64,
-    source: Source,
+    source: SampleSource,
     limits: IntegrityLimits,
 }
 
-enum Source {
+enum SampleSource {
     Replay(Box<ReplayData>),
     ClosedLoop(Box<Scenario>),
 }
@@ -124,9 +124,9 @@ impl OneRun {
     ) -> Result<Option<Self>, Error> {
         let scenario = &stage.groups(study)[group].scenario;
         let source = match study.file.evaluation {
-            Evaluation::ClosedLoop => Source::ClosedLoop(Box::new(scenario.clone())),
+            Evaluation::ClosedLoop => SampleSource::ClosedLoop(Box::new(scenario.clone())),
             Evaluation::Replay => match cache.get(scenario, &study.registry, seed, go_on)? {
-                Some(columns) => Source::Replay(Box::new(columns)),
+                Some(columns) => SampleSource::Replay(Box::new(columns)),
                 None => return Ok(None),
             },
         };
@@ -167,7 +167,7 @@ impl<'a> Evaluator<'a> {
         }))
     }
 
-    /// Of a worker: runs are made ready when a question needs them.
+    /// Evaluator of a worker: a run is made ready when a question needs it.
     pub(crate) fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
         let means = Means {
             cache,
@@ -188,7 +188,8 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has evaluated them.
+    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has
+    /// evaluated them.
     pub fn evaluate(&self, values: &Values) -> Result<Vec<RunMetrics>, Error> {
         let measured = match self.means.asker {
             None => map_in_order(self.means.jobs, &self.runs, |run| self.one(run, values)),
@@ -245,14 +246,15 @@ impl<'a> Evaluator<'a> {
     /// The metrics of one run.
     fn one(&self, run: &OneRun, values: &Values) -> Result<Vec<f64>, String> {
         match &run.source {
-            Source::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
-            Source::ClosedLoop(_) => self
+            SampleSource::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
+            SampleSource::ClosedLoop(_) => self
                 .series(run, values)
                 .and_then(|series| self.measure(&series, &self.windows)),
         }
     }
 
-    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the samples.
+    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
+    /// samples.
     fn measure_replay(
         &self,
         run: &OneRun,
@@ -317,7 +319,7 @@ impl<'a> Evaluator<'a> {
     fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
         let name = &self.study.file.estimator;
         match &run.source {
-            Source::Replay(columns) => {
+            SampleSource::Replay(columns) => {
                 let mut samples = Vec::with_capacity(columns.len());
                 play(columns, self.estimator(columns, values)?, |batch| {
                     samples.extend_from_slice(batch);
@@ -328,7 +330,7 @@ impl<'a> Evaluator<'a> {
                     ..ErrorSeries::default()
                 })
             }
-            Source::ClosedLoop(scenario) => {
+            SampleSource::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
                 let settings = self.study.settings(values);
                 scenario.file.estimators.insert(name.clone(), settings);

@@ -9,8 +9,9 @@
 //! | `answers/` | answers |
 //! | `finished` | the search is over |
 //!
-//! A question is taken by renaming it, which succeeds for one process only. One that nobody works on any more is asked again; should both
-//! answer after all, both answers are the same bits. Clocks of machines are never compared: a sign of life is a time that *moves*.
+//! A question is taken by renaming it, which succeeds for one process only. One that nobody works on any more is
+//! asked again; should both answer after all, both answers are the same bits. Clocks of machines are never compared:
+//! a sign of life is a time that *moves*.
 
 use crate::tuning::evaluate::Stage;
 use crate::tuning::study::Values;
@@ -37,9 +38,9 @@ pub(crate) const LOOK: Duration = Duration::from_millis(5);
 /// A parameter set over one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Question {
-    /// Which runs of the study.
+    /// Stage of the study.
     pub(crate) stage: Stage,
-    /// Which of them, from 0.
+    /// Number of the run within the stage, from 0.
     pub(crate) run: usize,
     /// The parameters.
     pub(crate) values: Values,
@@ -97,7 +98,7 @@ impl Queue {
         serde_json::from_str(&text).map(Some).map_err(wrong)
     }
 
-    /// Whether the search is over.
+    /// True after the end of the search.
     pub(crate) fn finished(&self) -> bool {
         self.folder.join("finished").exists()
     }

@@ -305,7 +305,7 @@ fn trace(t: &Trace) -> [Figure; 2] {
     ]
 }
 
-/// How parameters are drawn: forgetting factors as their memory, on a logarithmic axis.
+/// Axes of the parameters. Forgetting factors are drawn as their memory, on a logarithmic axis.
 struct ParameterAxes<'a>(&'a TuningStudy);
 
 impl ParameterAxes<'_> {
@@ -325,7 +325,7 @@ impl ParameterAxes<'_> {
         (!numbers).then_some(choices)
     }
 
-    /// Where a value stands on the axis.
+    /// Position of a value on the axis.
     fn shown(&self, name: &str, value: &ParameterValue) -> f64 {
         if let Some(words) = self.words(name) {
             let place = words.iter().position(|w| w == value);

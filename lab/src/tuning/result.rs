@@ -1,4 +1,4 @@
-//! What a tuning study has come to.
+//! The result of a tuning study.
 
 use crate::metrics::series::ErrorSample;
 use crate::tuning::search::SearchResult;
@@ -6,7 +6,7 @@ use crate::tuning::sensitivity::Sensitivity;
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::Validation;
 
-/// What a tuning study has come to.
+/// The result of a tuning study.
 pub struct TuningResult {
     /// The search and its trials.
     pub search: SearchResult,

@@ -17,7 +17,7 @@ use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
 use std::path::{Path, PathBuf};
 
-/// What to do, and where.
+/// Task of a tuning run: folders, threads, begin.
 #[derive(Clone, Debug)]
 pub struct TuningRun {
     /// Folder of the results.
@@ -28,13 +28,13 @@ pub struct TuningRun {
     pub jobs: usize,
     /// Folder through which other processes answer too, if there is one.
     pub queue: Option<PathBuf>,
-    /// What is done with trials that are there already.
+    /// Treatment of trials that are there already.
     pub begin: Begin,
     /// The program that runs it.
     pub monorig: Identity,
 }
 
-/// How a study has ended.
+/// End of a study.
 pub enum Ended {
     /// It was run to its end.
     Finished(Box<TuningResult>),

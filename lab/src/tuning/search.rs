@@ -1,7 +1,7 @@
 //! The search: the optimiser proposes trials; those in the store are taken from it, new ones are run and added to it.
 //!
-//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it was in no time
-//! and goes on as if nothing had happened.
+//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it
+//! was in no time and goes on as if nothing had happened.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
@@ -20,7 +20,7 @@ use std::path::Path;
 /// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
 
-/// What is done with trials that are there already.
+/// Treatment of trials that are there already.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Begin {
     /// There must be none.
@@ -32,19 +32,19 @@ pub enum Begin {
     Restart,
 }
 
-/// How a search ended.
+/// End of a search.
 #[derive(Clone, Debug)]
 pub struct SearchResult {
     /// All trials.
     pub trials: Vec<Trial>,
     /// Index of the winner: least loss, the first of equals; none if every trial failed or broke a constraint.
     pub(crate) winner: Option<usize>,
-    /// Whether the budget was spent (not interrupted).
+    /// True if the budget was spent, false if the search was interrupted.
     pub(crate) finished: bool,
 }
 
-/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and taken from it as
-/// `begin` says.
+/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`,
+/// and taken from it as `begin` says.
 pub(crate) fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
@@ -196,8 +196,8 @@ impl TrialRunner<'_> {
         })
     }
 
-    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are broken; between −1 and
-    /// [`WORST`], whatever the metric.
+    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are
+    /// broken; between −1 and [`WORST`], whatever the metric.
     fn losses_for_optimiser(&self, trial: &Trial) -> Vec<f64> {
         match trial {
             t if t.losses.is_empty() => vec![WORST; self.objectives()],

@@ -1,4 +1,4 @@
-//! How much the parameters matter around the winner: curves of one at a time, maps of two.
+//! Sensitivity of the loss around the winner: curves over one parameter, maps over two.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
@@ -129,7 +129,7 @@ pub(crate) fn sensitivity(
 }
 
 impl Curve {
-    /// How far the loss moves along the curve; a failure counts as a swing of one.
+    /// Swing of the loss along the curve; a failure counts as a swing of one.
     pub(crate) fn swing(&self) -> f64 {
         let known = || self.losses.iter().flatten().copied();
         let (low, high) = (
@@ -164,8 +164,8 @@ fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<Paramete
     values
 }
 
-/// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range: so the curve goes
-/// through the marks.
+/// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range:
+/// so the curve goes through the marks.
 fn with_marked<'a>(
     values: &mut Vec<ParameterValue>,
     marked: impl Iterator<Item = &'a ParameterValue>,

@@ -23,7 +23,7 @@ enum Dimension {
 }
 
 impl Space {
-    /// Of checked ranges.
+    /// Takes checked ranges.
     pub(crate) fn new(ranges: &BTreeMap<String, Range>) -> Self {
         let axis = |r: &Range| match &r.choices {
             Some(choices) => Dimension::Choices(choices.clone()),
@@ -44,7 +44,7 @@ impl Space {
         self.axes.iter().map(|(name, _)| name.as_str())
     }
 
-    /// How many different values each has; none = any number.
+    /// Number of different values of each; `None` = any number.
     pub(crate) fn counts(&self) -> Vec<Option<usize>> {
         self.axes.iter().map(|(_, axis)| axis.count()).collect()
     }
@@ -109,7 +109,8 @@ impl Dimension {
         }
     }
 
-    /// The place of a value, from 0 to 1: of a choice that is not in the list that of the nearest number, else the first.
+    /// The place of a value, from 0 to 1: of a choice that is not in the list that of the nearest number, else the
+    /// first.
     fn share(&self, value: &ParameterValue) -> f64 {
         let x = as_number(value).unwrap_or(f64::NAN);
         match self {
@@ -164,7 +165,8 @@ fn unbend(scale: Scale, y: f64) -> f64 {
     }
 }
 
-/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is read back.
+/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is
+/// read back.
 pub(crate) fn digits(x: f64, n: usize) -> f64 {
     if !x.is_finite() {
         return x;

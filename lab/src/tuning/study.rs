@@ -51,8 +51,8 @@ pub struct TuningFile {
     /// Bounds that each tuning scenario must hold, in the mean over its seeds.
     #[serde(default)]
     pub(crate) constraints: Vec<Constraint>,
-    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without this a
-    /// trial could win by marking hard samples invalid.
+    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without
+    /// this a trial could win by marking hard samples invalid.
     #[serde(default = "keep_valid")]
     pub(crate) keep_valid: Fraction,
     /// How trials are chosen.
@@ -275,7 +275,7 @@ pub(crate) struct RunGroup {
 pub struct TuningStudy {
     /// File name without its ending.
     pub name: String,
-    /// What the file says.
+    /// Contents of the file.
     pub file: TuningFile,
     /// Runs the optimiser sees.
     pub(crate) tuning: Vec<RunGroup>,
@@ -335,7 +335,7 @@ impl TuningStudy {
         })
     }
 
-    /// What decides its result, with this program.
+    /// Origin of its results, with this program.
     pub(crate) fn made_from(&self, monorig: &Identity) -> MadeFrom {
         let all = |groups: &[RunGroup]| -> Vec<Value> {
             let each = groups.iter().map(|g| &g.scenario);
@@ -361,7 +361,8 @@ impl TuningStudy {
         self.document.error(key, wrong.message, wrong.help)
     }
 
-    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are left out.
+    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are
+    /// left out.
     pub fn defaults(&self) -> Values {
         let default = |key: &String| {
             let default = self.of.key(key).ok()?.default()?;

@@ -1,4 +1,5 @@
-//! What a study leaves behind, each file whole or not at all: `winner.yaml`, `validation.json`, `sensitivity.json`.
+//! The files of a tuning study: `winner.yaml`, `validation.json`, `sensitivity.json`. Each is written whole or not at
+//! all.
 
 use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;

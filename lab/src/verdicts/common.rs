@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 /// Errors of an estimator and of the reference over the samples that both mark valid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CommonErrors {
-    /// By quantity: the share of all samples that both mark valid.
+    /// Share of all samples that both mark valid, by quantity.
     pub(crate) share: BTreeMap<Quantity, f64>,
-    /// By metric: the estimator's and the reference's; null = could not be measured.
+    /// Values of the estimator and the reference, by metric; null = could not be measured.
     pub(crate) errors: BTreeMap<String, [Option<f64>; 2]>,
 }
 
-/// What they are counted with while a run goes on.
+/// Running sums of [`CommonErrors`].
 pub(super) struct CommonErrorsSoFar {
     samples: u64,
     both_valid: BTreeMap<Quantity, u64>,

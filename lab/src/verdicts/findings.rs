@@ -11,19 +11,20 @@ pub struct Finding {
     pub text: String,
     /// Error over alert limit.
     pub(crate) severity: f64,
-    /// Whether it makes the verdict fail: not that of a published method shown for reference, nor a known failure, nor one within what is
-    /// allowed.
+    /// True if it makes the verdict fail: not for a published method shown for reference, nor a known failure, nor
+    /// one within what is allowed.
     pub(crate) fails: bool,
-    /// Whether it is a known failure.
+    /// True for a known failure.
     pub known: bool,
 }
 
-/// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over alert limit.
+/// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over
+/// alert limit.
 pub(crate) fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
     of_summaries(runs.into_iter().filter_map(|r| r.summary.as_ref()))
 }
 
-/// The same of summaries.
+/// Findings of summaries.
 pub fn of_summaries<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Finding> {
     let mut all: Vec<(Integrity, u64)> = Vec::new();
     for run in runs {

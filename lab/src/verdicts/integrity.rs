@@ -5,7 +5,7 @@ use crate::metrics::{Quantity, misleading_share};
 use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
-/// What one estimator's marks of one quantity were worth, over a whole run.
+/// Quality of one estimator's marks of one quantity, over a whole run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Integrity {
     /// Estimator.
@@ -14,15 +14,16 @@ pub struct Integrity {
     pub(crate) quantity: Quantity,
     /// Samples.
     pub(crate) samples: u64,
-    /// Of these, marked valid.
+    /// Samples marked valid.
     pub(crate) valid: u64,
-    /// Of these, misleading: the error exceeds k reported standard deviations and the alert limit.
+    /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
     /// Alert limit: a share of the mass, or degrees.
     pub(crate) alert: f64,
     /// The misleading sample with the largest error.
     pub(crate) worst: Option<Misleading>,
-    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for reference only.
+    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for
+    /// reference only.
     pub(crate) at_most: Option<f64>,
     /// Why it is known to be misleading, if it is and `expect` does not bound it.
     pub(crate) known_failure: Option<String>,
@@ -40,7 +41,8 @@ pub(crate) struct Misleading {
 }
 
 impl Integrity {
-    /// Of every quantity of an estimator, before its first sample. `judged` is whether it is not there for reference only.
+    /// Integrity of every quantity of an estimator, before its first sample. `judged` is false for one that is there
+    /// for reference only.
     pub(crate) fn of(
         estimator: &str,
         judged: bool,
@@ -93,7 +95,7 @@ impl Integrity {
         self.misleading as f64 / self.valid as f64
     }
 
-    /// How many alert limits the worst sample is off; 0 if none is misleading.
+    /// Error of the worst sample in alert limits; 0 if none is misleading.
     pub(crate) fn severity(&self) -> f64 {
         self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
     }
@@ -108,7 +110,8 @@ impl Integrity {
         }
     }
 
-    /// What the worst sample is, such as `marks a mass valid that is 59 % off: NEES 215`; none if none is misleading.
+    /// Describes the worst sample, such as `marks a mass valid that is 59 % off: NEES 215`; `None` if none is
+    /// misleading.
     pub(crate) fn words(&self) -> Option<String> {
         let worst = self.worst?;
         let nees = worst

@@ -1,4 +1,4 @@
-//! What two runs were made from: every value of the resolved scenario, every input file and the program, where they differ.
+//! Differences between two runs: values of the resolved scenario, input files, the program.
 
 use super::Pair;
 use crate::reports::page::Section;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const LONGEST: usize = 80;
 /// At most so many differences are shown open.
 const SHOWN: usize = 30;
-/// What stands where one of the runs has no such value.
+/// Text where one of the runs has no such value.
 const NONE: &str = "–";
 
 /// A value that differs: where, of A, of B.
@@ -20,7 +20,7 @@ pub(crate) struct Change {
     b: String,
 }
 
-/// What differs, scenario first.
+/// Differences, scenario first.
 pub(crate) fn of(pair: &Pair) -> Vec<Change> {
     let (a, b) = (&pair.a.manifest, &pair.b.manifest);
     let mut all = differing(flat(&a.resolved), flat(&b.resolved));

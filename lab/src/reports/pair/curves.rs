@@ -47,7 +47,7 @@ pub(crate) fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     Ok([errors, truth])
 }
 
-/// Of one estimator; empty where it had no valid sample.
+/// Curves of one estimator; empty where it had no valid sample.
 fn errors_of(all: &ErrorGroups, name: &str) -> Vec<(f64, f64)> {
     let of = all.iter().find(|g| g.name == name);
     of.map_or(Vec::new(), |g| g.values.clone())

@@ -57,12 +57,12 @@ impl Axis {
         }
     }
 
-    /// Whether it is logarithmic.
+    /// True for a logarithmic axis.
     pub(crate) fn is_log(&self) -> bool {
         matches!(self.scale, AxisScale::Log)
     }
 
-    /// The same axis with a range.
+    /// Sets the range.
     pub(crate) fn between(self, low: f64, high: f64) -> Self {
         Self {
             range: Some((low, high)),
@@ -70,8 +70,8 @@ impl Axis {
         }
     }
 
-    /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of the
-    /// range, if it comes from the data.
+    /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of
+    /// the range, if it comes from the data.
     pub(super) fn fix(&self, values: impl Iterator<Item = f64>, margin: f64) -> Option<FixedAxis> {
         let log = self.is_log();
         let shown = |x: f64| if log { x.log10() } else { x };
@@ -113,7 +113,7 @@ impl Axis {
 }
 
 impl FixedAxis {
-    /// Where a value is.
+    /// Position of a value.
     pub(crate) fn at(&self, x: f64) -> f64 {
         match self.scale {
             AxisScale::Log => x.log10(),
@@ -121,7 +121,7 @@ impl FixedAxis {
         }
     }
 
-    /// What stands at a tick.
+    /// Text at a tick.
     pub(crate) fn label(&self, at: f64) -> String {
         match &self.scale {
             AxisScale::Names(names) => names
@@ -200,8 +200,8 @@ fn least_room(low: f64, high: f64) -> f64 {
     }
 }
 
-/// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its opposite,
-/// with `margin` of room, but no wider than the values.
+/// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its
+/// opposite, with `margin` of room, but no wider than the values.
 pub(crate) fn without_outliers(
     values: impl Iterator<Item = f64>,
     share: f64,
@@ -224,8 +224,8 @@ pub(crate) fn without_outliers(
     ))
 }
 
-/// Of several kinds of values the range that shows nearly all of most of them: one that reaches further than so many times as far as the
-/// middle one does not flatten the others.
+/// Limit of a common range, in reaches of the middle kind of values. A kind that reaches further is cut, so that it
+/// does not flatten the others.
 const FURTHER: f64 = 4.0;
 
 /// The common range of several kinds of values, and whether some of them reach beyond it.

@@ -1,4 +1,4 @@
-//! What a plot is drawn on: two axes with a grid, and a few things to put on them. Coordinates are the data's.
+//! The canvas of all plots: two axes with a grid, and shapes on them. Coordinates are those of the data.
 
 use crate::reports::plot::axis::FixedAxis;
 use crate::reports::plot::theme::{Ink, themed};
@@ -134,7 +134,7 @@ impl Canvas<'_> {
         self.failed |= result.is_err();
     }
 
-    /// What the axes show, on their scales.
+    /// Ranges of both axes, on their scales.
     pub(crate) fn bounds(&self) -> [f64; 4] {
         [self.x.low, self.x.high, self.y.low, self.y.high]
     }

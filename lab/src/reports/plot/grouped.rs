@@ -10,7 +10,7 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 pub(crate) struct GroupedBars {
     /// Title.
     pub(crate) title: String,
-    /// How to read it.
+    /// Note for the reader.
     pub(crate) note: String,
     /// Names of the groups, below the drawing.
     pub(crate) names: Vec<String>,

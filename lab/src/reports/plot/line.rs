@@ -10,7 +10,7 @@ use crate::reports::plot::{Figure, LegendEntry, Look};
 pub struct LineChart {
     /// Title.
     pub(crate) title: String,
-    /// How to read it.
+    /// Note for the reader.
     pub note: String,
     /// Horizontal axis.
     pub(crate) x: Axis,
@@ -66,12 +66,12 @@ impl Line {
         }
     }
 
-    /// The same as dots.
+    /// Draws the line as dots.
     pub(crate) fn as_dots(self) -> Self {
         Self { dots: true, ..self }
     }
 
-    /// The same, faint.
+    /// Draws the line faintly.
     pub(crate) fn as_faint(self) -> Self {
         Self {
             faint: true,

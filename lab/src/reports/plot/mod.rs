@@ -30,7 +30,7 @@ pub struct Figure {
     pub(crate) title: String,
     /// A sentence on how to read it; may be empty.
     pub(crate) note: String,
-    /// What the colours mean. It stands above the drawing, so that it never hides data.
+    /// Legend. It stands above the drawing, so that it never hides data.
     pub(crate) legend: Vec<LegendEntry>,
     /// The drawing; none if there was nothing to draw.
     pub svg: Option<String>,
@@ -41,7 +41,7 @@ pub struct Figure {
 pub(crate) struct LegendEntry {
     /// Name.
     pub(crate) name: String,
-    /// How it is drawn.
+    /// Shape and colour.
     pub(crate) look: Look,
 }
 
@@ -67,7 +67,7 @@ impl<T> ValueGroup<T> {
     }
 }
 
-/// How something is drawn.
+/// Shape and colour of an entry of the legend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Look {
     /// A line.

@@ -10,9 +10,9 @@ use crate::reports::plot::{Figure, ValueGroup};
 pub struct Pareto {
     /// Title.
     pub title: String,
-    /// Axes of the two scores.
+    /// Axis of the first score.
     pub x: Axis,
-    /// See above.
+    /// Axis of the second score.
     pub y: Axis,
     /// Scores of all candidates.
     pub candidates: Vec<(f64, f64)>,

@@ -9,11 +9,11 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 pub struct Scatter {
     /// Title.
     pub(crate) title: String,
-    /// How to read it.
+    /// Note for the reader.
     pub(crate) note: String,
-    /// Axes.
+    /// Horizontal axis.
     pub(crate) x: Axis,
-    /// See above.
+    /// Vertical axis.
     pub(crate) y: Axis,
     /// Points.
     pub groups: Vec<ValueGroup<(f64, f64)>>,

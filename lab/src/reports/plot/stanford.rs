@@ -37,7 +37,7 @@ pub(crate) struct Regions {
 }
 
 impl Regions {
-    /// Of samples (|error|, protection level); all not a number if there is none.
+    /// Counts samples (absolute error, protection level). All shares are NaN without a sample.
     pub(crate) fn of(samples: &[(f64, f64)], alert: f64) -> Self {
         let n = samples.len() as f64;
         let share = |holds: &dyn Fn(f64, f64) -> bool| {

@@ -1,19 +1,19 @@
 //! Colours. A drawing names them by role; the page's style sheet says what they are in light, dark and print.
 //!
-//! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is finished the
-//! numbers are replaced by the role's name in the style sheet.
+//! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is
+//! finished the numbers are replaced by the role's name in the style sheet.
 
 use plotters::style::RGBColor;
 
 /// Colours for series; after as many, the next ones are dashed.
 pub(crate) const SERIES: u8 = 6;
 
-/// What a colour is for.
+/// The role of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// Text, axes, the truth.
     Text,
-    /// What is there but not looked at first.
+    /// Things of second rank.
     Muted,
     /// Grid lines.
     Grid,
@@ -168,7 +168,8 @@ pub(super) fn themed(svg: &str) -> String {
         }
     }
     out.push_str(rest);
-    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest count
+    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest
+    // count
     let out = out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
     fill_opacity(&out.replace(" stroke=\"none\" stroke-width=\"1\"", ""))
 }

@@ -1,4 +1,4 @@
-//! What the run was made from, and where its files are.
+//! Origin of the run, and links to its files.
 
 use crate::reports::page::{Block, Section};
 use crate::reports::parameters;

@@ -121,7 +121,8 @@ fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result
     Ok(chart.figure())
 }
 
-/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such channel.
+/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such
+/// channel.
 fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
     let channel = match quantity {
         Quantity::Mass => "bound/total_mass",

@@ -8,7 +8,7 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::Recorded;
 use monorig_sim::error::Error;
 
-/// What was measured and what the ghost has; none of a run without one.
+/// Measured signals beside those of the ghost; `None` for a run without one.
 pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if run.find("ghost/traction").is_none() {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! What a run has left in its folder, read back.
+//! The files in the folder of a run, read back.
 
 use crate::reports::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Recorded {
     /// Its folder.
     pub(crate) folder: PathBuf,
-    /// What it was made from.
+    /// Manifest.
     pub(crate) manifest: Manifest,
-    /// How good it was.
+    /// Metrics and verdicts.
     pub(crate) summary: Summary,
-    /// What happened: time in s and text.
+    /// Events: time in s and text.
     pub(crate) events: Vec<(f64, String)>,
     columns: Columns,
 }
@@ -118,13 +118,13 @@ impl Recorded {
         Ok(rows.map(|(t, x)| (*t, x * factor)).collect())
     }
 
-    /// Whether a column has a value beyond ± `limit`.
+    /// True if a column has a value beyond ± `limit`.
     pub(crate) fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
         Ok(self.column(name)?.iter().any(|x| x.abs() > limit))
     }
 }
 
-/// Whether a column is drawn: those of a long run are many megabytes each.
+/// True for a column that is drawn. Columns of a long run are many megabytes each, so the others are not read.
 fn is_shown(name: &str) -> bool {
     let hidden = ["internals/", "sensors/", "aid/", "truth/balance/"];
     let of_drive = name.starts_with("truth/drive_") && !name.ends_with("/motor_torque");

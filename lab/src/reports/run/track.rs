@@ -1,4 +1,4 @@
-//! Where the vehicle went: slope, height and curvature along the chainage.
+//! The way of the vehicle: slope, height and curvature along the chainage.
 
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;

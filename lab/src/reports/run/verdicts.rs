@@ -1,4 +1,4 @@
-//! What was expected, whether it held, and the figures that say most.
+//! Expectations with their verdicts, and the main figures.
 
 use crate::metrics::{estimator_metrics, run_metrics};
 use crate::reports::findings;
@@ -43,7 +43,7 @@ pub(crate) fn banner(summary: &Summary) -> (String, bool) {
     (text, summary.good())
 }
 
-/// What misleads, worst first; none if nothing does.
+/// Table of misleading estimates, worst first; `None` without any.
 pub(crate) fn findings(summary: &Summary) -> Option<Section> {
     let all = of_summaries([summary]).into_iter();
     findings::section(&all.map(|f| (String::new(), f)).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! What was expected of many runs: the values that were measured, with the bounds drawn in.
+//! Expectations over many runs: the measured values, with the bounds drawn in.
 
 use crate::metrics;
 use crate::reports::plot::axis::Axis;

@@ -1,5 +1,5 @@
-//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels. Errors are of all samples:
-//! each estimator's own valid ones may be of different stretches.
+//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels. Errors are of
+//! all samples: each estimator's own valid ones may be of different stretches.
 
 use crate::metrics::{Metric, estimator_metrics, find};
 use crate::reports::study::values::{MetricValues, estimators, value};

@@ -15,7 +15,7 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
 use crate::verdicts::verdict::Check;
 
-/// What was asked of the runs; of several the values, too.
+/// The checks of the runs, with values where there are several runs.
 pub(crate) fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section {
     let section = section.table(checks(all));
     match runs.len() {

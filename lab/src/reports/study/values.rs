@@ -43,7 +43,7 @@ impl MetricValues {
         (i.low, i.high)
     }
 
-    /// The same in words.
+    /// Describes it in words.
     pub(crate) fn interval_text(&self) -> String {
         let (low, high) = self.interval();
         match low.is_finite() {
