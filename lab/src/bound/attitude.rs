@@ -173,7 +173,7 @@ mod tests {
         bound.sd().unwrap()
     }
 
-    /// On the level nothing tells the bias from the tilt, and the bound is that of the bias: b/g.
+    /// On the level the bias cannot be separated from the tilt, and the bound is that of the bias: b/g.
     #[test]
     fn on_the_level_the_bound_is_the_bias_over_gravity() {
         let (tilt, bias) = run(&mut bound(), 60.0, 0.0);
@@ -181,7 +181,7 @@ mod tests {
         assert!((tilt / (0.01 / 9.81) - 1.0).abs() < 0.02, "{tilt}");
     }
 
-    /// On a slope |f| = g tells it: after t seconds b is known to about σ/(sin θ √(n)), closed form of the
+    /// On a slope |f| = g separates them: after t seconds b is known to about σ/(sin θ √(n)), closed form of the
     /// information of f_z and f_x.
     #[test]
     fn on_a_slope_the_bias_is_found_at_the_rate_of_the_closed_form() {

@@ -1,4 +1,4 @@
-//! Courses drawn at random: track, load, drive, instruments and what the estimators are told, as scenario files. An
+//! Courses drawn at random: track, load, drive, instruments and parameters of the estimators, as scenario files. An
 //! estimator is tried on courses that nobody tuned it on.
 //!
 //! Every kind of value is drawn from a stream of its own, made from the seed of the course: another range for one
@@ -41,7 +41,7 @@ impl Draws {
         self.0.uniform() < share
     }
 
-    /// A place in a list whose entries come as often as their weights say.
+    /// Draws a place in a list, each as often as its weight.
     fn place(&mut self, weights: &[f64]) -> usize {
         let mut left = self.0.uniform() * weights.iter().sum::<f64>();
         for (i, weight) in weights.iter().enumerate() {

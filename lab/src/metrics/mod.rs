@@ -1,4 +1,4 @@
-//! Numbers that say how good a run was.
+//! Metrics: the quality of a run in numbers.
 //!
 //! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the
 //! samples that the estimator marks valid; *availability* the share of these; *integrity* the share of them that is

@@ -27,7 +27,7 @@ pub struct Target {
     /// Running-resistance coefficient.
     pub running_resistance: f64,
     /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
-    /// else 0. Its square adds to the variance that an estimator says in the normalised square of an error.
+    /// else 0. Its square adds to the reported variance in the normalised square of an error.
     pub mass_sd_kg: f64,
     /// See above.
     pub grade_sd_rad: f64,
@@ -79,7 +79,7 @@ pub struct ErrorSample {
     pub(crate) effective_nees: f64,
     /// True where the estimator marks the effective slope valid.
     pub(crate) effective_valid: bool,
-    /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell
+    /// Lagged grade minus the grade of the place it belongs to, rad; NaN from estimators that report
     /// none.
     pub(crate) lagged: f64,
     /// Its normalised square.

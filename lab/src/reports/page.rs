@@ -9,7 +9,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 /// The style sheet: light and dark by the reader's choice, one column on a phone, black on white in print.
 const STYLE: &str = include_str!("style.css");
 
-/// The page loads nothing: its style sheet and figures stand in it. These elements are closed as XML wants it.
+/// The page loads nothing: its style sheet and figures stand in it. These elements are closed as XML requires.
 const META: &str = r#"<meta charset="utf-8"/>
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"/>
 <meta name="viewport" content="width=device-width, initial-scale=1"/>

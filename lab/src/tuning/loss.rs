@@ -3,7 +3,7 @@
 //! A metric's own loss is 0 at its best value ([`crate::metrics::Best::loss`]): the value itself for an error, 1 − x
 //! for a share, |ln x| for a normalised square, the distance from 0.95 for the share in a 95 % band. It is averaged
 //! over the seeds of a scenario and divided by what the defaults have there, so that kilograms and degrees, easy and
-//! hard scenarios weigh what the study says and not what their units make of them.
+//! hard scenarios have the weights of the study, whatever their units.
 
 use crate::metrics;
 use crate::tuning::evaluate::{MetricWindow, RunMetrics};

@@ -82,7 +82,7 @@ pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64>
 /// Losses of a point.
 type Losses<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
 
-/// The question as the library wants it. It is built without its threads, so it asks one at a time and in order.
+/// The task in the form of the library. It is built without its threads, so it asks one point at a time and in order.
 struct LibraryProblem<'a> {
     answer: Mutex<&'a mut Losses<'a>>,
     objectives: usize,

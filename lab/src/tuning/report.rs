@@ -107,7 +107,7 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
     Section::new("Found").table(table).table(losses)
 }
 
-/// A winner at an end of its range may want to go on beyond it.
+/// Marks a winner at an end of its range: a better value may lie beyond.
 fn edge(study: &TuningStudy, name: &str, x: &ParameterValue) -> &'static str {
     let x = as_number(x).unwrap_or(f64::NAN);
     let range = study.file.parameters.get(name);

@@ -1,4 +1,4 @@
-//! Findings: what a user must know before he trusts an estimate, worst first.
+//! Findings: reasons not to trust an estimate, worst first.
 
 use crate::verdicts::integrity::Integrity;
 use crate::verdicts::run_result::RunResult;

@@ -7,7 +7,7 @@ use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Metrics are taken from here on unless an expectation says otherwise, s: the transient at the start does not count.
+/// Start of the metrics, unless an expectation has its own, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
 pub(crate) const MAIN: &[&str] = &[

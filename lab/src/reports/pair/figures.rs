@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 type FigureValues = BTreeMap<String, Option<f64>>;
 
-/// The metrics that say most, of the estimators of both runs.
+/// The main metrics of the estimators of both runs.
 pub(crate) fn section(pair: &Pair) -> Section {
     let mut table = Table::new(&["estimator", "metric"], &["A", "B", "B minus A"]);
     table.caption = format!(

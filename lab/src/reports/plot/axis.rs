@@ -113,7 +113,7 @@ impl Axis {
 }
 
 impl FixedAxis {
-    /// Position of a value.
+    /// Position of a value on the scale.
     pub(crate) fn at(&self, x: f64) -> f64 {
         match self.scale {
             AxisScale::Log => x.log10(),

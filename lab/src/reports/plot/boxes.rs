@@ -65,7 +65,7 @@ impl Boxes {
             }
             None => self.y.fix(shown.chain(references), 0.06),
         };
-        // names would run into each other: the legend says them
+        // names would overlap here: they stand in the legend
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
         let svg = canvas::draw(x, y, |c| {

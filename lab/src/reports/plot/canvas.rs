@@ -24,7 +24,7 @@ const TEXT: f64 = 25.0 * 1.24;
 type Coord = Cartesian2d<AxisSpan, AxisSpan>;
 type Failure = DrawingAreaErrorKind<std::io::Error>;
 
-/// An axis as plotters wants it: linear, with our ticks.
+/// An axis for plotters: linear, with our ticks.
 #[derive(Clone)]
 struct AxisSpan {
     low: f64,

@@ -1,4 +1,4 @@
-//! Colours. A drawing names them by role; the page's style sheet says what they are in light, dark and print.
+//! Colours. A drawing names them by role; the page's style sheet gives each a value in light, dark and print.
 //!
 //! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is
 //! finished the numbers are replaced by the role's name in the style sheet.

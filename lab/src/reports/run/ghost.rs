@@ -1,4 +1,4 @@
-//! A log beside its ghost: the vehicle that estimators are told of on the same drive.
+//! A log beside its ghost: a train with the parameters of the estimators on the same drive.
 
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;

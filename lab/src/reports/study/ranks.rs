@@ -7,7 +7,7 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
 use std::collections::BTreeSet;
 
-/// With fewer runs a correlation says nothing.
+/// Least number of runs for a correlation.
 const MIN_RUNS: usize = 6;
 /// Half width of the middle 95 % of a normal distribution, in standard deviations.
 const TWO_SIDED_95: f64 = 1.96;

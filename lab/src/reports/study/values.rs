@@ -1,4 +1,4 @@
-//! A metric over runs, and what can be said of it.
+//! A metric over runs: its values and their statistics.
 
 use crate::reports::plot::boxes::quantile;
 use crate::text::number;
