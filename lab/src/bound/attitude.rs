@@ -24,7 +24,6 @@ const UNKNOWN_RAIL: (f64, f64) = (1e-2, 5e-4);
 pub(crate) struct Motion {
     /// Speed, m/s.
     pub(crate) speed_mps: f64,
-    /// Grade, rad.
     pub(crate) grade_rad: f64,
     /// Its rate, rad/s.
     pub(crate) grade_rate_radps: f64,

@@ -26,7 +26,6 @@ pub(crate) struct Drive {
 /// A point of the reference.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct Point {
-    /// s.
     pub(crate) at_s: f64,
     /// m/s.
     pub(crate) mps: f64,

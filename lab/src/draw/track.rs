@@ -12,7 +12,6 @@ const EASED: f64 = 0.8;
 pub(crate) struct Track {
     /// The lists `horizontal`, `vertical` and `joints` of a track file.
     pub(crate) text: String,
-    /// m.
     pub(crate) length_m: f64,
 }
 

@@ -8,7 +8,6 @@ pub(crate) const WHAT: &str = "too little excitation: with a ripple of 20 % and 
 
 /// Amplitude of the ripple as a share of the reference.
 const RIPPLE: f64 = 0.2;
-/// Its period, s.
 const PERIOD_S: f64 = 10.0;
 /// Points of the reference in a period.
 const POINTS: f64 = 8.0;

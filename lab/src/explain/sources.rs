@@ -8,7 +8,6 @@ use monorig_sim::error::Error;
 /// A source of error.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// Its name.
     pub(crate) name: &'static str,
     /// Description of the source.
     pub(crate) what: String,

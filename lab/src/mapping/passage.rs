@@ -20,7 +20,6 @@ const INTERNALS: [&str; 8] = [
 /// One estimator along a run, a number a row.
 #[derive(Clone, Debug, Default)]
 pub struct Passage {
-    /// s.
     pub(crate) t_s: Vec<f64>,
     /// Speed of the unit's middle, m/s, and its standard deviation.
     pub(crate) speed_mps: Vec<f64>,

@@ -30,7 +30,6 @@ const MIN_CELLS: usize = 4;
 pub struct MapPoint {
     /// Chainage, m.
     pub s_m: f64,
-    /// Grade, rad.
     pub(crate) grade_rad: f64,
     /// Its standard deviation, rad.
     pub sd_rad: f64,

@@ -176,7 +176,6 @@ impl ErrorSampler {
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tracking {
-    /// s.
     pub(crate) t_s: f64,
     /// Speed minus reference, m/s.
     pub(crate) speed: f64,
@@ -231,7 +230,7 @@ impl Geometry {
 }
 
 /// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about
-/// 10 MB per hour and estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
+/// 10 MB per hour and estimator at 20 Hz; `WindowedMetrics` keeps none.
 #[derive(Default)]
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.

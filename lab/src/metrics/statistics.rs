@@ -67,7 +67,6 @@ where
     }
 }
 
-/// Mean.
 pub(crate) fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Folded {
         of,

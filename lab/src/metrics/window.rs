@@ -19,11 +19,9 @@ pub(crate) enum End {
     At(f64),
     /// `plus_s` (s) after the IMU has first come to chainage `imu_m` (m), at `passed_s` (s) if it has.
     Passing {
-        /// m.
         imu_m: f64,
         /// s; negative = before.
         plus_s: f64,
-        /// s.
         passed_s: Option<f64>,
     },
 }
@@ -115,7 +113,6 @@ impl Window {
 
 /// A sample with an instant.
 pub(super) trait Timed: Copy {
-    /// s.
     fn t_s(&self) -> f64;
 }
 

@@ -35,7 +35,6 @@ pub struct Wanted {
     pub(crate) name: String,
     /// SI unit of the result; empty if none was given.
     pub(crate) unit: String,
-    /// Factor to it.
     pub(crate) factor: f64,
 }
 

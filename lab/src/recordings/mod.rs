@@ -5,7 +5,7 @@
 //! | [`columns`] | reads columns of a CSV file, in pieces without gap |
 //! | [`allan`] | overlapping Allan deviation |
 //! | [`noise_fit`] | white noise, bias instability and random walk fitted to it |
-//! | [`vibration`] | what is above 2 Hz: level, band, hits |
+//! | `vibration` | what is above 2 Hz: level, band, hits |
 //! | [`page`] | the report |
 
 pub mod allan;

@@ -18,7 +18,6 @@ pub struct Table {
 /// A cell and how it is meant.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
-    /// Text.
     pub(crate) text: String,
     /// Good news (true), bad news (false) or neither.
     pub(crate) good: Option<bool>,

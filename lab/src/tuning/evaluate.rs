@@ -107,7 +107,6 @@ enum SampleSource {
 pub struct RunMetrics {
     /// Index of the group.
     pub(crate) group: usize,
-    /// Seed.
     pub(crate) seed: u64,
     /// The metrics.
     pub values: Result<Vec<f64>, String>,

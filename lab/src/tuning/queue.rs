@@ -61,7 +61,6 @@ pub(crate) struct Queue {
 
 /// A question that this process has taken.
 pub(crate) struct Taken {
-    /// The question.
     pub(crate) question: Question,
     id: String,
     place: PathBuf,

@@ -24,7 +24,6 @@ use monorig_sim::config::scenario::ParameterValue;
 
 const LOSS: &str = "loss (defaults = 1)";
 
-/// The page.
 pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let mut page = Page::new(format!("Tuning {}", study.name));
     page.subtitle = study.file.why.trim().to_owned();

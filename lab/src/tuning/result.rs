@@ -28,7 +28,6 @@ impl TuningResult {
 /// A run with the defaults and with the winner.
 #[derive(Clone, Debug)]
 pub(crate) struct Trace {
-    /// Scenario.
     pub(crate) scenario: String,
     /// With the defaults.
     pub(crate) before: Vec<ErrorSample>,

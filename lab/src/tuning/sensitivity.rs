@@ -22,9 +22,7 @@ pub(crate) struct Sensitivity {
 /// The loss over one parameter, the others the winner's.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Curve {
-    /// Parameter.
     pub(crate) parameter: String,
-    /// Its values.
     pub(crate) values: Vec<ParameterValue>,
     /// Loss at each; none where the trial fails or breaks a constraint.
     pub(crate) losses: Vec<Option<f64>>,

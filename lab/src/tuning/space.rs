@@ -39,7 +39,6 @@ impl Space {
         }
     }
 
-    /// Their names.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|(name, _)| name.as_str())
     }

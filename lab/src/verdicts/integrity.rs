@@ -8,11 +8,8 @@ use serde::{Deserialize, Serialize};
 /// Quality of one estimator's marks of one quantity, over a whole run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Integrity {
-    /// Estimator.
     pub(crate) estimator: String,
-    /// Quantity.
     pub(crate) quantity: Quantity,
-    /// Samples.
     pub(crate) samples: u64,
     /// Samples marked valid.
     pub(crate) valid: u64,

@@ -1,7 +1,7 @@
 //! Runs in numbers, and their verdicts.
 //!
 //! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that
-//! these can be measured at all) and the [`integrity`] of its estimators; [`findings`] are what misleads, worst
+//! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst
 //! first; [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other over
 //! the same runs, with the confidence [`interval`]s of their differences.
 

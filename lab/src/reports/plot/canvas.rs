@@ -260,7 +260,6 @@ impl Canvas<'_> {
         }
     }
 
-    /// A cross.
     pub(crate) fn cross(&mut self, at: (f64, f64), ink: Ink) {
         let [x_low, x_high, low, high] = self.bounds();
         let (x, y) = self.scaled(at);

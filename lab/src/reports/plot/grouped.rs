@@ -8,7 +8,6 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 /// Bars in groups.
 #[derive(Clone, Debug)]
 pub(crate) struct GroupedBars {
-    /// Title.
     pub(crate) title: String,
     /// Note for the reader.
     pub(crate) note: String,

@@ -8,7 +8,6 @@ use crate::reports::plot::{Figure, LegendEntry, Look};
 /// A line chart.
 #[derive(Clone, Debug)]
 pub struct LineChart {
-    /// Title.
     pub(crate) title: String,
     /// Note for the reader.
     pub note: String,

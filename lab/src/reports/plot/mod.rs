@@ -26,7 +26,6 @@ use theme::Ink;
 /// A finished plot: drawing, title and legend.
 #[derive(Clone, Debug, Default)]
 pub struct Figure {
-    /// Title.
     pub(crate) title: String,
     /// A sentence on how to read it; may be empty.
     pub(crate) note: String,
@@ -39,7 +38,6 @@ pub struct Figure {
 /// An entry of a legend.
 #[derive(Clone, Debug)]
 pub(crate) struct LegendEntry {
-    /// Name.
     pub(crate) name: String,
     /// Shape and colour.
     pub(crate) look: Look,

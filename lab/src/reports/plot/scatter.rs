@@ -7,7 +7,6 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 /// A scatter plot.
 #[derive(Clone, Debug)]
 pub struct Scatter {
-    /// Title.
     pub(crate) title: String,
     /// Note for the reader.
     pub(crate) note: String,

@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 /// Valid samples of one quantity of one estimator.
 #[derive(Clone, Debug)]
 pub(crate) struct Stanford {
-    /// Title.
     pub(crate) title: String,
     /// Unit of errors, such as `°`.
     pub(crate) unit: String,

@@ -13,9 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// A run.
 pub(crate) struct Recorded {
-    /// Its folder.
     pub(crate) folder: PathBuf,
-    /// Manifest.
     pub(crate) manifest: Manifest,
     /// Metrics and verdicts.
     pub(crate) summary: Summary,

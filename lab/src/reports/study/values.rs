@@ -32,7 +32,6 @@ impl MetricValues {
         self.measured.iter().sum::<f64>() / self.measured.len() as f64
     }
 
-    /// Quantile.
     pub(crate) fn quantile(&self, p: f64) -> f64 {
         quantile(&self.measured, p)
     }
