@@ -1,10 +1,11 @@
 //! Text for people: numbers with enough digits, names with units, and no hidden characters.
 //!
-//! Hidden characters change how text is shown without being seen: control characters, and marks for writing from right to left.
-//! A terminal obeys the former. The latter show another name than the true one (Boucher and Anderson 2021, "Trojan Source").
+//! Hidden characters change how text is shown without being seen: control characters, and marks for writing from
+//! right to left. A terminal obeys the former. The latter show another name than the true one (Boucher and Anderson
+//! 2021, "Trojan Source").
 
 /// Returns true for a hidden character. Line ends and tabs are not hidden.
-pub fn is_hidden(c: char) -> bool {
+pub(crate) fn is_hidden(c: char) -> bool {
     (c.is_control() && !matches!(c, '\n' | '\t'))
         || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
@@ -49,7 +50,7 @@ pub fn number(x: f64) -> String {
 }
 
 /// A name with its unit, if it has one.
-pub fn with_unit(name: &str, unit: &str) -> String {
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
     match unit {
         "1" => name.to_owned(),
         unit => format!("{name}, {unit}"),

@@ -39,8 +39,9 @@ fn a_seed_draws_a_course_of_its_own_and_always_the_same() {
     }
 }
 
-/// A point on the rail comes to the end of every drive, near the place where it was meant to stand: motors, brakes and rail suffice. The
-/// reference is one of speeds, and what the controller lags in a grade stays: 2.5 % of the way at worst here.
+/// A point on the rail comes to the end of every drive, near the place where it was meant to stand: motors, brakes
+/// and rail suffice. The reference is one of speeds, and what the controller lags in a grade stays: 2.5 % of the way
+/// at worst here.
 #[test]
 fn every_course_is_driven_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,8 +105,8 @@ fn what_is_drawn_lies_within_its_range() {
     assert!((16_000.0..=20_000.0).contains(&most), "{most}");
 }
 
-/// A heavy train after a start of two seconds. From one start of its own the filter of the mass comes to rest far off on some of these courses; begun from
-/// several loads it does not mislead, and is as often valid.
+/// A heavy train after a start of two seconds. From one start of its own the filter of the mass comes to rest far off
+/// on some of these courses; begun from several loads it does not mislead, and is as often valid.
 #[test]
 fn the_start_search_keeps_a_short_start_from_misleading() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,8 @@
-//! The files that a search of parameters keeps between its runs, given almost right: an error, nothing, or a result; never a panic.
+//! The files that a search of parameters keeps between its runs, given almost right: an error, nothing, or a result;
+//! never a panic.
 //!
-//! As `cli/tests/mutants.rs`: by hand as many as one likes, `MONORIG_MUTANTS=10000 cargo test --release --test mutants`.
+//! As `cli/tests/mutants.rs`: by hand as many as one likes, `MONORIG_MUTANTS=10000 cargo test --release --test
+//! mutants`.
 
 #![allow(clippy::unwrap_used)]
 

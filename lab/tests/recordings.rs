@@ -1,4 +1,5 @@
-//! The Allan deviation against another library; real recordings against the figures of the sheets that were made of them.
+//! The Allan deviation against another library; real recordings against the figures of the sheets that were made of
+//! them.
 
 #![allow(clippy::unwrap_used)]
 
@@ -108,9 +109,10 @@ fn the_switch_on_bias_of_the_sheet_covers_the_standing_gyros() {
     }
 }
 
-/// The robot shakes as the sheet says: 50 of the 217 s that the sheet is made of. Other stretches of 50 s have 0.68 to 0.87 m/s² and a lower
-/// edge of 3.9 to 5.2 Hz (filtfilt of SciPy on the whole recording), and high-passes find edges some 13 % lower than the periodogram that the
-/// sheet is made with: a quarter for the level, 30 % for the edges.
+/// The robot shakes as the sheet says: 50 of the 217 s that the sheet is made of. Other stretches of 50 s have 0.68
+/// to 0.87 m/s² and a lower edge of 3.9 to 5.2 Hz (filtfilt of SciPy on the whole recording), and high-passes find
+/// edges some 13 % lower than the periodogram that the sheet is made with: a quarter for the level, 30 % for the
+/// edges.
 #[test]
 fn the_vibration_of_the_harsh_sheet_is_that_of_the_robot() {
     let file = root().join("tests/data/real/husky/imu_flooring_03.csv");

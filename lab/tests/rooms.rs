@@ -61,3 +61,27 @@ fn arrows_lead_from_later_rooms_to_earlier_ones() {
     }
     assert_eq!(rooms.len(), order.len(), "{rooms:?} against {order:?}");
 }
+
+/// Name of the type that a line of code defines.
+fn defined(line: &str) -> Option<&str> {
+    let line = line
+        .trim_start_matches("pub ")
+        .trim_start_matches("pub(crate) ");
+    let line = line.trim_start_matches("pub(super) ");
+    let kinds = ["struct ", "enum ", "trait ", "type "];
+    let rest = kinds.iter().find_map(|kind| line.strip_prefix(kind))?;
+    rest.split(|c: char| !c.is_alphanumeric()).next()
+}
+
+#[test]
+fn a_type_name_has_one_meaning() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut seen = BTreeSet::new();
+    for file in sources(&src) {
+        let text = read_to_string(&file).unwrap();
+        for name in text.lines().filter_map(defined) {
+            assert!(seen.insert(name.to_owned()), "{name} in {}", file.display());
+        }
+    }
+    assert!(seen.len() > 100, "{} types", seen.len());
+}

@@ -1,8 +1,9 @@
 //! A file of JSON lines that grows: a header, then rows in order.
 //!
-//! A row is appended as soon as there is one. A kill can tear the last line only. That line is cut off when the file is opened again.
+//! A row is appended as soon as there is one. A kill can tear the last line only. That line is cut off when the file
+//! is opened again.
 
-use crate::batch::lines::{Line, Lines, wrong};
+use crate::batch::lines::{Lines, RawLine, wrong};
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
@@ -34,8 +35,8 @@ pub struct Jsonl<H> {
 }
 
 impl<H: Header> Jsonl<H> {
-    /// Opens a file to add rows, or begins it. A file with another header is refused and left as it is. `row` gets the number (from
-    /// 0) and the bytes of each whole row, and refuses it with a message.
+    /// Opens a file to add rows, or begins it. A file with another header is refused and left as it is. `row` gets
+    /// the number (from 0) and the bytes of each whole row, and refuses it with a message.
     pub(crate) fn open(
         path: &Path,
         header: &H,
@@ -46,7 +47,7 @@ impl<H: Header> Jsonl<H> {
         let file = store.file.try_clone().map_err(|e| store.failed(e))?;
         let mut lines = Lines::of(path, file);
         let mut end = 0;
-        while let Some(Line { bytes, torn }) = lines.read()? {
+        while let Some(RawLine { bytes, torn }) = lines.read()? {
             let line = lines.number();
             let fits = match torn {
                 true => wanted.as_bytes().starts_with(&bytes),
@@ -169,7 +170,7 @@ mod tests {
     use super::*;
     use serde::Deserialize;
 
-    #[derive(Serialize, Deserialize)]
+    #[derive(Debug, Serialize, Deserialize)]
     struct Named {
         study: String,
     }

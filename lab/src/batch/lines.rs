@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 const MAX_LINE_BYTES: u64 = 16 << 20;
 
 /// A line without its end.
-pub(crate) struct Line {
-    pub bytes: Vec<u8>,
+pub(crate) struct RawLine {
+    pub(crate) bytes: Vec<u8>,
     /// It has no end: the file stops within it.
-    pub torn: bool,
+    pub(crate) torn: bool,
 }
 
 /// Reads lines, as text without their ends. A line that is no text, or longer than any of ours, is an error.
@@ -34,7 +34,7 @@ impl Lines {
         Ok(Self::of(path, file))
     }
 
-    /// Of an open file; `path` stands in error messages.
+    /// Reads an open file. `path` stands in error messages.
     pub(crate) fn of(path: &Path, file: File) -> Self {
         Self {
             path: path.into(),
@@ -49,7 +49,7 @@ impl Lines {
     }
 
     /// The next line as bytes; `None` at the end of the file.
-    pub(crate) fn read(&mut self) -> Result<Option<Line>, Error> {
+    pub(crate) fn read(&mut self) -> Result<Option<RawLine>, Error> {
         self.number += 1;
         let mut bytes = Vec::new();
         let mut bounded = self.file.by_ref().take(MAX_LINE_BYTES + 1);
@@ -65,7 +65,7 @@ impl Lines {
             return Ok(None);
         }
         let torn = bytes.pop_if(|last| *last == b'\n').is_none();
-        Ok(Some(Line { bytes, torn }))
+        Ok(Some(RawLine { bytes, torn }))
     }
 
     fn wrong(&self, message: &str) -> Error {
@@ -79,7 +79,7 @@ impl Iterator for Lines {
 
     fn next(&mut self) -> Option<Self::Item> {
         let line = self.read().transpose()?;
-        let text = |line: Line| {
+        let text = |line: RawLine| {
             String::from_utf8(line.bytes).map_err(|_| self.wrong("this line is not text in UTF-8"))
         };
         Some(line.and_then(text))

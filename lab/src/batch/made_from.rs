@@ -1,4 +1,4 @@
-//! What results were made from and by: results are only added to others if nothing of it differs.
+//! The origin of results: program, files and values. Results are only added to others of the same origin.
 
 use monorig_sim::record::identity::Identity;
 use monorig_sim::record::manifest;
@@ -6,21 +6,21 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// What results were made from and by: part of the header of every file that results are added to.
+/// Origin of results: a part of the header of every file that results are added to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MadeFrom {
     /// The program.
-    pub monorig: Identity,
+    pub(crate) monorig: Identity,
     /// SHA-256 of every file that was read, by name relative to the folder of the study.
-    pub inputs: BTreeMap<String, String>,
-    /// What the files come to with all defaults filled in, those of parameters too.
-    pub resolved: Value,
+    pub(crate) inputs: BTreeMap<String, String>,
+    /// Values of the files with all defaults filled in, those of parameters too.
+    pub(crate) resolved: Value,
     /// SHA-256 over all of these.
-    pub hash: String,
+    pub(crate) hash: String,
 }
 
 impl MadeFrom {
-    /// The same program, files and resolved values have the same hash.
+    /// Computes the hash: it is equal for the same program, files and resolved values.
     pub fn new(monorig: &Identity, inputs: BTreeMap<String, String>, resolved: Value) -> Self {
         Self {
             monorig: monorig.clone(),
@@ -30,36 +30,36 @@ impl MadeFrom {
         }
     }
 
-    /// What differs between what is in a file (`self`) and what would be added to it; none if nothing does.
-    pub fn differs(&self, here: &Self) -> Option<String> {
+    /// Difference between the origin in a file (`self`) and that of new results. `None`: they are equal.
+    pub(crate) fn differs(&self, here: &Self) -> Option<String> {
         if self == here {
             return None;
         }
-        let mut told: Vec<String> = self.monorig.differs(&here.monorig).into_iter().collect();
+        let mut found: Vec<String> = self.monorig.differs(&here.monorig).into_iter().collect();
         for (name, digest) in &here.inputs {
             match self.inputs.get(name) {
                 Some(same) if same == digest => {}
-                Some(_) => told.push(format!("{name} has changed")),
-                None => told.push(format!("{name} is new")),
+                Some(_) => found.push(format!("{name} has changed")),
+                None => found.push(format!("{name} is new")),
             }
         }
         let gone = self.inputs.keys().filter(|n| !here.inputs.contains_key(*n));
-        told.extend(gone.map(|name| format!("{name} is no longer read")));
-        told.extend(differing(&self.resolved, &here.resolved, ""));
-        if told.is_empty() {
-            told.push("its header was edited".into()); // the hash fits nothing else in it
+        found.extend(gone.map(|name| format!("{name} is no longer read")));
+        found.extend(differing(&self.resolved, &here.resolved, ""));
+        if found.is_empty() {
+            found.push("its header was edited".into()); // the hash fits nothing else in it
         }
-        let more = told.len().saturating_sub(MAX_TOLD);
-        told.truncate(MAX_TOLD);
+        let more = found.len().saturating_sub(MAX_LISTED);
+        found.truncate(MAX_LISTED);
         if more > 0 {
-            told.push(format!("{more} more"));
+            found.push(format!("{more} more"));
         }
-        Some(told.join("; "))
+        Some(found.join("; "))
     }
 }
 
-/// Of so many differences is told.
-const MAX_TOLD: usize = 6;
+/// Most differences in a message; the rest is a number.
+const MAX_LISTED: usize = 6;
 
 /// The first value that differs, as its path and both values.
 fn differing(there: &Value, here: &Value, path: &str) -> Option<String> {

@@ -16,7 +16,7 @@ struct Part {
     read: usize,
 }
 
-/// Merge the shards in `parts` into `to`, and say how many runs that are. All must be there, whole, and of one study.
+/// Merges the shards in `parts` into `to` and returns the number of runs. All must be there, whole, and of one study.
 pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
     let mut opened = Vec::new();
     let mut whole: Option<StudyHeader> = None;

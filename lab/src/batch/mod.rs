@@ -1,8 +1,9 @@
 //! Studies: ordered lists of independent runs.
 //!
-//! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a [`RunResult`](crate::verdicts::run_result::RunResult), one line of JSON.
-//! [`in_order`] makes the runs on several threads and hands the results on in the order of their indices, so that the bytes
-//! written do not depend on the number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
+//! A run is addressed by its index in the study ([`RunSpec`]); what comes of it is a
+//! [`RunResult`](crate::verdicts::run_result::RunResult), one line of JSON. [`in_order`] makes the runs on several
+//! threads and hands the results on in the order of their indices, so that the bytes written do not depend on the
+//! number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
 
 pub(crate) mod jsonl;
 pub mod lines;
@@ -18,8 +19,9 @@ pub mod test_shards;
 mod vary;
 
 pub use merge::merge;
-pub use one_run::{Interrupted, RunSpec, run_one};
-pub use plan::{FORMAT, Plan, StudyHeader, VERSION};
+pub use one_run::{RunSpec, run_one};
+pub use plan::Plan;
+pub(crate) use plan::{FORMAT, StudyHeader, VERSION};
 pub use pool::{in_order, map_in_order, refused_threads};
 pub use results::ResultStore;
 pub use shard::Shard;

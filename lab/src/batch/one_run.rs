@@ -29,7 +29,7 @@ pub struct RunSpec {
     pub inputs: InputFiles,
     /// Seed.
     pub seed: u64,
-    /// What was drawn for this run, by name.
+    /// Values drawn for this run, by name.
     pub draws: BTreeMap<String, serde_json::Value>,
     /// Estimator whose valid samples the others' are held against, in a comparison.
     pub reference: Option<String>,
@@ -39,8 +39,8 @@ pub struct RunSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
-/// Run it. A scenario that cannot be used, a simulation that breaks down and a panic are results too: they belong to this run,
-/// and the study goes on. `go_on` is asked now and then whether to go on.
+/// Run it. A scenario that cannot be used, a simulation that breaks down and a panic are results too: they belong to
+/// this run, and the study goes on. `go_on` is asked now and then whether to go on.
 pub fn run_one(
     spec: &RunSpec,
     registry: &Registry,

@@ -23,8 +23,8 @@ const MAX_RUNS: u64 = 10_000_000;
 pub struct Plan {
     /// File name without its ending.
     pub name: String,
-    /// What the file says.
-    pub file: StudyFile,
+    /// Contents of the file.
+    pub(crate) file: StudyFile,
     path: PathBuf,
     scenario: PathBuf,
     inputs: InputFiles,
@@ -33,31 +33,31 @@ pub struct Plan {
 }
 
 /// First words of a study's results.
-pub const FORMAT: &str = "monorig study";
+pub(crate) const FORMAT: &str = "monorig study";
 /// Version of the format of a study's results.
-pub const VERSION: u32 = 2;
+pub(crate) const VERSION: u32 = 2;
 
 /// The first line of a study's results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StudyHeader {
-    /// What this file is: `monorig study`.
-    pub format: String,
+    /// Kind of the file: `monorig study`.
+    pub(crate) format: String,
     /// Format version, 2.
-    pub version: u32,
+    pub(crate) version: u32,
     /// Name of the study.
-    pub study: String,
-    /// How many runs the whole study has.
-    pub runs: u64,
-    /// Which of them are here; all if it is left out.
+    pub(crate) study: String,
+    /// Number of runs of the whole study.
+    pub(crate) runs: u64,
+    /// The part of the runs that is here; all if it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shard: Option<Shard>,
-    /// What the study was made from and by.
-    pub made_from: MadeFrom,
+    pub(crate) shard: Option<Shard>,
+    /// Origin of the study.
+    pub(crate) made_from: MadeFrom,
 }
 
 impl StudyHeader {
-    /// What differs between the header of a file (`self`) and that of what would be added to it; none if nothing does.
-    pub fn differs(&self, here: &Self) -> Option<String> {
+    /// Difference between the header of a file (`self`) and that of new results. `None`: they are equal.
+    pub(crate) fn differs(&self, here: &Self) -> Option<String> {
         let of = |h: &Self| {
             let shard = h.shard.unwrap_or(Shard::WHOLE);
             let runs = format!("{} runs, shard {}/{}", h.runs, shard.part, shard.of);
@@ -75,8 +75,8 @@ impl StudyHeader {
 }
 
 impl Plan {
-    /// Read a study, and check it by building the simulation of its first run. Every file that one of its runs may need is read here
-    /// and never again.
+    /// Read a study, and check it by building the simulation of its first run. Every file that one of its runs may
+    /// need is read here and never again.
     pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
         let inputs = InputFiles::default();
         inputs.during(|| Self::read(path, registry, inputs.clone()))
@@ -136,7 +136,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Read the files that a choice may name in place of those of the first run. What is wrong with one is the result of its runs.
+    /// Read the files that a choice may name in place of those of the first run. What is wrong with one is the result
+    /// of its runs.
     fn read_choices(&self) {
         for vary in &self.file.vary {
             let values = vary.choice.iter().flatten();
@@ -163,7 +164,7 @@ impl Plan {
         &self.inputs
     }
 
-    /// How many runs.
+    /// Number of runs.
     pub fn runs(&self) -> u64 {
         self.file.runs
     }

@@ -14,22 +14,22 @@ const AHEAD: u64 = 256;
 /// Threads that the system did not make.
 static REFUSED: AtomicUsize = AtomicUsize::new(0);
 
-/// How many threads the system did not make so far (a limit on processes, or on memory): their work was done by the others, or by the
-/// calling thread, with the same results.
+/// Number of threads that the system refused so far (a limit on processes, or on memory). Their work was done by the
+/// others, or by the calling thread, with the same results.
 pub fn refused_threads() -> usize {
     REFUSED.load(Ordering::Relaxed)
 }
 
-/// Do `work` on each of `items` with `jobs` threads, and hand each result to `take` in the order of the items, as soon as
-/// those before it are there. The first error of `take` ends it: what is being worked on is still finished, and dropped.
-/// A panic in `work` ends it too and goes on in the caller; work that may panic catches its own.
+/// Do `work` on each of `items` with `jobs` threads, and hand each result to `take` in the order of the items, as
+/// soon as those before it are there. The first error of `take` ends it: what is being worked on is still finished,
+/// and dropped. A panic in `work` ends it too and goes on in the caller; work that may panic catches its own.
 pub fn in_order<I: Send, T: Send, E>(
     jobs: NonZeroUsize,
     items: impl Iterator<Item = I> + Send,
     work: impl Fn(I) -> T + Sync,
     mut take: impl FnMut(T) -> Result<(), E>,
 ) -> Result<(), E> {
-    let queue = Queue {
+    let queue = Pending {
         state: Mutex::new(QueueState {
             items: items.zip(0..),
             taken: 0,
@@ -115,12 +115,12 @@ struct QueueState<I> {
     stop: bool,
 }
 
-struct Queue<I> {
+struct Pending<I> {
     state: Mutex<QueueState<I>>,
     moved: Condvar,
 }
 
-impl<I> Queue<I> {
+impl<I> Pending<I> {
     fn lock(&self) -> MutexGuard<'_, QueueState<I>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

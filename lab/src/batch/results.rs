@@ -32,7 +32,7 @@ impl ResultStore {
     }
 }
 
-/// What every line of results begins with.
+/// The first field of every line of results.
 #[derive(Deserialize)]
 struct IndexField {
     index: u64,

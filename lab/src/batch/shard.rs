@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 /// A part of a study's runs: those whose index leaves the remainder `part - 1` when divided by `of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which part, from 1.
+    /// Number of the part, from 1.
     pub part: u64,
-    /// Of how many.
+    /// Number of parts.
     pub of: u64,
 }
 

@@ -11,22 +11,22 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Why the study exists and what it shows.
-    pub why: String,
+    pub(crate) why: String,
     /// Scenario file, relative to this file.
-    pub scenario: String,
+    pub(crate) scenario: String,
     /// How many runs.
-    pub runs: u64,
+    pub(crate) runs: u64,
     /// Seed of the first run; each further run has the next one.
     #[serde(default = "one")]
-    pub first_seed: u64,
+    pub(crate) first_seed: u64,
     /// Fixed changes to the scenario, by path as in `--set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub set: BTreeMap<String, serde_json::Value>,
+    pub(crate) set: BTreeMap<String, serde_json::Value>,
     /// What is drawn for each run.
     #[serde(default)]
-    pub vary: Vec<Vary>,
+    pub(crate) vary: Vec<Vary>,
 }
 
 fn one() -> u64 {

@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// What a shard is a part of: the same in all shards of one test but for `shard`.
+/// Description of the whole test: the same in all shards of one test, except for `shard`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardHeader {
-    /// Which part.
+    /// The part.
     #[serde(flatten)]
-    pub shard: Shard,
+    pub(crate) shard: Shard,
     /// The program, and the arithmetic of the machine.
     monorig: Identity,
     /// Every scenario of the test.
@@ -46,7 +46,7 @@ struct TestFile {
 }
 
 impl ShardScenario {
-    /// Of a scenario that was read, as this program runs it.
+    /// Describes a scenario as this program runs it.
     pub fn new(scenario: &Scenario, registry: &Registry, monorig: &Identity) -> Self {
         let inputs = scenario.input_digests();
         Self {
@@ -58,7 +58,7 @@ impl ShardScenario {
 }
 
 impl ShardHeader {
-    /// Of a part of a test of these scenarios.
+    /// Describes a part of a test of these scenarios.
     pub fn new(shard: Shard, monorig: Identity, scenarios: Vec<ShardScenario>) -> Self {
         Self {
             shard,
@@ -67,7 +67,7 @@ impl ShardHeader {
         }
     }
 
-    /// What differs from the test that another shard is a part of.
+    /// Difference from the test of another shard. `None`: it is the same test.
     fn differs(&self, first: &Self) -> Option<String> {
         if let Some(told) = self.monorig.differs(&first.monorig) {
             return Some(told);
@@ -113,7 +113,8 @@ pub fn json(
     Ok(text + "\n")
 }
 
-/// Puts the shards of a test together and judges every scenario of it. `to` names the file of the whole in error messages.
+/// Puts the shards of a test together and judges every scenario of it. `to` names the file of the whole in error
+/// messages.
 pub fn merge_tests(parts: &[PathBuf], to: &Path) -> Result<Vec<ScenarioVerdict>, Error> {
     let mut first: Option<ShardHeader> = None;
     let mut seen: Vec<u64> = Vec::new();

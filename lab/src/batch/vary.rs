@@ -1,7 +1,7 @@
 //! Values drawn anew for each run.
 //!
-//! A variable is drawn from a stream of its own, made from the seed of the run and the variable's path: adding another one, or
-//! changing their order, leaves the draws of this one as they were.
+//! A variable is drawn from a stream of its own, made from the seed of the run and the variable's path: adding
+//! another one, or changing their order, leaves the draws of this one as they were.
 
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::sensors::stream::Stream;
@@ -12,56 +12,56 @@ use serde_json::Value;
 /// A value drawn for each run; exactly one of the distributions.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Vary {
+pub(crate) struct Vary {
     /// What varies: a path as in `--set`, such as `load.mass_kg` or `track.vertical[1].to_grade_deg`.
-    pub path: String,
+    pub(crate) path: String,
     /// Paths that get the same draw.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<String>,
+    pub(crate) also: Vec<String>,
     /// Evenly from the first to the second number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub uniform: Option<[Finite; 2]>,
+    pub(crate) uniform: Option<[Finite; 2]>,
     /// Normal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normal: Option<Normal>,
+    pub(crate) normal: Option<Normal>,
     /// Lognormal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lognormal: Option<Lognormal>,
+    pub(crate) lognormal: Option<Lognormal>,
     /// One of these values, each as often as the others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub choice: Option<Vec<Value>>,
+    pub(crate) choice: Option<Vec<Value>>,
 }
 
 /// A normal distribution.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Normal {
+pub(crate) struct Normal {
     /// Mean.
-    pub mean: Finite,
+    pub(crate) mean: Finite,
     /// Standard deviation.
-    pub sd: Positive,
+    pub(crate) sd: Positive,
     /// Draws below are drawn again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub min: Option<Finite>,
+    pub(crate) min: Option<Finite>,
     /// Draws above are drawn again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max: Option<Finite>,
+    pub(crate) max: Option<Finite>,
 }
 
 /// A lognormal distribution: the logarithm is normal.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Lognormal {
+pub(crate) struct Lognormal {
     /// Median.
-    pub median: Positive,
+    pub(crate) median: Positive,
     /// Standard deviation of the natural logarithm.
-    pub sd_of_log: Positive,
+    pub(crate) sd_of_log: Positive,
     /// Draws below are drawn again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub min: Option<Positive>,
+    pub(crate) min: Option<Positive>,
     /// Draws above are drawn again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max: Option<Positive>,
+    pub(crate) max: Option<Positive>,
 }
 
 /// Limits must leave room within so many standard deviations of the middle, or drawing again would take for ever.
@@ -69,7 +69,7 @@ const REACH: f64 = 3.0;
 
 impl Vary {
     /// All paths that get the draw.
-    pub fn paths(&self) -> impl Iterator<Item = &String> {
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &String> {
         std::iter::once(&self.path).chain(&self.also)
     }
 
@@ -131,7 +131,7 @@ impl Vary {
     }
 
     /// The value for the run with this seed.
-    pub fn draw(&self, seed: u64) -> Value {
+    pub(crate) fn draw(&self, seed: u64) -> Value {
         let mut stream = Stream::new(seed, &format!("vary/{}", self.path));
         if let Some([low, high]) = self.uniform {
             return number(low.get() + (high.get() - low.get()) * stream.uniform());

@@ -21,15 +21,14 @@ const UNKNOWN_RAIL: (f64, f64) = (1e-2, 5e-4);
 
 /// The true motion at the IMU.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Speed, m/s.
-    pub speed_mps: f64,
-    /// Grade, rad.
-    pub grade_rad: f64,
+    pub(crate) speed_mps: f64,
+    pub(crate) grade_rad: f64,
     /// Its rate, rad/s.
-    pub grade_rate_radps: f64,
+    pub(crate) grade_rate_radps: f64,
     /// Gravity, m/s².
-    pub gravity_mps2: f64,
+    pub(crate) gravity_mps2: f64,
 }
 
 /// Kalman covariance of the attitude, linearised on the true motion:
@@ -38,7 +37,7 @@ pub struct Motion {
 /// v̇ = f_x − b_x − g sin θ      θ̇ = ω − b_g
 /// wheels  v (1 + e_w)           f_z  v θ̇ + g cos θ + b_z
 /// ```
-pub struct AttitudeBound {
+pub(crate) struct AttitudeBound {
     noise: SheetNoise,
     drives: f64,
     covariance: Option<Covariance>,
@@ -46,7 +45,7 @@ pub struct AttitudeBound {
 
 impl AttitudeBound {
     /// For instruments of this noise.
-    pub fn new(noise: SheetNoise) -> Self {
+    pub(crate) fn new(noise: SheetNoise) -> Self {
         Self {
             noise,
             drives: 1.0,
@@ -54,19 +53,19 @@ impl AttitudeBound {
         }
     }
 
-    /// How many wheels are measured.
-    pub fn drives(&mut self, drives: usize) {
+    /// Sets the number of measured wheels.
+    pub(crate) fn drives(&mut self, drives: usize) {
         self.drives = drives.max(1) as f64;
     }
 
     /// Time between two steps, s; none if the sheet has no accelerometer or no wheel speed.
-    pub fn step_s(&self) -> Option<f64> {
+    pub(crate) fn step_s(&self) -> Option<f64> {
         self.noise.wheel_speed?;
         Some(1.0 / self.noise.accelerometer?.rate_hz)
     }
 
     /// One sample of the accelerometer later.
-    pub fn step(&mut self, m: Motion) {
+    pub(crate) fn step(&mut self, m: Motion) {
         let (Some(accelerometer), Some(wheels)) =
             (self.noise.accelerometer, self.noise.wheel_speed)
         else {
@@ -125,7 +124,7 @@ impl AttitudeBound {
     }
 
     /// Standard deviations of the tilt and of the accelerometer's bias along the train, rad and m/s².
-    pub fn sd(&self) -> Option<(f64, f64)> {
+    pub(crate) fn sd(&self) -> Option<(f64, f64)> {
         let p = self.covariance?;
         Some((p[(TILT, TILT)].sqrt(), p[(BIAS_X, BIAS_X)].sqrt()))
     }
@@ -173,7 +172,7 @@ mod tests {
         bound.sd().unwrap()
     }
 
-    /// On the level nothing tells the bias from the tilt, and the bound is that of the bias: b/g.
+    /// On the level the bias cannot be separated from the tilt, and the bound is that of the bias: b/g.
     #[test]
     fn on_the_level_the_bound_is_the_bias_over_gravity() {
         let (tilt, bias) = run(&mut bound(), 60.0, 0.0);
@@ -181,14 +180,16 @@ mod tests {
         assert!((tilt / (0.01 / 9.81) - 1.0).abs() < 0.02, "{tilt}");
     }
 
-    /// On a slope |f| = g tells it: after t seconds b is known to about σ/(sin θ √(n)), closed form of the information of f_z and f_x.
+    /// On a slope |f| = g separates them: after t seconds b is known to about σ/(sin θ √(n)), closed form of the
+    /// information of f_z and f_x.
     #[test]
     fn on_a_slope_the_bias_is_found_at_the_rate_of_the_closed_form() {
         let mut bound = bound();
         run(&mut bound, 5.0, 0.0);
         let slope = 0.2f64;
         let (_, bias) = run(&mut bound, 60.0, slope);
-        // level: b_z known; slope: z = −g sin θ δθ + b_z with δθ = −b_x/(g cos θ): b_x tan θ is measured n times with the noise of f_z
+        // level: b_z known; slope: z = −g sin θ δθ + b_z with δθ = −b_x/(g cos θ): b_x tan θ is measured n times with
+        // the noise of f_z
         let n = 60.0 * 200.0;
         let before = 0.01f64.hypot(0.0);
         let measured = 0.01 / (slope.tan() * f64::sqrt(n));

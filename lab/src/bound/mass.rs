@@ -5,10 +5,11 @@ use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::plant::Truth;
 use nalgebra::{SMatrix, SVector};
 
-type Covariance = SMatrix<f64, STATES, STATES>;
-type Row = SVector<f64, STATES>;
+type MassCovariance = SMatrix<f64, STATES, STATES>;
+type MassRow = SVector<f64, STATES>;
 
-/// Mass, constant resistance, resistance by speed, resistance in bends, grade of the rail behind the train at the start.
+/// Mass, constant resistance, resistance by speed, resistance in bends, grade of the rail behind the train at the
+/// start.
 const STATES: usize = 5;
 const MASS: usize = 0;
 const UNSEEN: usize = 4;
@@ -16,16 +17,16 @@ const UNSEEN: usize = 4;
 const BLOCK_S: f64 = 0.1;
 /// Slower than this the resistance is friction at rest, m/s.
 const MOVES_MPS: f64 = 0.06;
-/// Priors: of the resistance as a share of the nominal one; of its growth with the speed, N·s/m; with the curvature of a bend, N·m; of the
-/// grade of the rail behind, rad, over so many metres.
+/// Priors: of the resistance as a share of the nominal one; of its growth with the speed, N·s/m; with the curvature
+/// of a bend, N·m; of the grade of the rail behind, rad, over so many metres.
 const RESISTANCE: f64 = 0.3;
 const BY_SPEED: f64 = 60.0;
 const BY_CURVATURE: f64 = 10e3;
 const BEHIND: (f64, f64) = (0.02, 9.0);
 
-/// What a block of a drive is the mean of.
+/// Sums over a block of a drive, for its means.
 #[derive(Clone, Debug, Default)]
-struct Block {
+struct DriveBlock {
     samples: f64,
     speed: f64,
     accel: f64,
@@ -42,33 +43,33 @@ struct Block {
 /// ```
 ///
 /// U: moment of the masses that still stand on the rail behind the start.
-pub struct MassBound {
+pub(crate) struct MassBound {
     noise: SheetNoise,
-    covariance: Option<Covariance>,
+    covariance: Option<MassCovariance>,
     mass_kg: f64,
     start_m: f64,
-    block: Block,
+    block: DriveBlock,
     ends_s: f64,
-    /// Of what is left of the rail behind in the effective grade, rad.
+    /// Standard deviation of the effective grade by the rail behind the start, rad.
     unseen_rad: f64,
 }
 
 impl MassBound {
     /// For instruments of this noise.
-    pub fn new(noise: SheetNoise) -> Self {
+    pub(crate) fn new(noise: SheetNoise) -> Self {
         Self {
             noise,
             covariance: None,
             mass_kg: f64::NAN,
             start_m: 0.0,
-            block: Block::default(),
+            block: DriveBlock::default(),
             ends_s: BLOCK_S,
             unseen_rad: 0.0,
         }
     }
 
     /// A step of the plant later.
-    pub fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
+    pub(crate) fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
         if self.mass_kg.is_nan() {
             self.start_m = truth.chainage_m;
         }
@@ -101,14 +102,14 @@ impl MassBound {
         let p = self.covariance.get_or_insert_with(|| {
             let resistance = RESISTANCE * vehicle.running_resistance * mass_kg * gravity;
             let sds = [prior, resistance, BY_SPEED, BY_CURVATURE, BEHIND.0];
-            Covariance::from_diagonal(&Row::from(sds.map(|sd| sd * sd)))
+            MassCovariance::from_diagonal(&MassRow::from(sds.map(|sd| sd * sd)))
         });
         p.row_mut(MASS).fill(0.0);
         p.column_mut(MASS).fill(0.0);
         p[(MASS, MASS)] = prior * prior;
     }
 
-    fn balance(&mut self, block: &Block, way_m: f64, vehicle: &Vehicle, gravity: f64) {
+    fn balance(&mut self, block: &DriveBlock, way_m: f64, vehicle: &Vehicle, gravity: f64) {
         let (Some(p), Some(torque), Some(accelerometer)) = (
             self.covariance.as_mut(),
             self.noise.motor_torque,
@@ -123,7 +124,7 @@ impl MassBound {
             let sign = speed.signum();
             let share = vehicle.layout.map_or(1.0, |l| l.load_share_of_resistance);
             let rolling = share * vehicle.running_resistance * gravity * sign * block.cosine / n;
-            let h = Row::from([
+            let h = MassRow::from([
                 block.accel / n + gravity * block.sine / n + rolling,
                 sign,
                 sign * speed.abs(),
@@ -150,9 +151,9 @@ impl MassBound {
         self.unseen_rad = p[(UNSEEN, UNSEEN)].sqrt() * moment / (BEHIND.1 * self.mass_kg);
     }
 
-    /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which nothing tells from mass; and of the
-    /// effective grade by the rail behind, rad.
-    pub fn sd(&self, drives: usize) -> Option<(f64, f64)> {
+    /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which nothing tells
+    /// from mass; and of the effective grade by the rail behind, rad.
+    pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;
         let gain = self.noise.motor_torque?.scale_sd / (drives.max(1) as f64).sqrt();
         Some((

@@ -1,11 +1,12 @@
-//! Posterior Cramér-Rao bound (Tichavský, Muravchik and Nehorai 1998) of slope, effective grade and mass for the motion of a run and the
-//! noise of its sensor sheet: what no estimator can be better than, on average over runs.
+//! Posterior Cramér-Rao bound (Tichavský, Muravchik and Nehorai 1998) of slope, effective grade and mass for the
+//! motion of a run and the noise of its sensor sheet: what no estimator can be better than, on average over runs.
 //!
-//! The recursion is linearised on the true motion, where all that is random is Gaussian: it is then the covariance of the Kalman filter
-//! that knows the model. In it are white noise, biases, scale errors and random walks of the sheet; priors of mass, running resistance and
-//! the rail behind the train. Not in it are what makes a model wrong: rail that was not read ahead of the middle of the unit, slip, sway of
-//! the load, vibration, hits, faults, misalignment, delays. An estimator may be better than the bound in one run, whose biases happen to be
-//! small; the bound is for the root mean square over runs.
+//! The recursion is linearised on the true motion, where all that is random is Gaussian: it is then the covariance of
+//! the Kalman filter with the true model. In it are white noise, biases, scale errors and random walks of the sheet;
+//! priors of mass, running resistance and the rail behind the train. Not in it are what makes a model wrong: rail
+//! that was not read ahead of the middle of the unit, slip, sway of the load, vibration, hits, faults, misalignment,
+//! delays. An estimator may be better than the bound in one run, whose biases happen to be small; the bound is for
+//! the root mean square over runs.
 
 mod attitude;
 mod channels;
@@ -14,7 +15,7 @@ mod running;
 mod sheet;
 
 pub use channels::{BoundChannels, descriptions};
-pub use running::RunningBound;
+pub(crate) use running::RunningBound;
 pub use sheet::SheetNoise;
 
 use monorig_sim::closed_loop::Simulation;
@@ -32,11 +33,11 @@ const EVERY_S: f64 = 0.1;
 pub struct BoundSample {
     /// s.
     pub t_s: f64,
-    /// Of the grade at the IMU, rad.
+    /// Bound of the grade at the IMU, rad.
     pub slope_rad: f64,
-    /// Of the effective grade, rad.
+    /// Bound of the effective grade, rad.
     pub effective_rad: f64,
-    /// Of the total mass, as a share of it.
+    /// Bound of the total mass, as a share of it.
     pub mass_rel: f64,
 }
 
@@ -47,7 +48,7 @@ pub struct MeanSquares {
     pub slope: f64,
     /// rad².
     pub effective: f64,
-    /// Of the mean relative error of the mass in the last second of the run.
+    /// Square of the mean relative error of the mass in the last second of the run.
     pub mass_at_end: f64,
 }
 
@@ -75,7 +76,7 @@ pub struct BoundObserver {
 }
 
 impl BoundObserver {
-    /// What came out of it.
+    /// The bound of the run.
     pub fn into_run(self) -> RunBound {
         let mut run = self.run;
         let counted = self.counted.max(1.0);

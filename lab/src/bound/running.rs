@@ -9,7 +9,7 @@ use monorig_sim::closed_loop::Simulation;
 use monorig_sim::plant::Truth;
 
 /// The bound of a run, computed from its true motion and the noise of its sheet.
-pub struct RunningBound {
+pub(crate) struct RunningBound {
     attitude: AttitudeBound,
     mass: MassBound,
     vehicle: Vehicle,
@@ -21,7 +21,7 @@ pub struct RunningBound {
 
 impl RunningBound {
     /// For this simulation; none without an accelerometer and wheel speeds, as of a recorded drive.
-    pub fn of(simulation: &Simulation) -> Option<Self> {
+    pub(crate) fn of(simulation: &Simulation) -> Option<Self> {
         let noise = SheetNoise::of(&simulation.instruments);
         noise.accelerometer.and(noise.wheel_speed)?;
         let mut attitude = AttitudeBound::new(noise);
@@ -37,7 +37,7 @@ impl RunningBound {
     }
 
     /// A step of the plant later; whether a sample of the accelerometer was due, with which the bound changes.
-    pub fn step(&mut self, truth: &Truth) -> bool {
+    pub(crate) fn step(&mut self, truth: &Truth) -> bool {
         self.mass.step(truth, &self.vehicle, self.gravity);
         let due = self
             .attitude
@@ -58,19 +58,20 @@ impl RunningBound {
     }
 
     /// The bound now; none before the first sample.
-    pub fn now(&self) -> Option<BoundSample> {
+    pub(crate) fn now(&self) -> Option<BoundSample> {
         self.now
     }
 
     /// Time between two samples of the accelerometer, s.
-    pub fn step_s(&self) -> Option<f64> {
+    pub(crate) fn step_s(&self) -> Option<f64> {
         self.attitude.step_s()
     }
 
     fn sample_at(&self, truth: &Truth) -> Option<BoundSample> {
         let (tilt, bias) = self.attitude.sd()?;
         let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);
-        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail not read
+        // the rail under the train has been read, and its noise is averaged out: what is left is the bias, and rail
+        // not read
         let (mass_rel, unseen) = self.mass.sd(self.vehicle.drives).unwrap_or((f64::NAN, 0.0));
         Some(BoundSample {
             t_s: truth.t_s,

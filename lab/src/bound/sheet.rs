@@ -1,4 +1,4 @@
-//! What a sensor sheet says of noise, as the bound needs it.
+//! Noise of the instruments from a sensor sheet, as the bound needs it.
 
 use monorig_sim::config::checked::Positive;
 use monorig_sim::sensors::instruments::{accelerometer, gyro, motor_torque, wheel_speed};
@@ -8,17 +8,17 @@ use monorig_sim::sensors::spec::{InstrumentSpec, InstrumentSpecs};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InstrumentNoise {
     /// Samples per second, Hz.
-    pub rate_hz: f64,
+    pub(crate) rate_hz: f64,
     /// White noise of a sample, unit of the instrument.
-    pub white_sd: f64,
+    pub(crate) white_sd: f64,
     /// White noise of a sample as a share of the reading.
-    pub white_rel: f64,
+    pub(crate) white_rel: f64,
     /// Bias at the start, unit of the instrument.
-    pub bias_sd: f64,
+    pub(crate) bias_sd: f64,
     /// Growth of the bias, unit/√s.
-    pub bias_walk: f64,
+    pub(crate) bias_walk: f64,
     /// Error of scale.
-    pub scale_sd: f64,
+    pub(crate) scale_sd: f64,
 }
 
 /// Noise of the instruments that estimate mass and slope; none for those that the sheet does not have.
@@ -27,15 +27,15 @@ pub struct SheetNoise {
     /// m/s².
     pub accelerometer: Option<InstrumentNoise>,
     /// rad/s.
-    pub gyro: Option<InstrumentNoise>,
+    pub(crate) gyro: Option<InstrumentNoise>,
     /// m/s.
     pub wheel_speed: Option<InstrumentNoise>,
     /// N·m.
-    pub motor_torque: Option<InstrumentNoise>,
+    pub(crate) motor_torque: Option<InstrumentNoise>,
 }
 
 impl SheetNoise {
-    /// Of these instruments.
+    /// Takes the noise of these instruments.
     pub fn of(specs: &InstrumentSpecs) -> Self {
         let of = |name: &str| specs.get(name).map(noise);
         Self {

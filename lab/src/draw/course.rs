@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 const SHARE: f64 = 0.7;
 /// Way left at both ends of the track beside what the train covers, m.
 const ROOM_M: f64 = 3.0;
-/// Share of the free way that a drive covers by its speed reference. A reference by time fixes speeds, not places: what the controller
-/// lags in a grade it does not make up for.
+/// Share of the free way that a drive covers by its speed reference. A reference by time fixes speeds, not places:
+/// what the controller lags in a grade it does not make up for.
 const COVERED: f64 = 0.9;
-/// How long a run goes on after its drive, s.
+/// Time from the end of the drive to the end of the run, s.
 const AFTER_S: f64 = 2.0;
 const GRAVITY_MPS2: f64 = 9.81;
 /// Folder beside the scenarios for what they are made of.
@@ -39,12 +39,12 @@ pub struct Course {
 pub struct DrawnFile {
     /// Relative to the folder of the scenarios.
     pub path: PathBuf,
-    /// What is in it.
+    /// Text of the file.
     pub text: String,
 }
 
-/// The course of this seed. `file` is where the ranges were read, `folder` where the course is going to be written: what the course uses of
-/// what is there is named from there. It must be there.
+/// The course of this seed. `file` is where the ranges were read, `folder` where the course is going to be written:
+/// what the course uses of what is there is named from there. It must be there.
 pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Result<Course, Error> {
     let name = format!("drawn_{seed}");
     let mut draws = Draws::new(seed, "train");
@@ -130,7 +130,7 @@ fn relative(from: &Path, to: &Path) -> Result<String, Error> {
     Ok(way.to_string_lossy().into_owned())
 }
 
-/// What a loaded train can climb.
+/// Steepest grade that a loaded train can climb.
 struct Climb {
     /// Running-resistance coefficient of the data sheet.
     resistance: f64,

@@ -4,36 +4,35 @@ use super::track::round;
 use super::{Draws, DriveRanges};
 use serde::Serialize;
 
-/// What the motors can do.
+/// Limits of a drive: its way and what the motors can do.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach {
+pub(crate) struct Reach {
     /// Way there is, m.
-    pub way_m: f64,
+    pub(crate) way_m: f64,
     /// Speed that the motors hold on the steepest climb, m/s.
-    pub speed_mps: f64,
+    pub(crate) speed_mps: f64,
 }
 
 /// The speed reference of a drive.
 #[derive(Serialize)]
-pub struct Drive {
+pub(crate) struct Drive {
     /// Its points by time.
-    pub speed: Vec<Point>,
+    pub(crate) speed: Vec<Point>,
     /// When it is over, s.
     #[serde(skip)]
-    pub over_s: f64,
+    pub(crate) over_s: f64,
 }
 
 /// A point of the reference.
 #[derive(Clone, Copy, Serialize)]
-pub struct Point {
-    /// s.
-    pub at_s: f64,
+pub(crate) struct Point {
+    pub(crate) at_s: f64,
     /// m/s.
-    pub mps: f64,
+    pub(crate) mps: f64,
 }
 
 /// A drive over the whole way.
-pub fn draw(ranges: &DriveRanges, seed: u64, reach: Reach) -> Drive {
+pub(crate) fn draw(ranges: &DriveRanges, seed: u64, reach: Reach) -> Drive {
     let mut draws = Draws::new(seed, "drive");
     let stops = (draws.0.uniform() * f64::from(ranges.max_stops + 1)) as u32;
     let legs = f64::from(stops + 1);

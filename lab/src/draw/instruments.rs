@@ -18,8 +18,8 @@ const BIASES: [&str; 4] = [
     "misalignment_sd_deg",
 ];
 
-/// The text of a sheet like the one in `path`, with these factors on what it says of noise and of bias.
-pub fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {
+/// The text of a sheet like the one in `path`, with these factors on its noise and its bias.
+pub(crate) fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {
     let document = Document::read(path)?;
     let mut sheet: Value = document.parse()?;
     scale(&mut sheet, noise, bias);

@@ -1,8 +1,8 @@
-//! Courses drawn at random: track, load, drive, instruments and what the estimators are told, as scenario files. An estimator is tried on
-//! courses that nobody tuned it on.
+//! Courses drawn at random: track, load, drive, instruments and parameters of the estimators, as scenario files. An
+//! estimator is tried on courses that nobody tuned it on.
 //!
-//! Every kind of value is drawn from a stream of its own, made from the seed of the course: another range for one leaves the others as they
-//! were.
+//! Every kind of value is drawn from a stream of its own, made from the seed of the course: another range for one
+//! leaves the others as they were.
 
 mod course;
 mod drive;
@@ -10,8 +10,9 @@ mod instruments;
 mod ranges;
 mod track;
 
-pub use course::{Course, DrawnFile, course};
-pub use ranges::{DriveRanges, RangesFile, TrackRanges, TrainRange};
+pub use course::{Course, course};
+pub use ranges::RangesFile;
+pub(crate) use ranges::{DriveRanges, TrackRanges};
 
 use monorig_sim::config::checked::Positive;
 use monorig_sim::sensors::stream::Stream;
@@ -40,7 +41,7 @@ impl Draws {
         self.0.uniform() < share
     }
 
-    /// A place in a list whose entries come as often as their weights say.
+    /// Draws a place in a list, each as often as its weight.
     fn place(&mut self, weights: &[f64]) -> usize {
         let mut left = self.0.uniform() * weights.iter().sum::<f64>();
         for (i, weight) in weights.iter().enumerate() {

@@ -19,42 +19,42 @@ use std::path::Path;
 #[schemars(rename = "Ranges")] // the name in the JSON schema
 pub struct RangesFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// What the courses are for.
-    pub why: String,
+    pub(crate) why: String,
     /// Rail profile file, relative to this file.
-    pub profile: String,
+    pub(crate) profile: String,
     /// Trains to choose from.
-    pub trains: Vec<TrainRange>,
+    pub(crate) trains: Vec<TrainRange>,
     /// Sensor sheets to choose from, each as often as the others; relative to this file.
-    pub sensors: Vec<String>,
+    pub(crate) sensors: Vec<String>,
     /// Factor on every noise of the sheet; even in its logarithm.
-    pub noise_factor: [Positive; 2],
+    pub(crate) noise_factor: [Positive; 2],
     /// Factor on every bias, drift and scale error of the sheet; even in its logarithm.
-    pub bias_factor: [Positive; 2],
+    pub(crate) bias_factor: [Positive; 2],
     /// Running resistance that estimators and controller are told, as a factor on the train's; even in its logarithm.
-    pub told_resistance_factor: [Positive; 2],
+    pub(crate) told_resistance_factor: [Positive; 2],
     /// The track.
     pub track: TrackRanges,
     /// The drive.
-    pub drive: DriveRanges,
+    pub(crate) drive: DriveRanges,
     /// Estimators of every scenario, as there.
-    pub estimators: BTreeMap<String, Settings>,
+    pub(crate) estimators: BTreeMap<String, Settings>,
     /// The estimator in the loop, as in a scenario.
     #[serde(default)]
-    pub in_loop: Option<String>,
+    pub(crate) in_loop: Option<String>,
 }
 
 /// A train to choose.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TrainRange {
+pub(crate) struct TrainRange {
     /// Train file, relative to this file.
-    pub train: String,
+    pub(crate) train: String,
     /// How often it is chosen, beside the others.
-    pub weight: Positive,
+    pub(crate) weight: Positive,
     /// Load on the hook, kg.
-    pub load_kg: [NonNegative; 2],
+    pub(crate) load_kg: [NonNegative; 2],
 }
 
 /// What tracks are drawn from.
@@ -62,47 +62,47 @@ pub struct TrainRange {
 #[serde(deny_unknown_fields)]
 pub struct TrackRanges {
     /// Length, m.
-    pub length_m: [Positive; 2],
+    pub(crate) length_m: [Positive; 2],
     /// Grades, degrees; less where the motors could not climb it with 70 % of their force.
     pub grade_deg: [Finite; 2],
     /// Length of stretches of constant grade, m.
-    pub grade_length_m: [Positive; 2],
+    pub(crate) grade_length_m: [Positive; 2],
     /// Radii of crests and sags, the least where they are transitions, m; even in their logarithm.
-    pub vertical_radius_m: [Positive; 2],
+    pub(crate) vertical_radius_m: [Positive; 2],
     /// Share of the tracks that are straight in plan.
-    pub straight_share: Fraction,
+    pub(crate) straight_share: Fraction,
     /// Straights between bends, m.
-    pub straight_m: [Positive; 2],
+    pub(crate) straight_m: [Positive; 2],
     /// Radii of bends, m; even in their logarithm.
-    pub radius_m: [Positive; 2],
+    pub(crate) radius_m: [Positive; 2],
     /// Turn of a bend, degrees, to the left or to the right.
-    pub bend_deg: [Positive; 2],
+    pub(crate) bend_deg: [Positive; 2],
     /// Easement at both ends of bends, and of crests and sags that are arcs, m.
-    pub easement_m: [NonNegative; 2],
+    pub(crate) easement_m: [NonNegative; 2],
     /// Share of the tracks with rail joints.
-    pub jointed_share: Fraction,
+    pub(crate) jointed_share: Fraction,
     /// Distance of joints, m.
-    pub joint_every_m: [Positive; 2],
+    pub(crate) joint_every_m: [Positive; 2],
     /// Kink of a joint, degrees.
-    pub joint_kink_deg: [NonNegative; 2],
+    pub(crate) joint_kink_deg: [NonNegative; 2],
     /// Step of a joint, m.
-    pub joint_step_m: [NonNegative; 2],
+    pub(crate) joint_step_m: [NonNegative; 2],
 }
 
 /// What drives are drawn from.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DriveRanges {
+pub(crate) struct DriveRanges {
     /// Standing before the first start, and at every stop, s.
-    pub stand_s: [Positive; 2],
+    pub(crate) stand_s: [Positive; 2],
     /// Speed, m/s; less where the motors could not climb with 70 % of their power.
-    pub speed_mps: [Positive; 2],
+    pub(crate) speed_mps: [Positive; 2],
     /// Acceleration, m/s².
-    pub acceleration_mps2: [Positive; 2],
+    pub(crate) acceleration_mps2: [Positive; 2],
     /// Most stops on the way; as many as none are as likely.
-    pub max_stops: u32,
+    pub(crate) max_stops: u32,
     /// Share of the drives that come back at last, over some of the way.
-    pub reversal_share: Fraction,
+    pub(crate) reversal_share: Fraction,
 }
 
 impl RangesFile {

@@ -9,15 +9,14 @@ const LEAST_CHANGE_DEG: f64 = 0.5;
 const EASED: f64 = 0.8;
 
 /// A drawn track: the text of its lists, and how long it is.
-pub struct Track {
+pub(crate) struct Track {
     /// The lists `horizontal`, `vertical` and `joints` of a track file.
-    pub text: String,
-    /// m.
-    pub length_m: f64,
+    pub(crate) text: String,
+    pub(crate) length_m: f64,
 }
 
 /// A track for a train of this length (m) that can climb up to `steepest_deg`.
-pub fn draw(ranges: &TrackRanges, seed: u64, train_m: f64, steepest_deg: f64) -> Track {
+pub(crate) fn draw(ranges: &TrackRanges, seed: u64, train_m: f64, steepest_deg: f64) -> Track {
     let mut draws = Draws::new(seed, "length");
     // level rail for the train to stand on, and way to go
     let length_m = round(draws.within(ranges.length_m).max(2.0 * train_m), 1);
@@ -120,7 +119,7 @@ fn easement(ranges: &TrackRanges, draws: &mut Draws, radius_m: f64, turn_deg: f6
 }
 
 /// A number with so many digits behind the point: what a person would write.
-pub fn round(x: f64, digits: i32) -> f64 {
+pub(crate) fn round(x: f64, digits: i32) -> f64 {
     let scale = 10f64.powi(digits);
     libm::round(x * scale) / scale
 }

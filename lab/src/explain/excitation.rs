@@ -3,20 +3,20 @@
 use monorig_sim::config::scenario::DriveCycle;
 use serde_json::{Value, json};
 
-/// What is added.
-pub const WHAT: &str = "too little excitation: with a ripple of 20 % and 10 s on the speed reference, so that the motors pull and push in turn";
+/// Description of the source: the motion that is added.
+pub(crate) const WHAT: &str = "too little excitation: with a ripple of 20 % and 10 s on the speed reference, so that the motors pull and push in turn";
 
 /// Amplitude of the ripple as a share of the reference.
 const RIPPLE: f64 = 0.2;
-/// Its period, s.
 const PERIOD_S: f64 = 10.0;
 /// Points of the reference in a period.
 const POINTS: f64 = 8.0;
 /// A drive with more points would be no drive to look at.
 const MAX_POINTS: usize = 20_000;
 
-/// The speed reference with the ripple, as YAML; none of a reference by chainage, of one that starts over, or of one that is standstill.
-pub fn excited(drive: &DriveCycle) -> Option<String> {
+/// The speed reference with the ripple, as YAML; none of a reference by chainage, of one that starts over, or of one
+/// that is standstill.
+pub(crate) fn excited(drive: &DriveCycle) -> Option<String> {
     if drive.every_s.is_some() {
         return None;
     }

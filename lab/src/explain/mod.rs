@@ -1,8 +1,9 @@
-//! An error budget: the same drive again and again, each time without one source of error, and how much of the error is gone.
+//! An error budget: the same drive again and again, each time without one source of error, and how much of the error
+//! is gone.
 //!
-//! Errors of sources that do not act on each other add as squares, so that the share of a source is that of the mean square error that is
-//! gone without it (one source at a time: ISO/IEC Guide 98-3, 5.1). Where sources act on each other the shares do not add up to one, and
-//! a share can be negative.
+//! Errors of sources that do not act on each other add as squares, so that the share of a source is that of the mean
+//! square error that is gone without it (one source at a time: ISO/IEC Guide 98-3, 5.1). Where sources act on each
+//! other the shares do not add up to one, and a share can be negative.
 
 mod excitation;
 mod sources;
@@ -22,16 +23,16 @@ pub const METRICS: [&str; 3] = ["mass_rmse_kg", "slope_rmse_deg", "effective_slo
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Format version, 1.
-    pub version: u32,
-    /// What this file is: `explain`.
-    pub kind: String,
+    pub(crate) version: u32,
+    /// Kind of the file: `explain`.
+    pub(crate) kind: String,
     /// Version of monorig.
-    pub monorig: String,
+    pub(crate) monorig: String,
     /// Name of the run's scenario, with its variant.
     pub scenario: String,
     /// Seeds of the runs, the same for every source.
     pub seeds: Vec<u64>,
-    /// What was switched off, in the order of [`ErrorOf::without`].
+    /// Sources that were switched off, in the order of [`ErrorOf::without`].
     pub sources: Vec<SwitchedOff>,
     /// The errors of each estimator.
     pub errors: Vec<ErrorOf>,
@@ -42,8 +43,8 @@ pub struct Budget {
 pub struct SwitchedOff {
     /// Its name.
     pub name: String,
-    /// What was switched off.
-    pub what: String,
+    /// Description of the source.
+    pub(crate) what: String,
     /// Why there is no error without it: the first of its runs that broke down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
@@ -63,7 +64,8 @@ pub struct ErrorOf {
 }
 
 impl ErrorOf {
-    /// Share of the mean square error that is gone without a source, 1 at most; none if one of the two could not be measured.
+    /// Share of the mean square error that is gone without a source, 1 at most; none if one of the two could not be
+    /// measured.
     pub fn share(&self, source: usize) -> Option<f64> {
         let without = self.without.get(source).copied().flatten()?;
         let with_all = self.with_all.filter(|x| *x > 0.0)?;
@@ -71,15 +73,15 @@ impl ErrorOf {
     }
 
     /// The metric with its unit.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let unit = find(&self.metric).map_or("1", |m| m.unit);
         crate::text::with_unit(&self.metric, unit)
     }
 }
 
 impl Budget {
-    /// From the runs with everything, then those without each of the sources, the seeds of each in a row. Sources without a change
-    /// have no runs and are left out by the caller.
+    /// From the runs with everything, then those without each of the sources, the seeds of each in a row. Sources
+    /// without a change have no runs and are left out by the caller.
     pub fn new(
         monorig: String,
         scenario: String,

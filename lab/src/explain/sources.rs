@@ -8,10 +8,9 @@ use monorig_sim::error::Error;
 /// A source of error.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// Its name.
-    pub name: &'static str,
-    /// What is switched off.
-    pub what: String,
+    pub(crate) name: &'static str,
+    /// Description of the source.
+    pub(crate) what: String,
     /// Changes to the scenario that do it, as `--set` makes them.
     pub changes: Vec<(String, String)>,
 }
@@ -36,7 +35,7 @@ const BIAS: &[Off] = &[
     ("errors.gauss_markov", "null"),
     ("errors.warm_up", "null"),
 ];
-/// Of instruments with three axes.
+/// Instruments with three axes.
 const MOUNTING: &[Off] = &[
     ("axis_bias", "null"),
     ("misalignment_deg", "null"),

@@ -1,4 +1,4 @@
-//! What an estimator has said along a run, read back from its folder.
+//! The estimates along a run, read back from its folder.
 
 use monorig_sim::config::file::input_error;
 use monorig_sim::error::Error;
@@ -20,36 +20,36 @@ const INTERNALS: [&str; 8] = [
 /// One estimator along a run, a number a row.
 #[derive(Clone, Debug, Default)]
 pub struct Passage {
-    /// s.
-    pub t_s: Vec<f64>,
+    pub(crate) t_s: Vec<f64>,
     /// Speed of the unit's middle, m/s, and its standard deviation.
-    pub speed_mps: Vec<f64>,
+    pub(crate) speed_mps: Vec<f64>,
     /// See above.
-    pub speed_sd_mps: Vec<f64>,
-    /// Whether its grade is marked valid.
-    pub valid: Vec<bool>,
+    pub(crate) speed_sd_mps: Vec<f64>,
+    /// True where its grade is marked valid.
+    pub(crate) valid: Vec<bool>,
     /// Pitch of the unit, nose up, rad.
-    pub pitch_rad: Vec<f64>,
+    pub(crate) pitch_rad: Vec<f64>,
     /// Bias of the accelerometer along the unit, m/s², and its standard deviation.
-    pub bias_mps2: Vec<f64>,
+    pub(crate) bias_mps2: Vec<f64>,
     /// See above.
-    pub bias_sd_mps2: Vec<f64>,
+    pub(crate) bias_sd_mps2: Vec<f64>,
     /// Standard deviation of sin θ + b/g, with that of the IMU's mounting.
-    pub read_sd: Vec<f64>,
+    pub(crate) read_sd: Vec<f64>,
     /// Standard deviation of the scale of the wheel speeds.
-    pub scale_sd: Vec<f64>,
+    pub(crate) scale_sd: Vec<f64>,
     /// Heading since the start, + left, within ±π, rad, and its standard deviation.
-    pub heading_rad: Vec<f64>,
+    pub(crate) heading_rad: Vec<f64>,
     /// See above.
-    pub heading_sd_rad: Vec<f64>,
-    /// How far the IMU is ahead of the unit's middle, m.
-    pub arm_m: f64,
+    pub(crate) heading_sd_rad: Vec<f64>,
+    /// Distance of the IMU ahead of the unit's middle, m.
+    pub(crate) arm_m: f64,
     /// Chainage of the IMU in the first row, m; none in a recorded drive.
     pub start_m: Option<f64>,
 }
 
 impl Passage {
-    /// Reads the estimator `name` of the run in `folder`; an estimator without the internals of an attitude filter is an error.
+    /// Reads the estimator `name` of the run in `folder`; an estimator without the internals of an attitude filter is
+    /// an error.
     pub fn read(folder: &Path, name: &str) -> Result<Self, Error> {
         let file = folder.join("channels.parquet");
         let ours = [format!("estimates/{name}/"), format!("internals/{name}/")];

@@ -30,21 +30,20 @@ const MIN_CELLS: usize = 4;
 pub struct MapPoint {
     /// Chainage, m.
     pub s_m: f64,
-    /// Grade, rad.
-    pub grade_rad: f64,
+    pub(crate) grade_rad: f64,
     /// Its standard deviation, rad.
     pub sd_rad: f64,
     /// Heading against that of the first place that was read, + left, rad.
-    pub heading_rad: f64,
+    pub(crate) heading_rad: f64,
     /// Its standard deviation, rad.
     pub heading_sd_rad: f64,
-    /// Whether the unit has passed it; else grade and heading are those of the nearest rail that was read.
+    /// True if the unit has passed it. Otherwise grade and heading are those of the nearest rail that was read.
     pub read: bool,
 }
 
 /// Sums over the rows of a cell, weighed by way.
 #[derive(Clone, Copy, Debug, Default)]
-struct Cell {
+struct MapCell {
     way: f64,
     place: f64,
     u: f64,
@@ -54,7 +53,7 @@ struct Cell {
     heading_variance: f64,
 }
 
-impl Cell {
+impl MapCell {
     fn mean(&self, of: f64) -> f64 {
         of / self.way
     }
@@ -71,8 +70,8 @@ struct Known {
     heading_variance: f64,
 }
 
-/// The profile from chainage 0 to beyond the end of the way, a point every `every_m`; `start_m` is the chainage of the IMU in the first row. An
-/// error says why there is none.
+/// The profile from chainage 0 to beyond the end of the way, a point every `every_m`; `start_m` is the chainage of
+/// the IMU in the first row. An error says why there is none.
 pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>, String> {
     let cells = cells(p, start_m - p.arm_m, every_m)?;
     let read = cells.iter().filter(|cell| cell.way > 0.0).count();
@@ -149,8 +148,8 @@ fn point(s: f64, known: &[Known], every_m: f64) -> MapPoint {
     }
 }
 
-/// Variance of an angle of the rail by its shape: the steepest gradient nearby where the place is uncertain, and what the chord of the
-/// unit makes of how it changes.
+/// Variance of an angle of the rail by its shape: the steepest gradient nearby where the place is uncertain, and what
+/// the chord of the unit makes of how it changes.
 fn by_shape(near: &[Known], of: fn(&Known) -> f64, place_variance: f64, every_m: f64) -> f64 {
     let gradients: Vec<f64> = near
         .windows(2)
@@ -172,8 +171,8 @@ fn by_shape(near: &[Known], of: fn(&Known) -> f64, place_variance: f64, every_m:
 }
 
 /// The rows by place: `middle_m` is the chainage of the unit's middle in the first row.
-fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> {
-    let mut cells: Vec<Cell> = Vec::new();
+fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<MapCell>, String> {
+    let mut cells: Vec<MapCell> = Vec::new();
     let (mut s, mut way) = (middle_m, 0.0);
     let mut heading = 0.0;
     let rows = p.t_s.len();
@@ -205,7 +204,7 @@ fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<Cell>, String> 
             return Err(format!("the way is longer than {MAX_CELLS} places"));
         }
         if at >= cells.len() {
-            cells.resize(at + 1, Cell::default());
+            cells.resize(at + 1, MapCell::default());
         }
         let scale = p.scale_sd[now].hypot(CREEP);
         let place_sd = START_SD_M.hypot(scale * way);

@@ -1,21 +1,21 @@
-//! What a grade that lags is held against.
+//! The true grade to compare a lagged grade with.
 
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::rail::{Cursor, Rail};
 use std::sync::Arc;
 
-/// True grade of the rail under the middle of the unit that carries the IMU: where the IMU was when it was one arm further back. With kinks and
-/// steps of joints, as the grade at the IMU.
+/// True grade of the rail under the middle of the unit that carries the IMU: where the IMU was when it was one arm
+/// further back. With kinks and steps of joints, as the grade at the IMU.
 #[derive(Clone)]
-pub struct GradeAtMiddle {
+pub(crate) struct GradeAtMiddle {
     rail: Arc<Rail>,
     arm_m: f64,
     cursor: Cursor,
 }
 
 impl GradeAtMiddle {
-    /// Of this simulation, with the arm that its estimators are told.
-    pub fn of(simulation: &Simulation) -> Self {
+    /// The true grade of a simulation, with the arm from the parameters of its estimators.
+    pub(crate) fn of(simulation: &Simulation) -> Self {
         Self {
             rail: Arc::clone(&simulation.rail),
             arm_m: simulation.vehicle.imu_arm_m,
@@ -24,7 +24,7 @@ impl GradeAtMiddle {
     }
 
     /// With the IMU at this chainage, m: rad. Not a number where the chainage is not known, as in a recorded drive.
-    pub fn at(&mut self, chainage_m: f64) -> f64 {
+    pub(crate) fn at(&mut self, chainage_m: f64) -> f64 {
         if !chainage_m.is_finite() {
             return f64::NAN;
         }

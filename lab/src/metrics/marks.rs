@@ -1,4 +1,4 @@
-//! What an estimator's marks of validity are worth: availability, integrity, continuity.
+//! Quality of an estimator's marks of validity: availability, integrity, continuity.
 //!
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
@@ -63,7 +63,8 @@ impl Accumulator<ErrorSample> for MisleadingShare {
     }
 }
 
-/// How often a valid sample is followed by one that is not, over the time of all samples; not a number where nothing was ever valid.
+/// Rate of losses of validity: valid samples followed by an invalid one, over the time of all samples. NaN where
+/// nothing was ever valid.
 struct Losses {
     quantity: Quantity,
     times_s: Option<(f64, f64)>,
@@ -110,7 +111,8 @@ mod tests {
     use crate::metrics::of_estimator::DEGREE;
     use crate::metrics::{METRICS, Of};
 
-    /// Ten samples in 9 s; mass, slope and effective slope alike: error in alert limits, standard deviation in alert limits, valid.
+    /// Ten samples in 9 s; mass, slope and effective slope alike: error in alert limits, standard deviation in alert
+    /// limits, valid.
     fn series(of: &[(f64, f64, bool)]) -> Vec<ErrorSample> {
         let limits = IntegrityLimits::default();
         let sample = |(i, &(error, sd, valid)): (usize, &(f64, f64, bool))| ErrorSample {

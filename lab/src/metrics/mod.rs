@@ -1,12 +1,12 @@
-//! Numbers that say how good a run was.
+//! Metrics: the quality of a run in numbers.
 //!
-//! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the samples that the
-//! estimator marks valid; *availability* the share of these; *integrity* the share of them that is misleading; *continuity* how often
-//! validity is lost. Errors are estimate minus truth; the slope's truth is the grade at the IMU, the effective slope's that of the whole
-//! vehicle. A metric without a sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test
-//! sees to it.
+//! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the
+//! samples that the estimator marks valid; *availability* the share of these; *integrity* the share of them that is
+//! misleading; *continuity* how often validity is lost. Errors are estimate minus truth; the slope's truth is the
+//! grade at the IMU, the effective slope's that of the whole vehicle. A metric without a sample to count is not a
+//! number, never zero. `docs/src/metrics.md` has the same table, and a test sees to it.
 
-pub mod lagged;
+pub(crate) mod lagged;
 mod marks;
 mod of_estimator;
 mod of_run;
@@ -18,11 +18,11 @@ mod table;
 mod window;
 mod windowed;
 
-pub use quantity::Quantity;
-pub use statistics::{Accumulator, Running};
+pub(crate) use quantity::Quantity;
+pub(crate) use statistics::{Accumulator, Running};
 pub use table::METRICS;
-pub use window::{End, Window};
-pub use windowed::{Wanted, WindowedMetrics};
+pub(crate) use window::{End, Window};
+pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 use crate::metrics::window::{Timed, Windowed};
@@ -34,21 +34,21 @@ pub struct Metric {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
-    /// Which value is best.
+    /// The best value.
     pub best: Best,
-    /// What it is about.
-    pub of: Of,
+    /// Subject.
+    pub(crate) of: Of,
 }
 
-/// What a metric is about, and how it is computed.
-pub enum Of {
+/// Subject of a metric, and the function that computes it.
+pub(crate) enum Of {
     /// Accuracy or consistency: the error of a quantity.
     Error {
         /// The quantity.
         quantity: Quantity,
-        /// Whether only samples marked valid count.
+        /// True if only samples marked valid count.
         valid_only: bool,
         /// Over the samples that count.
         start: fn() -> Running<ErrorSample>,
@@ -57,7 +57,7 @@ pub enum Of {
     Marks {
         /// The quantity.
         quantity: Quantity,
-        /// Which of the three.
+        /// One of the three.
         kind: Marks,
     },
     /// Something else of an estimator, from all samples.
@@ -66,9 +66,9 @@ pub enum Of {
     Run(fn() -> Running<Tracking>),
 }
 
-/// What the marks of an estimator are worth.
+/// Quality of an estimator's marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marks {
+pub(crate) enum Marks {
     /// Share of samples marked valid.
     Availability,
     /// Share of the valid samples that is misleading.
@@ -77,7 +77,7 @@ pub enum Marks {
     Continuity,
 }
 
-/// Which value of a metric is best.
+/// The best value of a metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Best {
     /// The least: errors, times, energies.
@@ -91,7 +91,7 @@ pub enum Best {
 }
 
 impl Best {
-    /// Whether less is better; none where both less and more can be worse.
+    /// True if less is better. `None` where both less and more can be worse.
     pub fn less_is_better(self) -> Option<bool> {
         match self {
             Best::Least => Some(true),
@@ -100,8 +100,8 @@ impl Best {
         }
     }
 
-    /// What an optimiser makes small: 0 at the best value.
-    pub fn loss(self, x: f64) -> f64 {
+    /// The loss that an optimiser makes small: 0 at the best value.
+    pub(crate) fn loss(self, x: f64) -> f64 {
         match self {
             Best::Least => x,
             Best::One => 1.0 - x,
@@ -111,17 +111,17 @@ impl Best {
     }
 }
 
-/// What the names of metrics of valid samples end with.
-pub const VALID: &str = "_valid";
+/// End of the names of metrics over valid samples.
+pub(crate) const VALID: &str = "_valid";
 
 impl Metric {
-    /// Whether it is one of an estimator, not of train and controller.
-    pub fn is_of_estimator(&self) -> bool {
+    /// True for a metric of an estimator, false for one of train and controller.
+    pub(crate) fn is_of_estimator(&self) -> bool {
         !matches!(self.of, Of::Run(_))
     }
 
     /// The quantity whose error it is; none if it is not an error.
-    pub fn error_of(&self) -> Option<Quantity> {
+    pub(crate) fn error_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Error { quantity, .. } => Some(quantity),
             _ => None,
@@ -129,7 +129,7 @@ impl Metric {
     }
 
     /// The quantity whose availability it is; none if it is not one.
-    pub fn availability_of(&self) -> Option<Quantity> {
+    pub(crate) fn availability_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Marks {
                 quantity,
@@ -139,8 +139,8 @@ impl Metric {
         }
     }
 
-    /// Whether only samples count that the estimator marks valid.
-    pub fn is_of_valid(&self) -> bool {
+    /// True if only samples that the estimator marks valid count.
+    pub(crate) fn is_of_valid(&self) -> bool {
         matches!(
             self.of,
             Of::Error {
@@ -150,9 +150,9 @@ impl Metric {
         )
     }
 
-    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if it is of train and
-    /// controller.
-    pub fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
+    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if
+    /// it is of train and controller.
+    pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
         Some(match self.of {
             Of::Error {
                 quantity,
@@ -169,7 +169,7 @@ impl Metric {
     }
 
     /// Begins to measure it of train and controller; none if it is of an estimator.
-    pub fn of_run(&self) -> Option<Running<Tracking>> {
+    pub(crate) fn of_run(&self) -> Option<Running<Tracking>> {
         match self.of {
             Of::Run(start) => Some(start()),
             _ => None,
@@ -177,7 +177,7 @@ impl Metric {
     }
 }
 
-/// What counts the samples of which a quantity is marked valid.
+/// Passes on only the samples in which a quantity is marked valid.
 struct OfValid {
     quantity: Quantity,
     all: Running<ErrorSample>,
@@ -190,7 +190,7 @@ impl Accumulator<ErrorSample> for OfValid {
         }
     }
 
-    /// By stretches of which all are valid.
+    /// Passes on each stretch of valid samples in one piece.
     fn add_all(&mut self, all: &[ErrorSample]) {
         let valid = |x: &ErrorSample| self.quantity.is_valid(x);
         for stretch in all.chunk_by(|a, b| valid(a) == valid(b)) {
@@ -211,7 +211,7 @@ pub fn estimator_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
 }
 
 /// The metrics of train and controller.
-pub fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
+pub(crate) fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
     METRICS.iter().filter(|m| !m.is_of_estimator())
 }
 
@@ -221,13 +221,13 @@ pub fn find(name: &str) -> Option<&'static Metric> {
 }
 
 /// The availability of a quantity.
-pub fn availability(quantity: Quantity) -> &'static str {
+pub(crate) fn availability(quantity: Quantity) -> &'static str {
     let of = |m: &&Metric| m.availability_of() == Some(quantity);
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
 
 /// The misleading share of a quantity.
-pub fn misleading_share(quantity: Quantity) -> &'static str {
+pub(crate) fn misleading_share(quantity: Quantity) -> &'static str {
     let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Integrity } if q == quantity);
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
@@ -252,16 +252,21 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
     Some(over(&series.tracking, running, &window))
 }
 
-/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`], or of [`measure_run`]
-/// where there is no closed loop.
-pub struct InWindow {
+/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`],
+/// or of [`measure_run`] where there is no closed loop.
+pub(crate) struct InWindow {
     of_estimator: Option<Windowed<ErrorSample>>,
     of_no_run: f64,
 }
 
 impl InWindow {
     /// None if there is no metric of this name.
-    pub fn new(metric: &str, limits: &IntegrityLimits, after_s: f64, until_s: f64) -> Option<Self> {
+    pub(crate) fn new(
+        metric: &str,
+        limits: &IntegrityLimits,
+        after_s: f64,
+        until_s: f64,
+    ) -> Option<Self> {
         let metric = find(metric)?;
         let window = Window::new(after_s, until_s);
         let running = metric.of_estimator(limits);
@@ -272,14 +277,14 @@ impl InWindow {
     }
 
     /// The next samples, in the order of time.
-    pub fn add(&mut self, batch: &[ErrorSample]) {
+    pub(crate) fn add(&mut self, batch: &[ErrorSample]) {
         if let Some(windowed) = &mut self.of_estimator {
             windowed.add_all(&[], batch);
         }
     }
 
     /// The number for the samples so far.
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         let windowed = self.of_estimator.as_ref();
         windowed.map_or(self.of_no_run, Windowed::value)
     }
@@ -300,8 +305,8 @@ fn over<T: Timed>(samples: &[T], mut running: Running<T>, window: &Window) -> f6
 mod tests {
     use super::*;
 
-    /// The page has a row for every metric, with its unit and its definition, and none besides. A metric of valid samples is another's
-    /// name with `_valid` behind it, and has no row of its own.
+    /// The page has a row for every metric, with its unit and its definition, and none besides. A metric of valid
+    /// samples is another's name with `_valid` behind it, and has no row of its own.
     #[test]
     fn the_page_of_metrics_is_the_table() {
         let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/metrics.md");

@@ -52,13 +52,13 @@ impl<F: Fn(&ErrorSample) -> f64> Accumulator<ErrorSample> for ConvergedMax<F> {
 
 /// Mean relative mass error of the last second, absolute.
 pub(super) fn end() -> Running<ErrorSample> {
-    Box::new(End(VecDeque::new()))
+    Box::new(LastStretch(VecDeque::new()))
 }
 
 /// Times and errors of the last second.
-struct End(VecDeque<(f64, f64)>);
+struct LastStretch(VecDeque<(f64, f64)>);
 
-impl Accumulator<ErrorSample> for End {
+impl Accumulator<ErrorSample> for LastStretch {
     fn add(&mut self, x: &ErrorSample) {
         self.0.push_back((x.t_s, x.mass_rel));
         while self.0.front().is_some_and(|(t_s, _)| *t_s <= x.t_s - 1.0) {

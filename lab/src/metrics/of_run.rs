@@ -1,4 +1,4 @@
-//! What the metrics of train and controller are computed from.
+//! Metrics of train and controller: work of the wheels and jerk.
 
 use crate::metrics::series::Tracking;
 use crate::metrics::statistics::{Accumulator, Mean, Running};

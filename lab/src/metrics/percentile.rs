@@ -1,8 +1,9 @@
 //! Percentiles of magnitudes in bounded memory: exact for the first 131 072 values, from a histogram beyond.
 //!
-//! The histogram is log-linear (Tene 2012, HdrHistogram): each power of two is cut into 1024 cells of equal width, so that the middle of a
-//! cell is within 1/2048 (0.05 %) of every value in it. A cell is the leading bits of the number: no logarithm, so the same on every
-//! machine, and whatever the order of the values. Powers of two that hold nothing take no room.
+//! The histogram is log-linear (Tene 2012, HdrHistogram): each power of two is cut into 1024 cells of equal width, so
+//! that the middle of a cell is within 1/2048 (0.05 %) of every value in it. A cell is the leading bits of the
+//! number: no logarithm, so the same on every machine, and whatever the order of the values. Powers of two that hold
+//! nothing take no room.
 
 use crate::metrics::statistics::{Accumulator, Running};
 
@@ -18,7 +19,7 @@ const POWERS: usize = 1 << 11;
 const BELOW: u32 = f64::MANTISSA_DIGITS - 1 - CELL_BITS;
 
 /// The 95th percentile of magnitudes: the value below which 95 % of them lie, the nearest of the values.
-pub fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+pub(crate) fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Percentile {
         of,
         share: 0.95,
@@ -45,7 +46,7 @@ impl<T, F: Fn(&T) -> f64> Accumulator<T> for Percentile<F> {
 /// Magnitudes, as they are or as a histogram.
 enum Magnitudes {
     Exact(Vec<f64>),
-    Histogram(Histogram),
+    Buckets(Buckets),
 }
 
 impl Default for Magnitudes {
@@ -59,11 +60,11 @@ impl Magnitudes {
         match self {
             Self::Exact(values) if values.len() < EXACT => values.push(x),
             Self::Exact(values) => {
-                let mut cells = Histogram::default();
+                let mut cells = Buckets::default();
                 values.iter().chain([&x]).for_each(|x| cells.count(*x));
-                *self = Self::Histogram(cells);
+                *self = Self::Buckets(cells);
             }
-            Self::Histogram(cells) => cells.count(x),
+            Self::Buckets(cells) => cells.count(x),
         }
     }
 
@@ -77,7 +78,7 @@ impl Magnitudes {
                 let place = place(values.len() as f64) as usize;
                 *values.select_nth_unstable_by(place, f64::total_cmp).1
             }
-            Self::Histogram(cells) => {
+            Self::Buckets(cells) => {
                 let place = place(cells.iter().map(|(_, n)| n).sum::<u64>() as f64) as u64;
                 let mut below = 0;
                 let at = cells.iter().find(|(_, n)| {
@@ -90,12 +91,12 @@ impl Magnitudes {
     }
 }
 
-/// How many values are in each cell, by power of two. The sign of a magnitude is 0, so cells are in the order of the numbers, infinity and
-/// not-a-number last.
+/// Number of values in each cell, by power of two. The sign of a magnitude is 0, so cells are in the order of the
+/// numbers, infinity and not-a-number last.
 #[derive(Default)]
-struct Histogram(Vec<Option<Box<[u64; CELLS]>>>);
+struct Buckets(Vec<Option<Box<[u64; CELLS]>>>);
 
-impl Histogram {
+impl Buckets {
     fn count(&mut self, x: f64) {
         let cell = (x.to_bits() >> BELOW) as usize;
         let (power, cell) = (cell >> CELL_BITS, cell & (CELLS - 1));
@@ -149,7 +150,8 @@ mod tests {
         assert!(of(std::iter::empty()).percentile(0.5).is_nan());
     }
 
-    /// Against the sorted list: errors over nine powers of ten, in an order of their own (a multiplicative generator), zeros among them.
+    /// Against the sorted list: errors over nine powers of ten, in an order of their own (a multiplicative
+    /// generator), zeros among them.
     #[test]
     fn of_many_values_within_a_two_thousandth() {
         let n = 3 * EXACT;
@@ -169,7 +171,7 @@ mod tests {
             .collect();
         let all = of(values.iter().copied());
         assert!(
-            matches!(&all, Magnitudes::Histogram(cells) if cells.0.iter().flatten().count() <= 32)
+            matches!(&all, Magnitudes::Buckets(cells) if cells.0.iter().flatten().count() <= 32)
         );
         let backwards = of(values.iter().rev().copied());
         let mut sorted = values;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// A quantity that an estimator estimates, with a validity of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// Total mass.
     Mass,
     /// Slope at the IMU.
@@ -19,10 +19,10 @@ pub enum Quantity {
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Mass, Self::Slope, Self::EffectiveSlope];
+    pub(crate) const ALL: [Self; 3] = [Self::Mass, Self::Slope, Self::EffectiveSlope];
 
     /// As names of metrics begin.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mass => "mass",
             Self::Slope => "slope",
@@ -31,7 +31,7 @@ impl Quantity {
     }
 
     /// In a sentence.
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Mass => "mass",
             Self::Slope => "slope",
@@ -40,7 +40,7 @@ impl Quantity {
     }
 
     /// The column of recordings, `estimates/NAME/…`.
-    pub fn channel(self) -> &'static str {
+    pub(crate) fn channel(self) -> &'static str {
         match self {
             Self::Mass => "total_mass",
             Self::Slope => "grade",
@@ -48,8 +48,8 @@ impl Quantity {
         }
     }
 
-    /// Whether the estimator marks it valid.
-    pub fn is_valid(self, x: &ErrorSample) -> bool {
+    /// True where the estimator marks it valid.
+    pub(crate) fn is_valid(self, x: &ErrorSample) -> bool {
         match self {
             Self::Mass => x.mass_valid,
             Self::Slope => x.slope_valid,
@@ -58,7 +58,7 @@ impl Quantity {
     }
 
     /// Its error: the mass's as a share of the mass, slopes in degrees.
-    pub fn error(self, x: &ErrorSample) -> f64 {
+    pub(crate) fn error(self, x: &ErrorSample) -> f64 {
         match self {
             Self::Mass => x.mass_rel,
             Self::Slope => x.slope / DEGREE,
@@ -67,7 +67,7 @@ impl Quantity {
     }
 
     /// (error / reported standard deviation)².
-    pub fn nees(self, x: &ErrorSample) -> f64 {
+    pub(crate) fn nees(self, x: &ErrorSample) -> f64 {
         match self {
             Self::Mass => x.mass_nees,
             Self::Slope => x.slope_nees,
@@ -76,7 +76,7 @@ impl Quantity {
     }
 
     /// Its alert limit, in the unit of [`Quantity::error`].
-    pub fn alert(self, limits: &IntegrityLimits) -> f64 {
+    pub(crate) fn alert(self, limits: &IntegrityLimits) -> f64 {
         match self {
             Self::Mass => limits.mass_rel,
             Self::Slope => limits.slope_deg,
@@ -84,8 +84,9 @@ impl Quantity {
         }
     }
 
-    /// Whether the sample is misleading: marked valid, and its error exceeds both k standard deviations and the alert limit.
-    pub fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
+    /// True for a misleading sample: marked valid, and its error exceeds both k standard deviations and the alert
+    /// limit.
+    pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         self.is_valid(x)
             && self.nees(x) > limits.k * limits.k
             && self.error(x).abs() > self.alert(limits)

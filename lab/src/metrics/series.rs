@@ -26,8 +26,8 @@ pub struct Target {
     pub grade_effective_rad: f64,
     /// Running-resistance coefficient.
     pub running_resistance: f64,
-    /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive; else 0. Its square adds to
-    /// the variance that an estimator says in the normalised square of an error.
+    /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
+    /// else 0. Its square adds to the reported variance in the normalised square of an error.
     pub mass_sd_kg: f64,
     /// See above.
     pub grade_sd_rad: f64,
@@ -36,8 +36,8 @@ pub struct Target {
 }
 
 impl Target {
-    /// Of this truth, with the bound of the run and the grade under the middle of the unit, rad.
-    pub fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
+    /// Takes the truth, the bound of the run and the grade under the middle of the unit, rad.
+    pub(crate) fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
         Self {
             bound,
             grade_at_middle_rad,
@@ -58,52 +58,53 @@ pub struct ErrorSample {
     /// s.
     pub t_s: f64,
     /// Estimate minus truth over truth, total mass.
-    pub mass_rel: f64,
+    pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
     pub mass_kg: f64,
     /// Its normalised square: (error / standard deviation)².
     pub mass_nees: f64,
-    /// Whether the estimator marked the mass valid.
+    /// True where the estimator marks the mass valid.
     pub mass_valid: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
     /// The estimate of the slope, and the grade at the IMU, rad.
-    pub slopes: [f64; 2],
+    pub(crate) slopes: [f64; 2],
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
     /// Normalised square of the slope's error, against the grade at the IMU.
     pub slope_nees: f64,
-    /// Whether the estimator marked the slope valid.
+    /// True where the estimator marks the slope valid.
     pub slope_valid: bool,
     /// Normalised square of the effective slope's error.
-    pub effective_nees: f64,
-    /// Whether the estimator marked the effective slope valid.
-    pub effective_valid: bool,
-    /// Grade told with a lag minus the grade of the place it is told for, rad; not a number from estimators that tell none.
-    pub lagged: f64,
+    pub(crate) effective_nees: f64,
+    /// True where the estimator marks the effective slope valid.
+    pub(crate) effective_valid: bool,
+    /// Lagged grade minus the grade of the place it belongs to, rad; NaN from estimators that report
+    /// none.
+    pub(crate) lagged: f64,
     /// Its normalised square.
-    pub lagged_nees: f64,
+    pub(crate) lagged_nees: f64,
     /// Normalised innovation squared.
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
-    pub running_resistance: f64,
+    pub(crate) running_resistance: f64,
     /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
-    pub mass_bound: f64,
-    /// Of the slope, rad.
-    pub slope_bound: f64,
-    /// Of the effective slope, rad.
-    pub effective_bound: f64,
+    pub(crate) mass_bound: f64,
+    /// Bound of the slope, rad.
+    pub(crate) slope_bound: f64,
+    /// Bound of the effective slope, rad.
+    pub(crate) effective_bound: f64,
 }
 
 impl ErrorSample {
-    /// What an estimator last said against the truth.
-    pub fn new(member: &RunningEstimator, t: &Target) -> Self {
+    /// Error of the last estimate.
+    pub(crate) fn new(member: &RunningEstimator, t: &Target) -> Self {
         let internals = member.internals_named(TOLD);
         Self::of(&member.estimate, internals, t)
     }
 
     /// Error of the slope as roads state slopes, 100 tan θ, %.
-    pub fn slope_percent(&self) -> f64 {
+    pub(crate) fn slope_percent(&self) -> f64 {
         let [estimate, truth] = self.slopes;
         100.0 * (estimate.tan() - truth.tan())
     }
@@ -138,22 +139,22 @@ impl ErrorSample {
         }
     }
 }
-/// The internals that count as a grade told with a lag, rad, its standard deviation, and the running-resistance coefficient.
+/// Names of three internals: the lagged grade, rad; its standard deviation, rad; the running-resistance coefficient.
 const TOLD: [&str; 3] = [
     "lagged_grade_rad",
     "lagged_grade_sd_rad",
     "running_resistance",
 ];
 
-/// Makes error samples of one estimator, step by step, without looking for its internals by name in each.
-pub struct Comparison {
+/// Makes error samples of one estimator, step by step. The places of its internals are found once, by name.
+pub(crate) struct ErrorSampler {
     places: [Option<usize>; 3],
     internals: Vec<f64>,
 }
 
-impl Comparison {
-    /// Of this estimator.
-    pub fn of(member: &RunningEstimator) -> Self {
+impl ErrorSampler {
+    /// Finds the internals of an estimator.
+    pub(crate) fn of(member: &RunningEstimator) -> Self {
         let list = member.list_internals();
         Self {
             places: TOLD.map(|name| list.iter().position(|i| i.name == name)),
@@ -161,8 +162,8 @@ impl Comparison {
         }
     }
 
-    /// What the estimator last said against the truth: that of [`ErrorSample::new`].
-    pub fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
+    /// Error of the last estimate, as [`ErrorSample::new`] computes it.
+    pub(crate) fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
         self.internals.clear();
         if self.places.iter().any(Option::is_some) {
             member.internals(&mut self.internals);
@@ -174,26 +175,25 @@ impl Comparison {
 
 /// One step of the closed loop.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tracking {
-    /// s.
-    pub t_s: f64,
+pub(crate) struct Tracking {
+    pub(crate) t_s: f64,
     /// Speed minus reference, m/s.
-    pub speed: f64,
+    pub(crate) speed: f64,
     /// Speed along the rail, m/s.
-    pub way_speed: f64,
+    pub(crate) way_speed: f64,
     /// Power of the driven wheels on the train, W.
-    pub traction_w: f64,
+    pub(crate) traction_w: f64,
     /// Acceleration along the rail, m/s².
-    pub accel: f64,
+    pub(crate) accel: f64,
     /// Off the rail's line, m.
-    pub off_rail: f64,
+    pub(crate) off_rail: f64,
     /// Chainage of the IMU, m.
-    pub chainage: f64,
+    pub(crate) chainage: f64,
 }
 
 impl Tracking {
-    /// Of this step.
-    pub fn of(f: &StepFrame<'_>) -> Self {
+    /// Errors of a step.
+    pub(crate) fn of(f: &StepFrame<'_>) -> Self {
         let t = f.truth;
         Self {
             t_s: t.t_s,
@@ -209,18 +209,18 @@ impl Tracking {
 
 /// Places of the track, and where on the vehicle front and rear are.
 #[derive(Clone, Debug, Default)]
-pub struct Geometry {
+pub(crate) struct Geometry {
     /// Named places.
-    pub places: Vec<Place>,
+    pub(crate) places: Vec<Place>,
     /// Chainage of the IMU minus that of the front, m.
-    pub imu_offset_m: f64,
+    pub(crate) imu_offset_m: f64,
     /// Length of the vehicle, m.
-    pub length_m: f64,
+    pub(crate) length_m: f64,
 }
 
 impl Geometry {
-    /// Of this simulation.
-    pub fn of(s: &Simulation) -> Self {
+    /// Geometry of a simulation.
+    pub(crate) fn of(s: &Simulation) -> Self {
         Self {
             places: s.rail.places.clone(),
             imu_offset_m: s.imu_offset_m,
@@ -229,33 +229,33 @@ impl Geometry {
     }
 }
 
-/// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about 10 MB per hour and
-/// estimator at 20 Hz; [`WindowedMetrics`](crate::metrics::WindowedMetrics) keeps none.
+/// Keeps every sample of a run: for plots, and for what is to be measured later. Its memory grows with the run, about
+/// 10 MB per hour and estimator at 20 Hz; `WindowedMetrics` keeps none.
 #[derive(Default)]
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
     /// The closed loop.
-    pub tracking: Vec<Tracking>,
+    pub(crate) tracking: Vec<Tracking>,
     /// When a valid sample is misleading.
-    pub limits: IntegrityLimits,
+    pub(crate) limits: IntegrityLimits,
     /// The Cramér-Rao bound of the run, if there is one.
-    pub bound: Option<RunningBound>,
+    pub(crate) bound: Option<RunningBound>,
     /// Grade under the middle of the unit.
-    pub middle: Option<GradeAtMiddle>,
+    pub(crate) middle: Option<GradeAtMiddle>,
 }
 
 impl ErrorSeries {
     /// The samples of an estimator; none if there is no such estimator.
-    pub fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
+    pub(crate) fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
         let mut all = self.estimators.iter();
         let (_, samples) = all.find(|(name, _)| name == estimator)?;
         Some(samples)
     }
 }
 
-/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient where the reference is
-/// the truth.
+/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient
+/// where the reference is the truth.
 fn normalised(error: f64, sd: f64, reference_sd: f64) -> f64 {
     let sd = if reference_sd == 0.0 {
         sd

@@ -1,7 +1,8 @@
-//! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they are not a number.
+//! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they
+//! are not a number.
 
 /// A number made of samples that are given one after the other, in the order of time.
-pub trait Accumulator<T> {
+pub(crate) trait Accumulator<T> {
     /// One sample more.
     fn add(&mut self, x: &T);
     /// Some samples more, in their order: one call through the trait for all of them.
@@ -13,29 +14,29 @@ pub trait Accumulator<T> {
 }
 
 /// An accumulator over samples `T`, whatever it is.
-pub type Running<T> = Box<dyn Accumulator<T>>;
+pub(crate) type Running<T> = Box<dyn Accumulator<T>>;
 
 /// Mean of numbers.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Mean {
+pub(crate) struct Mean {
     sum: f64,
     n: f64,
 }
 
 impl Mean {
     /// One number more.
-    pub fn add(&mut self, x: f64) {
+    pub(crate) fn add(&mut self, x: f64) {
         self.sum += x;
         self.n += 1.0;
     }
 
     /// One yes or no more: the mean is the share of yes.
-    pub fn add_bool(&mut self, yes: bool) {
+    pub(crate) fn add_bool(&mut self, yes: bool) {
         self.add(if yes { 1.0 } else { 0.0 });
     }
 
     /// The mean; not a number of none.
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         match self.n > 0.0 {
             true => self.sum / self.n,
             false => f64::NAN,
@@ -44,14 +45,14 @@ impl Mean {
 }
 
 /// An accumulator of one value of each sample.
-struct Of<A, F, G, H> {
+struct Folded<A, F, G, H> {
     of: F,
     add: G,
     value: H,
     so_far: A,
 }
 
-impl<T, A, F, G, H> Accumulator<T> for Of<A, F, G, H>
+impl<T, A, F, G, H> Accumulator<T> for Folded<A, F, G, H>
 where
     F: Fn(&T) -> f64,
     G: Fn(&mut A, f64),
@@ -66,9 +67,8 @@ where
     }
 }
 
-/// Mean.
-pub fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+pub(crate) fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Folded {
         of,
         add: Mean::add,
         value: Mean::value,
@@ -77,8 +77,8 @@ pub fn mean<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 }
 
 /// Root of the mean square.
-pub fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+pub(crate) fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Folded {
         of,
         add: |mean: &mut Mean, x: f64| mean.add(x * x),
         value: |mean: &Mean| mean.value().sqrt(),
@@ -87,7 +87,7 @@ pub fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 }
 
 /// Root mean square of an error over that of its bound, over the samples that have a bound.
-pub fn rms_over<T: 'static>(
+pub(crate) fn rms_over<T: 'static>(
     of: impl Fn(&T) -> f64 + 'static,
     bound: impl Fn(&T) -> f64 + 'static,
 ) -> Running<T> {
@@ -123,8 +123,8 @@ impl<T, F: Fn(&T) -> f64, G: Fn(&T) -> f64> Accumulator<T> for Ratio<F, G> {
 }
 
 /// Largest magnitude.
-pub fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+pub(crate) fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Folded {
         of,
         add: |most: &mut f64, x: f64| *most = most.max(x.abs()),
         value: |most: &f64| *most,
@@ -135,9 +135,10 @@ pub fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 /// The 95 % point of χ² with one degree of freedom.
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
-/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is not.
-pub fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
-    Box::new(Of {
+/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is
+/// not.
+pub(crate) fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Folded {
         of,
         add: |mean: &mut Mean, x: f64| {
             mean.add(match x {

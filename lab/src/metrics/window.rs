@@ -7,30 +7,28 @@ use std::collections::VecDeque;
 
 /// A stretch of time, both ends included.
 #[derive(Clone, Copy, Debug)]
-pub struct Window {
+pub(crate) struct Window {
     after: End,
     until: End,
 }
 
 /// An end of a window.
 #[derive(Clone, Copy, Debug)]
-pub enum End {
+pub(crate) enum End {
     /// An instant, s.
     At(f64),
     /// `plus_s` (s) after the IMU has first come to chainage `imu_m` (m), at `passed_s` (s) if it has.
     Passing {
-        /// m.
         imu_m: f64,
         /// s; negative = before.
         plus_s: f64,
-        /// s.
         passed_s: Option<f64>,
     },
 }
 
 impl End {
     /// A moment of the scenario; one that is not to be found is never come to.
-    pub fn of(moment: &Moment, file: &ScenarioFile, geometry: &Geometry) -> Self {
+    pub(crate) fn of(moment: &Moment, file: &ScenarioFile, geometry: &Geometry) -> Self {
         match moment.find(file, &geometry.places) {
             Err(_) => Self::At(f64::INFINITY),
             Ok(MomentOf::Instant(t_s)) => Self::At(t_s),
@@ -50,7 +48,7 @@ impl End {
     }
 
     /// s; infinite if the run has not come to it.
-    pub fn instant_s(self) -> f64 {
+    pub(crate) fn instant_s(self) -> f64 {
         match self {
             Self::At(t_s) => t_s,
             Self::Passing {
@@ -71,7 +69,7 @@ impl End {
         }
     }
 
-    /// How long after an instant it is known whether it is before or behind this end, s.
+    /// Delay until an instant is known to be before or behind this end, s.
     fn known_after_s(self) -> f64 {
         match self {
             Self::At(_) => 0.0,
@@ -82,40 +80,39 @@ impl End {
 
 impl Window {
     /// From one instant to another, s.
-    pub fn new(after_s: f64, until_s: f64) -> Self {
+    pub(crate) fn new(after_s: f64, until_s: f64) -> Self {
         Self::between(End::At(after_s), End::At(until_s))
     }
 
     /// From one end to the other.
-    pub fn between(after: End, until: End) -> Self {
+    pub(crate) fn between(after: End, until: End) -> Self {
         Self { after, until }
     }
 
-    /// Where it begins, s; infinite if the run does not come to it.
-    pub fn after_s(&self) -> f64 {
+    /// Begin of the window, s; infinite if the run does not reach it.
+    pub(crate) fn after_s(&self) -> f64 {
         self.after.instant_s()
     }
 
-    /// Where it ends, s; infinite if the run does not come to it.
-    pub fn until_s(&self) -> f64 {
+    /// End of the window, s; infinite if the run does not reach it.
+    pub(crate) fn until_s(&self) -> f64 {
         self.until.instant_s()
     }
 
-    /// Whether this instant (s) is in it, by what is known of its ends.
-    pub fn holds(&self, t_s: f64) -> bool {
+    /// True if this instant (s) is inside, by the ends that are known so far.
+    pub(crate) fn holds(&self, t_s: f64) -> bool {
         t_s >= self.after_s() && t_s <= self.until_s()
     }
 
     /// Looks whether the run has come to one of its ends.
-    pub fn see(&mut self, x: &Tracking) {
+    pub(crate) fn see(&mut self, x: &Tracking) {
         self.after.see(x);
         self.until.see(x);
     }
 }
 
-/// What has an instant.
+/// A sample with an instant.
 pub(super) trait Timed: Copy {
-    /// s.
     fn t_s(&self) -> f64;
 }
 
@@ -131,16 +128,17 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them (`plus_s: -3`).
+/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them
+/// (`plus_s: -3`).
 pub(super) struct Windowed<T> {
-    pub window: Window,
+    pub(crate) window: Window,
     running: Running<T>,
     known_after_s: f64,
     waiting: VecDeque<T>,
 }
 
 impl<T: Timed> Windowed<T> {
-    pub fn new(window: Window, running: Running<T>) -> Self {
+    pub(crate) fn new(window: Window, running: Running<T>) -> Self {
         let known_after_s = window.after.known_after_s();
         Self {
             window,
@@ -151,7 +149,7 @@ impl<T: Timed> Windowed<T> {
     }
 
     /// A sample and the state of the run at its instant.
-    pub fn add(&mut self, tracking: &Tracking, x: &T) {
+    pub(crate) fn add(&mut self, tracking: &Tracking, x: &T) {
         self.window.see(tracking);
         if self.known_after_s == 0.0 {
             return self.count(x);
@@ -163,8 +161,8 @@ impl<T: Timed> Windowed<T> {
         }
     }
 
-    /// The same of samples one after the other: of a window between two instants in one piece.
-    pub fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
+    /// Adds samples in order of time. Those of a window between two instants are added in one piece.
+    pub(crate) fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
         let (End::At(after_s), End::At(until_s)) = (self.window.after, self.window.until) else {
             return tracking.iter().zip(all).for_each(|(t, x)| self.add(t, x));
         };
@@ -176,13 +174,13 @@ impl<T: Timed> Windowed<T> {
     }
 
     /// The run is over: what waits is counted.
-    pub fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         for x in std::mem::take(&mut self.waiting) {
             self.count(&x);
         }
     }
 
-    pub fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         self.running.value()
     }
 
@@ -249,8 +247,8 @@ mod tests {
         );
     }
 
-    /// The mean time of a window tells both its ends: what counts is what `between` of the whole series gives, also where an end lies
-    /// seconds before the moment that it is known by, and where the run ends meanwhile.
+    /// The mean time of a window tells both its ends: what counts is what `between` of the whole series gives, also
+    /// where an end lies seconds before the moment that it is known by, and where the run ends meanwhile.
     #[test]
     fn samples_count_as_if_the_ends_had_been_known_from_the_start() {
         let imu = |plus_s: f64| end(json!({"imu_enters": "climb", "plus_s": plus_s}));

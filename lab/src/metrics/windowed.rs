@@ -5,22 +5,23 @@ use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::window::{Window, Windowed};
 use monorig_sim::config::scenario::IntegrityLimits;
 
-/// What is to be measured.
+/// A metric to measure.
 #[derive(Clone)]
-pub struct Wanted {
-    /// Of this estimator; none = of train and controller.
-    pub estimator: Option<String>,
+pub(crate) struct WantedMetric {
+    /// The estimator; `None` = train and controller.
+    pub(crate) estimator: Option<String>,
     /// Name of the metric.
-    pub metric: String,
+    pub(crate) metric: String,
     /// When.
-    pub window: Window,
+    pub(crate) window: Window,
 }
 
-/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of them.
+/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of
+/// them.
 const BLOCK: usize = 64;
 
-/// What was wanted, in its order.
-pub struct WindowedMetrics {
+/// Values of the wanted metrics, in their order.
+pub(crate) struct WindowedMetrics {
     all: Vec<Measured>,
     /// Steps not yet measured: the state of the run, and the samples of each estimator.
     tracking: Vec<Tracking>,
@@ -36,8 +37,12 @@ enum Measured {
 
 impl WindowedMetrics {
     /// Begins to measure what is wanted of a run with these estimators.
-    pub fn new(estimators: &[String], wanted: &[Wanted], limits: &IntegrityLimits) -> Self {
-        let start = |w: &Wanted| {
+    pub(crate) fn new(
+        estimators: &[String],
+        wanted: &[WantedMetric],
+        limits: &IntegrityLimits,
+    ) -> Self {
+        let start = |w: &WantedMetric| {
             let metric = find(&w.metric)?;
             Some(match &w.estimator {
                 Some(name) => {
@@ -59,7 +64,7 @@ impl WindowedMetrics {
     }
 
     /// A step of the run: its state, and a sample of each estimator in their order.
-    pub fn add(&mut self, tracking: &Tracking, samples: &[ErrorSample]) {
+    pub(crate) fn add(&mut self, tracking: &Tracking, samples: &[ErrorSample]) {
         self.tracking.push(*tracking);
         for (all, x) in self.samples.iter_mut().zip(samples) {
             all.push(*x);
@@ -87,7 +92,7 @@ impl WindowedMetrics {
     }
 
     /// The run is over.
-    pub fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         self.measure();
         for measured in &mut self.all {
             match measured {
@@ -99,7 +104,7 @@ impl WindowedMetrics {
     }
 
     /// The values of a run that is over, each with its window; none where there is nothing to measure.
-    pub fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
+    pub(crate) fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
         self.all.iter().map(|measured| match measured {
             Measured::OfEstimator(_, w) => (Some(w.value()), w.window),
             Measured::OfRun(w) => (Some(w.value()), w.window),

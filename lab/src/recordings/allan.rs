@@ -1,8 +1,9 @@
 //! Overlapping Allan deviation.
 //!
 //! With θ the running sum of the samples times their period T, τ = mT:
-//! σ²(τ) = Σ (θ(k+2m) − 2θ(k+m) + θ(k))² / (2τ²(N − 2m)) over the N − 2m terms there are (Riley, "Handbook of Frequency Stability
-//! Analysis", NIST SP 1065, equation 11). Pieces of a recording are pooled: their sums and numbers of terms add.
+//! σ²(τ) = Σ (θ(k+2m) − 2θ(k+m) + θ(k))² / (2τ²(N − 2m)) over the N − 2m terms there are (Riley, "Handbook of
+//! Frequency Stability Analysis", NIST SP 1065, equation 11). Pieces of a recording are pooled: their sums and
+//! numbers of terms add.
 
 /// Averaging times per decade.
 const PER_DECADE: f64 = 8.0;
@@ -17,11 +18,13 @@ pub struct AllanPoint {
     pub tau_s: f64,
     /// Deviation, in the unit of the samples.
     pub deviation: f64,
-    /// Independent averages behind it: samples over m. The relative standard deviation of the point is about 1/√(2·averages).
-    pub averages: f64,
+    /// Independent averages behind it: samples over m. The relative standard deviation of the point is about
+    /// 1/√(2·averages).
+    pub(crate) averages: f64,
 }
 
-/// Deviation of pooled pieces sampled every `period_s`, at averaging times from one period to a quarter of the longest piece.
+/// Deviation of pooled pieces sampled every `period_s`, at averaging times from one period to a quarter of the
+/// longest piece.
 pub fn overlapping(pieces: &[&[f64]], period_s: f64) -> Vec<AllanPoint> {
     let sums: Vec<Vec<f64>> = pieces.iter().map(|p| running_sum(p, period_s)).collect();
     let longest = pieces.iter().map(|p| p.len()).max().unwrap_or(0);

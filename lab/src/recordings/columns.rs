@@ -11,7 +11,7 @@ const GAP: f64 = 5.0;
 const MIN_PIECE: usize = 16;
 
 /// Units that are understood, the SI unit each is turned into, and the factor.
-pub const UNITS: [(&str, &str, f64); 14] = [
+pub(crate) const UNITS: [(&str, &str, f64); 14] = [
     ("m/s²", "m/s²", 1.0),
     ("m/s2", "m/s²", 1.0),
     ("g", "m/s²", 9.80665),
@@ -32,11 +32,10 @@ pub const UNITS: [(&str, &str, f64); 14] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
     /// Name in the file.
-    pub name: String,
+    pub(crate) name: String,
     /// SI unit of the result; empty if none was given.
-    pub unit: String,
-    /// Factor to it.
-    pub factor: f64,
+    pub(crate) unit: String,
+    pub(crate) factor: f64,
 }
 
 impl Wanted {
@@ -63,7 +62,7 @@ impl Wanted {
     }
 }
 
-/// What of a file is read.
+/// The part of a file to read.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Column of the time, s; without one `t`, `time`, `t_s` or `time_s`.
@@ -82,27 +81,27 @@ pub struct Selection {
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Names of the columns.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// SI unit of each; empty if unknown.
-    pub units: Vec<String>,
+    pub(crate) units: Vec<String>,
     /// Pieces without gap.
-    pub pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Piece>,
 }
 
 /// Samples without gap.
 #[derive(Clone, Debug, Default)]
-pub struct Piece {
+pub(crate) struct Piece {
     /// Name of the run, empty if the file has no such column.
-    pub name: String,
+    pub(crate) name: String,
     /// Times, s.
-    pub t_s: Vec<f64>,
+    pub(crate) t_s: Vec<f64>,
     /// Samples, column by column.
-    pub columns: Vec<Vec<f64>>,
+    pub(crate) columns: Vec<Vec<f64>>,
 }
 
 impl Recording {
     /// Mean time between two samples of a piece, s.
-    pub fn period_s(&self) -> f64 {
+    pub(crate) fn period_s(&self) -> f64 {
         let (mut seconds, mut steps) = (0.0, 0);
         for piece in &self.pieces {
             if let (Some(first), Some(last)) = (piece.t_s.first(), piece.t_s.last()) {
@@ -124,7 +123,7 @@ pub fn read(file: &Path, selection: &Selection) -> Result<Recording, Error> {
 }
 
 /// Reads a file that has been read; `file` is named in errors.
-pub fn parse(file: &Path, text: &str, selection: &Selection) -> Result<Recording, Error> {
+pub(crate) fn parse(file: &Path, text: &str, selection: &Selection) -> Result<Recording, Error> {
     let wrong = |line: Option<u64>, column: Option<usize>, message: String, help: String| {
         Error::from(Box::new(InputError {
             file: file.into(),

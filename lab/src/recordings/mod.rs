@@ -5,48 +5,48 @@
 //! | [`columns`] | reads columns of a CSV file, in pieces without gap |
 //! | [`allan`] | overlapping Allan deviation |
 //! | [`noise_fit`] | white noise, bias instability and random walk fitted to it |
-//! | [`vibration`] | what is above 2 Hz: level, band, hits |
+//! | `vibration` | what is above 2 Hz: level, band, hits |
 //! | [`page`] | the report |
 
 pub mod allan;
 pub mod columns;
 pub mod noise_fit;
 pub mod page;
-pub mod vibration;
+pub(crate) mod vibration;
 
 use allan::AllanPoint;
 use columns::Recording;
 use noise_fit::NoiseFit;
 use vibration::Vibration;
 
-/// What was found in one column, in its SI unit.
+/// Figures of one column, in its SI unit.
 #[derive(Clone, Debug)]
 pub struct ColumnFit {
     /// Name of the column.
     pub name: String,
     /// SI unit.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Number of samples.
-    pub samples: usize,
+    pub(crate) samples: usize,
     /// Samples per second, Hz.
-    pub rate_hz: f64,
+    pub(crate) rate_hz: f64,
     /// Mean of each piece.
     pub means: Vec<f64>,
     /// Mean of all samples.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Standard deviation within the pieces.
-    pub sd: f64,
+    pub(crate) sd: f64,
     /// Overlapping Allan deviation.
-    pub allan: Vec<AllanPoint>,
-    /// What was fitted to it; `None` with too few points.
+    pub(crate) allan: Vec<AllanPoint>,
+    /// Noise fitted to it; `None` with too few points.
     pub noise: Option<NoiseFit>,
-    /// What is above 2 Hz; `None` at 5 samples a second and below.
+    /// Vibration above 2 Hz; `None` at 5 samples a second and below.
     pub vibration: Option<Vibration>,
 }
 
 impl ColumnFit {
     /// Standard deviation of the pieces' means; NaN of a single piece.
-    pub fn spread_of_means(&self) -> f64 {
+    pub(crate) fn spread_of_means(&self) -> f64 {
         let n = self.means.len() as f64;
         let mean = self.means.iter().sum::<f64>() / n;
         (self.means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
@@ -84,7 +84,7 @@ impl ColumnFit {
 }
 
 /// Three significant digits, as YAML reads them.
-pub fn short(x: f64) -> String {
+pub(crate) fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
     if rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
         format!("{rounded}")

@@ -1,9 +1,10 @@
 //! White noise, bias instability and random walk from an Allan deviation.
 //!
-//! σ²(τ) = N²/τ + B²·2 ln 2/π + K²τ/3 (IEEE Std 952-1997, annex C), N the random walk of the integral (one-sided density N√2), B the bias
-//! instability, K the random walk of the bias. Least squares of the relative error of σ², each point weighted by the number of its
-//! independent averages; coefficients below zero are left out, and so is one that the data do not need: a term must lower the weighted
-//! sum by more than chance would (χ² of one degree of freedom, 4σ).
+//! σ²(τ) = N²/τ + B²·2 ln 2/π + K²τ/3 (IEEE Std 952-1997, annex C), N the random walk of the integral (one-sided
+//! density N√2), B the bias instability, K the random walk of the bias. Least squares of the relative error of σ²,
+//! each point weighted by the number of its independent averages; coefficients below zero are left out, and so is one
+//! that the data do not need: a term must lower the weighted sum by more than chance would (χ² of one degree of
+//! freedom, 4σ).
 
 use super::allan::AllanPoint;
 use nalgebra::{Matrix3, Vector3};
@@ -12,7 +13,8 @@ use std::f64::consts::{LN_2, PI};
 /// A further term must lower χ² by so much.
 const SIGNIFICANT: f64 = 16.0;
 
-/// Points at neighbouring averaging times share their samples: of eight per decade about this many say the same (8 log₁₀ 2).
+/// Points at neighbouring averaging times share their samples: of eight per decade about this many say the same (8
+/// log₁₀ 2).
 const SHARED: f64 = 2.4;
 
 /// Coefficients, in the unit u of the samples.
@@ -25,8 +27,9 @@ pub struct NoiseFit {
     /// Averaging time at which the fitted deviation is least, s; of an instability only.
     pub instability_s: Option<f64>,
     /// Random walk K of the bias, u/√s; `None` where it does not show.
-    pub random_walk: Option<f64>,
-    /// Root mean square of the relative error of the fitted deviation: below some 0.1 the three terms describe the recording.
+    pub(crate) random_walk: Option<f64>,
+    /// Root mean square of the relative error of the fitted deviation: below some 0.1 the three terms describe the
+    /// recording.
     pub misfit: f64,
 }
 
@@ -37,7 +40,7 @@ impl NoiseFit {
     }
 
     /// The fitted deviation at τ.
-    pub fn deviation(&self, tau_s: f64) -> f64 {
+    pub(crate) fn deviation(&self, tau_s: f64) -> f64 {
         let squares = [
             self.white,
             self.instability.unwrap_or(0.0),

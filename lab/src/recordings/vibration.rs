@@ -1,9 +1,9 @@
-//! What of a recording is above 2 Hz: level, band, hits.
+//! Vibration of a recording above 2 Hz: level, band, hits.
 //!
-//! The high-pass is a Butterworth filter of fourth order (two bilinear biquads), run forwards and backwards, so that peaks keep their
-//! height and place; at its corner a quarter of the power is left. The band is where 10 % and 90 % of the
-//! power above 2 Hz are below: the power above f is that behind a high-pass at f. Hits are peaks above five robust deviations
-//! (1.4826 times the median magnitude, which rare peaks leave as it is), 0.2 s apart.
+//! The high-pass is a Butterworth filter of fourth order (two bilinear biquads), run forwards and backwards, so that
+//! peaks keep their height and place; at its corner a quarter of the power is left. The band is where 10 % and 90 %
+//! of the power above 2 Hz are below: the power above f is that behind a high-pass at f. Hits are peaks above five
+//! robust deviations (1.4826 times the median magnitude, which rare peaks leave as it is), 0.2 s apart.
 
 use std::f64::consts::PI;
 
@@ -19,21 +19,21 @@ const APART_S: f64 = 0.2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     /// Root mean square above 2 Hz.
-    pub rms: f64,
+    pub(crate) rms: f64,
     /// 1.4826 times the median magnitude: the deviation without the hits.
     pub robust_sd: f64,
-    /// Where 10 % and 90 % of the power above 2 Hz are below, Hz.
+    /// Frequencies below which 10 % and 90 % of the power above 2 Hz lie, Hz.
     pub band_hz: [f64; 2],
     /// Highest frequency there is, Hz: half the sampling rate.
-    pub nyquist_hz: f64,
+    pub(crate) nyquist_hz: f64,
     /// Hits per second.
-    pub hits_per_s: f64,
+    pub(crate) hits_per_s: f64,
     /// 10 % and 90 % quantile of their size; NaN without hits.
-    pub hit_size: [f64; 2],
+    pub(crate) hit_size: [f64; 2],
 }
 
 impl Vibration {
-    /// Whether it is a vibration: white noise has 10 % to 90 % of its power spread over the whole range.
+    /// True for a vibration. White noise has 10 % to 90 % of its power spread over the whole range.
     pub fn colours(&self) -> bool {
         let range = self.nyquist_hz - FROM_HZ;
         self.band_hz[1] - self.band_hz[0] < 0.6 * range
@@ -41,7 +41,7 @@ impl Vibration {
 }
 
 /// Vibration in pooled pieces; `None` below 5 samples a second or without a piece of half a second.
-pub fn find(pieces: &[&[f64]], rate_hz: f64) -> Option<Vibration> {
+pub(crate) fn find(pieces: &[&[f64]], rate_hz: f64) -> Option<Vibration> {
     if rate_hz <= 5.0 {
         return None;
     }
@@ -100,8 +100,8 @@ fn crossing(share: &impl Fn(f64) -> f64, wanted: f64, nyquist_hz: f64) -> f64 {
     (low * high).sqrt()
 }
 
-/// The samples behind a high-pass at `corner` (share of the sampling rate), without what it needs to settle at both ends: half a
-/// second of 2 Hz, at most an eighth of the samples each.
+/// The samples behind a high-pass at `corner` (share of the sampling rate), without what it needs to settle at both
+/// ends: half a second of 2 Hz, at most an eighth of the samples each.
 fn high_passed(x: &[f64], corner: f64) -> Vec<f64> {
     let settle = ((1.0 / corner.max(1e-9)) as usize).min(x.len() / 8);
     let mean = x.iter().sum::<f64>() / x.len() as f64;
@@ -114,7 +114,8 @@ fn high_passed(x: &[f64], corner: f64) -> Vec<f64> {
     y.split_off(settle)
 }
 
-/// Second-order high-pass by the bilinear transform (Bristow-Johnson, "Cookbook formulae for audio EQ biquad filter coefficients").
+/// Second-order high-pass by the bilinear transform (Bristow-Johnson, "Cookbook formulae for audio EQ biquad filter
+/// coefficients").
 fn biquad(x: &mut [f64], corner: f64, q: f64) {
     let (sin, cos) = (2.0 * PI * corner).sin_cos();
     let alpha = sin / (2.0 * q);
@@ -162,7 +163,8 @@ mod tests {
             .collect()
     }
 
-    /// Well above the corner a sine of amplitude 1 has 1/√2, well below nothing; at the corner a quarter of the power is left.
+    /// Well above the corner a sine of amplitude 1 has 1/√2, well below nothing; at the corner a quarter of the power
+    /// is left.
     #[test]
     fn the_level_is_that_of_what_is_above_2_hz() {
         for (f, rms) in [(10.0, 0.5_f64.sqrt()), (2.0, 0.125_f64.sqrt()), (0.3, 0.0)] {

@@ -34,8 +34,8 @@ impl Cache {
         }
     }
 
-    /// The file of a scenario and seed: its name is a hash of the program, every input file, the resolved scenario and the seed, so
-    /// that what was recorded from anything else is never found.
+    /// The file of a scenario and seed: its name is a hash of the program, every input file, the resolved scenario
+    /// and the seed, so that what was recorded from anything else is never found.
     pub fn place(&self, scenario: &Scenario, seed: u64) -> Result<PathBuf, Error> {
         let bare = record::bare(scenario);
         let resolved = serde_json::to_value(&bare).unwrap_or_default();
@@ -48,7 +48,8 @@ impl Cache {
         Ok(self.folder.join(format!("{name}-{seed}-{short}.replay")))
     }
 
-    /// The recording of a scenario and seed: read if it is there and whole, else made and kept. None if `go_on` stopped it.
+    /// The recording of a scenario and seed: read if it is there and whole, else made and kept. None if `go_on`
+    /// stopped it.
     pub fn get(
         &self,
         scenario: &Scenario,

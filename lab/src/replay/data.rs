@@ -41,7 +41,7 @@ impl ReplayData {
         self.masks.len()
     }
 
-    /// Whether nothing is recorded.
+    /// True without a step.
     pub fn is_empty(&self) -> bool {
         self.masks.is_empty()
     }

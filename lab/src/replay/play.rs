@@ -1,6 +1,6 @@
 //! Plays recorded columns to an estimator.
 
-use crate::metrics::series::{Comparison, ErrorSample};
+use crate::metrics::series::{ErrorSampler, ErrorSample};
 use crate::replay::ReplayData;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
@@ -8,11 +8,11 @@ use monorig_sim::closed_loop::registry::BoxedEstimator;
 /// Samples handed on at once: few enough to stay in the cache of the processor.
 const BATCH: usize = 64;
 
-/// Gives an estimator what it would have been given in the run, and hands its errors on, one per step, in batches. They are
-/// bit for bit those of the run, because the same code makes them.
+/// Gives an estimator what it would have been given in the run, and hands its errors on, one per step, in batches.
+/// They are bit for bit those of the run, because the same code makes them.
 pub fn play(columns: &ReplayData, estimator: BoxedEstimator, mut take: impl FnMut(&[ErrorSample])) {
     let mut member = RunningEstimator::new("", estimator);
-    let mut comparison = Comparison::of(&member);
+    let mut comparison = ErrorSampler::of(&member);
     let mut batch = Vec::with_capacity(BATCH);
     let mut last_s = 0.0;
     let mut steps = columns.steps();

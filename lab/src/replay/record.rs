@@ -14,7 +14,7 @@ use monorig_sim::error::Error;
 
 /// Keeps what the estimators are given.
 pub struct ReplayRecorder {
-    /// What was recorded so far.
+    /// The recording so far.
     pub columns: ReplayData,
     last: Command,
     bound: Option<RunningBound>,
@@ -51,7 +51,7 @@ impl Observer for ReplayRecorder {
 }
 
 /// The scenario without the estimators that change nothing: only that in the loop stays.
-pub fn bare(scenario: &Scenario) -> Scenario {
+pub(crate) fn bare(scenario: &Scenario) -> Scenario {
     let mut bare = scenario.clone();
     let in_loop = bare.file.in_loop.clone();
     bare.file
@@ -64,7 +64,8 @@ pub fn bare(scenario: &Scenario) -> Scenario {
     bare
 }
 
-/// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives none.
+/// Runs a scenario with a seed to its end and records it. `go_on` as in [`run::run`]; a run that was stopped gives
+/// none.
 pub fn record(
     scenario: &Scenario,
     registry: &Registry,

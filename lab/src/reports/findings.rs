@@ -8,8 +8,9 @@ use crate::verdicts::findings::Finding;
 use crate::verdicts::integrity::Integrity;
 use crate::verdicts::summary::Summary;
 
-/// What misleads, worst first; none if nothing does. Each may begin with a name, such as that of its scenario.
-pub fn section(all: &[(String, Finding)]) -> Option<Section> {
+/// Findings about misleading estimates, worst first; `None` without any. Each may begin with a name, such as that of
+/// its scenario.
+pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     if all.is_empty() {
         return None;
     }
@@ -33,8 +34,9 @@ pub fn section(all: &[(String, Finding)]) -> Option<Section> {
     Some(Section::new("Findings").table(table))
 }
 
-/// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an estimator.
-pub fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
+/// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an
+/// estimator.
+pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
     let mut sums: Vec<Integrity> = Vec::new();
     for new in runs.into_iter().flat_map(|s| &s.integrity) {
         let same = |i: &&mut Integrity| i.estimator == new.estimator && i.quantity == new.quantity;

@@ -1,33 +1,21 @@
 //! Text that goes into HTML.
 
-use crate::text::is_hidden;
+use crate::text::marked;
+use maud::html;
 
-/// An address as it may stand in `href`: of the web, or of a file beside the page; never one that runs something.
-pub fn link(to: &str) -> String {
+/// An address for `href`: of the web, or of a file beside the page; never one that runs something.
+pub(crate) fn link(to: &str) -> String {
     let web = ["https://", "http://"].iter().any(|s| to.starts_with(s));
     let scheme = to.split(['/', '?', '#']).next().unwrap_or_default();
     match !web && scheme.contains(':') {
-        true => escape(&format!("./{to}")), // a name with a colon in it, and no scheme
-        false => escape(to),
+        true => format!("./{to}"), // a name with a colon in it, and no scheme
+        false => to.to_owned(),
     }
 }
 
-/// Text as it may stand between tags and in attributes.
+/// Text as it may stand between tags, and in attributes in double quotes.
 pub fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            // XML knows no other control characters, not even escaped ones
-            c if is_hidden(c) => out.push(char::REPLACEMENT_CHARACTER),
-            c => out.push(c),
-        }
-    }
-    out
+    html! { (marked(text)) }.into_string()
 }
 
 #[cfg(test)]
@@ -38,7 +26,7 @@ mod tests {
     fn markup_and_control_characters_are_harmless() {
         assert_eq!(
             escape("<a href=\"x\">'&'\u{1}"),
-            "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;\u{fffd}"
+            "&lt;a href=&quot;x&quot;&gt;'&amp;'\u{fffd}"
         );
     }
 

@@ -1,8 +1,8 @@
 //! Reports: one HTML file that needs nothing else, with plots as SVG inside it.
 //!
-//! A [`page::Page`] is a list of sections; a section holds text, [`table::Table`]s and figures. A figure comes from one of the
-//! kinds in [`crate::reports::plot`], all used alike: fill a struct with numbers, call `figure()`. Numbers that are not finite are left out; a
-//! plot without any says "no data". The same numbers give the same bytes.
+//! A [`page::Page`] is a list of sections; a section holds text, [`table::Table`]s and figures. A figure comes from
+//! one of the kinds in [`crate::reports::plot`], all used alike: fill a struct with numbers, call `figure()`. Numbers
+//! that are not finite are left out; a plot without any says "no data". The same numbers give the same bytes.
 //!
 //! ```
 //! use monorig_lab::reports::page::{Page, Section};
@@ -25,7 +25,7 @@ pub mod run;
 pub mod study;
 pub mod table;
 
-/// What reports can be made of, for who named something else.
+/// Help for a user who named something that has no report.
 const TAKES: &str = "name one of these:
     the folder of a run, such as runs/minimal/1, or two of them
     a file that `monorig test --json FILE` or `monorig compare --json FILE` has written

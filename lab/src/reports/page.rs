@@ -1,14 +1,19 @@
 //! A page: title, verdict, sections.
 
-use crate::reports::html::{escape, link};
+use crate::reports::html::link;
 use crate::reports::plot::Figure;
 use crate::reports::table::Table;
+use crate::text::marked;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The style sheet: light and dark by the reader's choice, one column on a phone, black on white in print.
 const STYLE: &str = include_str!("style.css");
 
-/// What a page may load: nothing. Its style sheet and figures stand in it.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'";
+/// The page loads nothing: its style sheet and figures stand in it. These elements are closed as XML requires.
+const META: &str = r#"<meta charset="utf-8"/>
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"/>
+<meta name="viewport" content="width=device-width, initial-scale=1"/>
+"#;
 
 /// A whole report.
 #[derive(Clone, Debug, Default)]
@@ -27,14 +32,14 @@ pub struct Page {
 #[derive(Clone, Debug, Default)]
 pub struct Section {
     /// Heading.
-    pub title: String,
-    /// What stands in it, in order.
-    pub blocks: Vec<Block>,
+    pub(crate) title: String,
+    /// Blocks, in order.
+    pub(crate) blocks: Vec<Block>,
 }
 
 /// Something in a section.
 #[derive(Clone, Debug)]
-pub enum Block {
+pub(crate) enum Block {
     /// A paragraph of plain text.
     Text(String),
     /// A table.
@@ -60,38 +65,40 @@ impl Page {
 
     /// The page as one self-contained HTML file. It is well-formed XML too.
     pub fn to_html(&self) -> String {
-        let title = escape(&self.title);
-        let mut out = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\"/>\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
-        );
-        if !self.subtitle.is_empty() {
-            out += &format!("<p class=\"muted\">{}</p>\n", escape(&self.subtitle));
-        }
-        if let Some((text, good)) = &self.banner {
-            let class = if *good { "good" } else { "bad" };
-            out += &format!("<p class=\"banner {class}\">{}</p>\n", escape(text));
-        }
-        if self.sections.len() > 2 {
-            out += "<nav>";
-            for (i, section) in self.sections.iter().enumerate() {
-                out += &format!("<a href=\"#part-{i}\">{}</a> ", escape(&section.title));
+        let navigation = self.sections.len() > 2;
+        let page = html! {
+            (DOCTYPE) "\n"
+            html lang="en" {
+                head {
+                    (PreEscaped(META))
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    h1 { (self.title) }
+                    @if !self.subtitle.is_empty() { p.muted { (self.subtitle) } }
+                    @if let Some((text, good)) = &self.banner {
+                        p.banner.good[*good].bad[!*good] { (text) }
+                    }
+                    @if navigation {
+                        nav {
+                            @for (i, section) in self.sections.iter().enumerate() {
+                                a href={ "#part-" (i) } { (section.title) } " "
+                            }
+                        }
+                    }
+                    @for (i, section) in self.sections.iter().enumerate() {
+                        "\n"
+                        section {
+                            h2 id={ "part-" (i) } { (section.title) }
+                            @for block in &section.blocks { "\n" (block.markup()) }
+                        }
+                    }
+                }
             }
-            out += "</nav>\n";
-        }
-        for (i, section) in self.sections.iter().enumerate() {
-            out += &format!(
-                "<section>\n<h2 id=\"part-{i}\">{}</h2>\n",
-                escape(&section.title)
-            );
-            for block in &section.blocks {
-                out += &block.to_html();
-            }
-            out += "</section>\n";
-        }
-        out + "</body>\n</html>\n"
+            "\n"
+        };
+        marked(&page.into_string())
     }
 }
 
@@ -117,7 +124,7 @@ impl Section {
     }
 
     /// With a table that is folded away.
-    pub fn folded(mut self, what: impl Into<String>, table: Table) -> Self {
+    pub(crate) fn folded(mut self, what: impl Into<String>, table: Table) -> Self {
         self.blocks.push(Block::FoldedTable(what.into(), table));
         self
     }
@@ -132,33 +139,28 @@ impl Section {
     }
 
     /// With figures.
-    pub fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
+    pub(crate) fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
         figures.into_iter().fold(self, Self::figure)
     }
 }
 
 impl Block {
-    fn to_html(&self) -> String {
-        match self {
-            Self::Text(text) => format!("<p class=\"intro\">{}</p>\n", escape(text)),
-            Self::Table(table) => table.to_html(),
-            Self::Figures(all) => {
-                let all: String = all.iter().map(Figure::to_html).collect();
-                format!("<div class=\"figures\">\n{all}</div>\n")
+    fn markup(&self) -> Markup {
+        html! {
+            @match self {
+                Self::Text(text) => { p.intro { (text) } }
+                Self::Table(table) => (table.markup()),
+                Self::Figures(all) => {
+                    div.figures { @for figure in all { "\n" (figure.markup()) } }
+                }
+                Self::Link(text, to) => { p { a href=(link(to)) { (text) } } }
+                Self::Folded(what, text) => {
+                    details { summary { (what) } pre { (text) } }
+                }
+                Self::FoldedTable(what, table) => {
+                    details.table { summary { (what) } (table.markup()) }
+                }
             }
-            Self::Link(text, to) => {
-                format!("<p><a href=\"{}\">{}</a></p>\n", link(to), escape(text))
-            }
-            Self::Folded(what, text) => format!(
-                "<details><summary>{}</summary><pre>{}</pre></details>\n",
-                escape(what),
-                escape(text)
-            ),
-            Self::FoldedTable(what, table) => format!(
-                "<details class=\"table\"><summary>{}</summary>{}</details>\n",
-                escape(what),
-                table.to_html()
-            ),
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Which estimators ran: name, type, and the parameters that are not the defaults.
+//! Table of the estimators: name, type, and the parameters that are not the defaults.
 
 use crate::reports::table::Table;
 use monorig_sim::config::scenario::Settings;
 use std::collections::BTreeMap;
 
 /// A row for each estimator; none without estimators.
-pub fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
+pub(crate) fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
     if estimators.is_empty() {
         return None;
     }

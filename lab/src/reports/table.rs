@@ -2,25 +2,25 @@
 
 use crate::reports::html::escape;
 use crate::text::number;
+use maud::{Markup, PreEscaped, html};
 
 /// A table. Columns of numbers stand to the right.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// What it shows, above it; may be empty.
-    pub caption: String,
+    /// Caption above the table; may be empty.
+    pub(crate) caption: String,
     /// Column titles and whether the column holds numbers.
-    pub columns: Vec<(String, bool)>,
+    pub(crate) columns: Vec<(String, bool)>,
     /// Rows, one cell a column.
-    pub rows: Vec<Vec<Cell>>,
+    pub(crate) rows: Vec<Vec<Cell>>,
 }
 
 /// A cell and how it is meant.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
-    /// What stands in it.
-    pub text: String,
-    /// Whether it is good or bad news, if it is either.
-    pub good: Option<bool>,
+    pub(crate) text: String,
+    /// Good news (true), bad news (false) or neither.
+    pub(crate) good: Option<bool>,
 }
 
 impl Cell {
@@ -29,7 +29,17 @@ impl Cell {
         number(x).into()
     }
 
-    /// The same cell, as good or bad news.
+    fn markup(&self) -> Markup {
+        html! {
+            @match self.good {
+                Some(true) => { span.good { (breakable(&self.text)) } }
+                Some(false) => { span.bad { (breakable(&self.text)) } }
+                None => (breakable(&self.text)),
+            }
+        }
+    }
+
+    /// Marks the cell as good or bad news.
     pub fn judged(self, good: bool) -> Self {
         Self {
             good: Some(good),
@@ -63,36 +73,33 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// As HTML; one that is too wide for the screen scrolls by itself.
-    pub fn to_html(&self) -> String {
-        let class = |i: usize| match self.columns.get(i) {
-            Some((_, true)) => " class=\"number\"",
-            _ => "",
-        };
-        let mut out = String::from("<div class=\"scroll\"><table>\n");
-        if !self.caption.is_empty() {
-            out += &format!("<caption>{}</caption>\n", escape(&self.caption));
-        }
-        out += "<thead><tr>";
-        for (i, (title, _)) in self.columns.iter().enumerate() {
-            let title = escape(title).replace('_', "_<wbr/>");
-            out += &format!("<th{}>{title}</th>", class(i));
-        }
-        out += "</tr></thead>\n<tbody>\n";
-        for row in &self.rows {
-            out += "<tr>";
-            for (i, cell) in row.iter().enumerate() {
-                // long names may be broken
-                let text = escape(&cell.text).replace('_', "_<wbr/>");
-                let text = match cell.good {
-                    Some(true) => format!("<span class=\"good\">{text}</span>"),
-                    Some(false) => format!("<span class=\"bad\">{text}</span>"),
-                    None => text,
-                };
-                out += &format!("<td{}>{text}</td>", class(i));
+    /// The table as HTML. A table that is too wide for the screen scrolls by itself.
+    pub(crate) fn markup(&self) -> Markup {
+        let class = |i: usize| self.columns.get(i).filter(|c| c.1).map(|_| "number");
+        html! {
+            div.scroll {
+                table {
+                    @if !self.caption.is_empty() { caption { (self.caption) } }
+                    thead {
+                        tr {
+                            @for (i, (title, _)) in self.columns.iter().enumerate() {
+                                th class=[class(i)] { (breakable(title)) }
+                            }
+                        }
+                    }
+                    tbody {
+                        @for row in &self.rows {
+                            "\n"
+                            tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] { (cell.markup()) } } }
+                        }
+                    }
+                }
             }
-            out += "</tr>\n";
         }
-        out + "</tbody></table></div>\n"
     }
+}
+
+/// Text in which a long name may be broken after an underscore.
+fn breakable(text: &str) -> Markup {
+    PreEscaped(escape(text).replace('_', "_<wbr/>"))
 }

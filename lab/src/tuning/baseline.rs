@@ -1,4 +1,4 @@
-//! What the defaults show in the runs of a study: every trial is measured by them.
+//! Results of the defaults in the runs of a study: every trial is measured by them.
 
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
 use crate::tuning::loss::Judge;
@@ -8,17 +8,17 @@ use monorig_sim::error::Error;
 
 /// The defaults over some runs.
 #[derive(Clone, Debug)]
-pub struct Baseline {
+pub(crate) struct Baseline {
     /// Judges trials by them.
-    pub judge: Judge,
-    /// What they have measured, run by run.
-    pub defaults: Vec<RunMetrics>,
+    pub(crate) judge: Judge,
+    /// Metrics of the defaults, run by run.
+    pub(crate) defaults: Vec<RunMetrics>,
 }
 
 impl Baseline {
-    /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of theirs is not a
-    /// number (say, as no sample is valid): there is nothing to measure trials by.
-    pub fn new(
+    /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of
+    /// theirs is not a number (say, as no sample is valid): there is nothing to measure trials by.
+    pub(crate) fn new(
         study: &TuningStudy,
         key: &str,
         groups: &[RunGroup],

@@ -22,16 +22,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// A metric over a window of time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MetricWindow {
+pub(crate) struct MetricWindow {
     /// Its name.
-    pub metric: String,
+    pub(crate) metric: String,
     /// From here, s.
-    pub after_s: f64,
+    pub(crate) after_s: f64,
     /// To here, s.
-    pub until_s: f64,
+    pub(crate) until_s: f64,
 }
 
-/// Which runs of a study.
+/// The runs for tuning, or those for validation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
@@ -43,7 +43,7 @@ pub enum Stage {
 
 impl Stage {
     /// Its runs.
-    pub fn groups(self, study: &TuningStudy) -> &[RunGroup] {
+    pub(crate) fn groups(self, study: &TuningStudy) -> &[RunGroup] {
         match self {
             Self::Tuning => &study.tuning,
             Self::Validation => &study.validation,
@@ -85,7 +85,7 @@ pub struct Evaluator<'a> {
     runs: Vec<OneRun>,
     windows: Vec<MetricWindow>,
     means: Means<'a>,
-    /// Of a worker: runs made ready as questions come.
+    /// Runs that a worker has made ready.
     ready: Mutex<HashMap<(Stage, usize), Arc<OneRun>>>,
 }
 
@@ -93,11 +93,11 @@ pub struct Evaluator<'a> {
 struct OneRun {
     group: usize,
     seed: u64,
-    source: Source,
+    source: SampleSource,
     limits: IntegrityLimits,
 }
 
-enum Source {
+enum SampleSource {
     Replay(Box<ReplayData>),
     ClosedLoop(Box<Scenario>),
 }
@@ -106,9 +106,8 @@ enum Source {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunMetrics {
     /// Index of the group.
-    pub group: usize,
-    /// Seed.
-    pub seed: u64,
+    pub(crate) group: usize,
+    pub(crate) seed: u64,
     /// The metrics.
     pub values: Result<Vec<f64>, String>,
 }
@@ -124,9 +123,9 @@ impl OneRun {
     ) -> Result<Option<Self>, Error> {
         let scenario = &stage.groups(study)[group].scenario;
         let source = match study.file.evaluation {
-            Evaluation::ClosedLoop => Source::ClosedLoop(Box::new(scenario.clone())),
+            Evaluation::ClosedLoop => SampleSource::ClosedLoop(Box::new(scenario.clone())),
             Evaluation::Replay => match cache.get(scenario, &study.registry, seed, go_on)? {
-                Some(columns) => Source::Replay(Box::new(columns)),
+                Some(columns) => SampleSource::Replay(Box::new(columns)),
                 None => return Ok(None),
             },
         };
@@ -167,8 +166,8 @@ impl<'a> Evaluator<'a> {
         }))
     }
 
-    /// Of a worker: runs are made ready when a question needs them.
-    pub fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
+    /// Evaluator of a worker: a run is made ready when a question needs it.
+    pub(crate) fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
         let means = Means {
             cache,
             jobs: 1,
@@ -188,16 +187,8 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Steps of all recordings together.
-    pub fn steps(&self) -> usize {
-        let steps = |run: &OneRun| match &run.source {
-            Source::Replay(columns) => columns.len(),
-            Source::ClosedLoop(_) => 0,
-        };
-        self.runs.iter().map(steps).sum()
-    }
-
-    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has evaluated them.
+    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has
+    /// evaluated them.
     pub fn evaluate(&self, values: &Values) -> Result<Vec<RunMetrics>, Error> {
         let measured = match self.means.asker {
             None => map_in_order(self.means.jobs, &self.runs, |run| self.one(run, values)),
@@ -223,7 +214,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The answer to a question: the metrics, or why the trial has failed. An error if its run cannot be made ready.
-    pub fn answer(
+    pub(crate) fn answer(
         &self,
         question: &Question,
         go_on: &dyn Fn() -> bool,
@@ -254,14 +245,15 @@ impl<'a> Evaluator<'a> {
     /// The metrics of one run.
     fn one(&self, run: &OneRun, values: &Values) -> Result<Vec<f64>, String> {
         match &run.source {
-            Source::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
-            Source::ClosedLoop(_) => self
+            SampleSource::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
+            SampleSource::ClosedLoop(_) => self
                 .series(run, values)
                 .and_then(|series| self.measure(&series, &self.windows)),
         }
     }
 
-    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the samples.
+    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
+    /// samples.
     fn measure_replay(
         &self,
         run: &OneRun,
@@ -288,7 +280,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The samples of the first run of a group with these parameters.
-    pub fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
+    pub(crate) fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
         match self.runs.iter().find(|run| run.group == group) {
             Some(run) => self.samples(self.series(run, values)?),
             None => Err("there is no such run".into()),
@@ -326,7 +318,7 @@ impl<'a> Evaluator<'a> {
     fn run(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
         let name = &self.study.file.estimator;
         match &run.source {
-            Source::Replay(columns) => {
+            SampleSource::Replay(columns) => {
                 let mut samples = Vec::with_capacity(columns.len());
                 play(columns, self.estimator(columns, values)?, |batch| {
                     samples.extend_from_slice(batch);
@@ -337,7 +329,7 @@ impl<'a> Evaluator<'a> {
                     ..ErrorSeries::default()
                 })
             }
-            Source::ClosedLoop(scenario) => {
+            SampleSource::ClosedLoop(scenario) => {
                 let mut scenario = scenario.as_ref().clone();
                 let settings = self.study.settings(values);
                 scenario.file.estimators.insert(name.clone(), settings);

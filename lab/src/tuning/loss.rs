@@ -1,9 +1,9 @@
 //! From the metrics of all runs to the loss of a trial: 1 is as good as the defaults, less is better.
 //!
-//! A metric's own loss is 0 at its best value ([`crate::metrics::Best::loss`]): the value itself for an error, 1 − x for a share, |ln x|
-//! for a normalised square, the distance from 0.95 for the share in a 95 % band.
-//! It is averaged over the seeds of a scenario and divided by what the defaults have there, so that kilograms and degrees,
-//! easy and hard scenarios weigh what the study says and not what their units make of them.
+//! A metric's own loss is 0 at its best value ([`crate::metrics::Best::loss`]): the value itself for an error, 1 − x
+//! for a share, |ln x| for a normalised square, the distance from 0.95 for the share in a 95 % band. It is averaged
+//! over the seeds of a scenario and divided by what the defaults have there, so that kilograms and degrees, easy and
+//! hard scenarios have the weights of the study, whatever their units.
 
 use crate::metrics;
 use crate::tuning::evaluate::{MetricWindow, RunMetrics};
@@ -15,7 +15,7 @@ const MIN_LOSS: f64 = 1e-9;
 
 /// Scores the trials of a study.
 #[derive(Clone, Debug)]
-pub struct Judge {
+pub(crate) struct Judge {
     combine: Combine,
     terms: Vec<(String, f64)>,
     constraints: Vec<(Option<f64>, Option<f64>)>,
@@ -29,20 +29,20 @@ pub struct Judge {
 
 /// The verdict on a trial.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TrialVerdict {
+pub(crate) struct TrialVerdict {
     /// One loss, or one per metric for a front; empty if the trial failed.
-    pub losses: Vec<f64>,
-    /// By how much constraints are broken, in shares of their bounds; 0 = all held.
-    pub violation: f64,
+    pub(crate) losses: Vec<f64>,
+    /// Violation of the constraints, in shares of their bounds; 0 = all held.
+    pub(crate) violation: f64,
     /// Why there is no loss.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 /// The metrics whose samples count, and those that watch over them.
 const VALID: [&str; 2] = ["mass_availability", "slope_availability"];
 
-/// What is measured in every run: the metrics of the objective, those of the constraints, the valid shares.
-pub fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
+/// Metrics to measure in every run: those of the objective, those of the constraints, the valid shares.
+pub(crate) fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
     let until = |u: Option<f64>| u.unwrap_or(f64::INFINITY);
     let terms = file.objective.metrics.iter().map(|t| MetricWindow {
         metric: t.metric.clone(),
@@ -64,7 +64,7 @@ pub fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
 
 impl Judge {
     /// For a study and some of its groups, with what the defaults have measured there.
-    pub fn new(file: &TuningFile, groups: &[RunGroup], defaults: &[RunMetrics]) -> Self {
+    pub(crate) fn new(file: &TuningFile, groups: &[RunGroup], defaults: &[RunMetrics]) -> Self {
         let mut judge = Self {
             combine: file.objective.combine,
             terms: file
@@ -101,9 +101,9 @@ impl Judge {
         judge
     }
 
-    /// What is to be said of a trial. All numbers are rounded to 12 digits, so that what is read back from the store is what
+    /// Judges a trial. All numbers are rounded to 12 digits, so that a number read back from the store is the one that
     /// the optimiser was given.
-    pub fn judge(&self, measured: &[RunMetrics]) -> TrialVerdict {
+    pub(crate) fn judge(&self, measured: &[RunMetrics]) -> TrialVerdict {
         let failed = |why: String| TrialVerdict {
             losses: Vec::new(),
             violation: 0.0,
@@ -141,7 +141,10 @@ impl Judge {
     }
 
     /// Per term: metric, weight and the loss of the defaults in a group.
-    pub fn reference_losses(&self, group: usize) -> Option<impl Iterator<Item = (&str, f64, f64)>> {
+    pub(crate) fn reference_losses(
+        &self,
+        group: usize,
+    ) -> Option<impl Iterator<Item = (&str, f64, f64)>> {
         let reference = self.reference.get(group)?;
         let terms = self.terms.iter().zip(reference);
         Some(
@@ -196,7 +199,7 @@ impl Judge {
 }
 
 /// The loss of a metric's value: 0 at its best one.
-pub fn own_loss(metric: &str, x: f64) -> f64 {
+pub(crate) fn own_loss(metric: &str, x: f64) -> f64 {
     metrics::find(metric).map_or(x, |m| m.best.loss(x))
 }
 
@@ -221,7 +224,7 @@ fn weighted(x: impl Iterator<Item = (f64, f64)>) -> f64 {
     sum / weights
 }
 
-/// By how much a bound is broken, in shares of it; not a number breaks it by 1.
+/// Violation of a bound, in shares of it; NaN breaks it by 1.
 fn broken(x: f64, least: Option<f64>, most: Option<f64>) -> f64 {
     if x.is_nan() {
         return 1.0;

@@ -1,29 +1,31 @@
 //! Parameters of an estimator found by search instead of guessed.
 //!
-//! A study ([`study`]) says what may vary ([`space`]), over which runs, and what counts as good ([`loss`]), measured by the defaults
-//! ([`baseline`]). [`search`] lets an optimiser ([`optimise`]) propose trials, scores each over all tuning runs ([`evaluate`]) and appends it to the store
-//! ([`trial_store`]); other processes may help through a folder ([`queue`], [`worker`]). The winner is then held against the defaults and the published constants on runs it has never seen
-//! ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down ([`mod@write`]); as a page ([`report`]) too; [`mod@run`] does all of it.
+//! A study ([`study`]) names what may vary (`space`), over which runs, and what counts as good ([`loss`]), measured
+//! by the defaults (`baseline`). [`search`] lets an optimiser ([`optimise`]) propose trials, scores each over all
+//! tuning runs ([`evaluate`]) and appends it to the store ([`trial_store`]); other processes may help through a
+//! folder (`queue`, [`worker`]). The winner is then held against the defaults and the published constants on runs
+//! it has never seen ([`validate`]), its neighbourhood is mapped ([`sensitivity`]), and everything is written down
+//! (`write`); as a page (`report`) too; [`mod@run`] does all of it.
 
-pub mod baseline;
+pub(crate) mod baseline;
 pub mod evaluate;
-pub mod loss;
+pub(crate) mod loss;
 pub mod name_check;
 pub mod optimise;
 pub mod progress;
-pub mod queue;
-pub mod report;
+pub(crate) mod queue;
+pub(crate) mod report;
 pub mod result;
 pub mod run;
 pub mod search;
-pub mod sensitivity;
+pub(crate) mod sensitivity;
 pub mod side_by_side;
-pub mod space;
+pub(crate) mod space;
 pub mod study;
-pub mod study_check;
+pub(crate) mod study_check;
 pub mod trial_store;
 pub mod validate;
 pub mod worker;
-pub mod write;
+pub(crate) mod write;
 
 pub use study::{TuningFile, TuningStudy};

@@ -9,9 +9,13 @@ use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends; the error says at
-/// which key below the parameter's.
-pub fn range(of: &EstimatorType, key: &str, range: &Range) -> Result<(), (&'static str, Refusal)> {
+/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends;
+/// the error says at which key below the parameter's.
+pub(crate) fn range(
+    of: &EstimatorType,
+    key: &str,
+    range: &Range,
+) -> Result<(), (&'static str, Refusal)> {
     let found = of.key(key).map_err(|w| ("", w))?;
     if range.choices.is_none() && !matches!(found.kind, Kind::Number { .. }) {
         let message = format!("`{key}` is {}, not a number with a range", found.kind);
@@ -42,7 +46,7 @@ fn words(kind: Kind) -> String {
 }
 
 /// The metric's name must be one of an estimator or, where trials move the train, one of the run.
-pub fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refusal> {
+pub(crate) fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refusal> {
     let mut names: Vec<&str> = metrics::estimator_metrics().map(|m| m.name).collect();
     if trials_move_the_train {
         names.extend(metrics::run_metrics().map(|m| m.name));

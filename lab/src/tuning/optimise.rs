@@ -1,23 +1,23 @@
 //! Optimisers over the unit cube, all behind one function.
 //!
-//! An optimiser is seeded and asks one question at a time. So the same seed asks the same questions, whatever the number of threads.
-//! CMA-ES and NSGA-II come from the crate `heuropt`; the grid and the random points are ours.
+//! An optimiser is seeded and asks one question at a time. So the same seed asks the same questions, whatever the
+//! number of threads. CMA-ES and NSGA-II come from the crate `heuropt`; the grid and the random points are ours.
 
 use crate::tuning::study::Optimiser;
 use heuropt::prelude::*;
 use std::sync::Mutex;
 
 /// The loss of a trial that failed, and of a question after the end of the budget. No other loss is larger.
-pub const WORST: f64 = 3.0;
+pub(crate) const WORST: f64 = 3.0;
 /// First step of CMA-ES, as a share of each range.
 const STEP: f64 = 0.25;
 
-/// What to search.
+/// Task of a search.
 #[derive(Clone, Debug)]
 pub struct Search<'a> {
-    /// Which optimiser.
+    /// Optimiser.
     pub optimiser: Optimiser,
-    /// Where to start, in the unit cube, for those that start somewhere.
+    /// Start of CMA-ES, in the unit cube.
     pub start: &'a [f64],
     /// Different values along each axis; none = any number.
     pub counts: &'a [Option<usize>],
@@ -29,11 +29,11 @@ pub struct Search<'a> {
     pub seed: u64,
 }
 
-/// Asks until the budget is spent. `answer` is given a point of the unit cube (or, seldom, one outside of it that counts as on
-/// its surface) and returns its loss.
+/// Asks until the budget is spent. `answer` is given a point of the unit cube (or, seldom, one outside of it that
+/// counts as on its surface) and returns its loss.
 pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64> + Send)) {
     let (n, budget, seed) = (search.start.len(), search.budget, search.seed);
-    let question = Question {
+    let question = LibraryProblem {
         answer: Mutex::new(answer),
         objectives: search.objectives,
     };
@@ -80,15 +80,15 @@ pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64>
 }
 
 /// Losses of a point.
-type Answer<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
+type Losses<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
 
-/// The question as the library wants it. It is built without its threads, so it asks one at a time and in order.
-struct Question<'a> {
-    answer: Mutex<&'a mut Answer<'a>>,
+/// The task in the form of the library. It is built without its threads, so it asks one point at a time and in order.
+struct LibraryProblem<'a> {
+    answer: Mutex<&'a mut Losses<'a>>,
     objectives: usize,
 }
 
-impl Question<'_> {
+impl LibraryProblem<'_> {
     fn ask(&self, point: &[f64]) -> Vec<f64> {
         match self.answer.lock() {
             Ok(mut answer) => answer(point),
@@ -97,7 +97,7 @@ impl Question<'_> {
     }
 }
 
-impl Problem for Question<'_> {
+impl Problem for LibraryProblem<'_> {
     type Decision = Vec<f64>;
 
     fn objectives(&self) -> ObjectiveSpace {

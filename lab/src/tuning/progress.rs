@@ -1,4 +1,4 @@
-//! How far a tuning run has come, for whoever shows it, and whether it is to go on.
+//! Progress of a tuning run: an observer shows it and may stop the run.
 
 use crate::tuning::trial_store::Trial;
 

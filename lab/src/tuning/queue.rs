@@ -9,8 +9,9 @@
 //! | `answers/` | answers |
 //! | `finished` | the search is over |
 //!
-//! A question is taken by renaming it, which succeeds for one process only. One that nobody works on any more is asked again; should both
-//! answer after all, both answers are the same bits. Clocks of machines are never compared: a sign of life is a time that *moves*.
+//! A question is taken by renaming it, which succeeds for one process only. One that nobody works on any more is
+//! asked again; should both answer after all, both answers are the same bits. Clocks of machines are never compared:
+//! a sign of life is a time that *moves*.
 
 use crate::tuning::evaluate::Stage;
 use crate::tuning::study::Values;
@@ -28,21 +29,21 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 /// Signs of life come this often.
-pub const BEAT: Duration = Duration::from_secs(1);
+pub(crate) const BEAT: Duration = Duration::from_secs(1);
 /// A question without a sign of life for so long is asked again.
 const LOST: Duration = Duration::from_secs(6);
 /// Between looks into a folder.
-pub const LOOK: Duration = Duration::from_millis(5);
+pub(crate) const LOOK: Duration = Duration::from_millis(5);
 
 /// A parameter set over one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Question {
-    /// Which runs of the study.
-    pub stage: Stage,
-    /// Which of them, from 0.
-    pub run: usize,
+pub(crate) struct Question {
+    /// Stage of the study.
+    pub(crate) stage: Stage,
+    /// Number of the run within the stage, from 0.
+    pub(crate) run: usize,
     /// The parameters.
-    pub values: Values,
+    pub(crate) values: Values,
 }
 
 /// An answer. Numbers as their bits: JSON has no infinity.
@@ -54,21 +55,20 @@ struct Answer {
 
 /// The folder.
 #[derive(Clone, Debug)]
-pub struct Queue {
+pub(crate) struct Queue {
     folder: PathBuf,
 }
 
 /// A question that this process has taken.
-pub struct Taken {
-    /// The question.
-    pub question: Question,
+pub(crate) struct Taken {
+    pub(crate) question: Question,
     id: String,
     place: PathBuf,
 }
 
 impl Queue {
     /// In this folder; nothing is made.
-    pub fn at(folder: &Path) -> Self {
+    pub(crate) fn at(folder: &Path) -> Self {
         Self {
             folder: folder.into(),
         }
@@ -79,7 +79,7 @@ impl Queue {
     }
 
     /// The search that asks here; none if there is none yet.
-    pub fn search(&self) -> Result<Option<TrialsHeader>, Error> {
+    pub(crate) fn search(&self) -> Result<Option<TrialsHeader>, Error> {
         let path = self.folder.join("search.json");
         if !path.exists() {
             return Ok(None);
@@ -97,18 +97,18 @@ impl Queue {
         serde_json::from_str(&text).map(Some).map_err(wrong)
     }
 
-    /// Whether the search is over.
-    pub fn finished(&self) -> bool {
+    /// True after the end of the search.
+    pub(crate) fn finished(&self) -> bool {
         self.folder.join("finished").exists()
     }
 
     /// When the search last gave a sign of life, by whatever clock.
-    pub fn alive(&self) -> Option<SystemTime> {
+    pub(crate) fn alive(&self) -> Option<SystemTime> {
         changed(&self.folder.join("alive"))
     }
 
     /// Take a question; none if all are taken.
-    pub fn take(&self) -> Result<Option<Taken>, Error> {
+    pub(crate) fn take(&self) -> Result<Option<Taken>, Error> {
         for name in names(&self.folder.join("open"))? {
             let place = self.place("taken", &format!("{name}@{}", whole::unique()));
             if std::fs::rename(self.place("open", &name), &place).is_err() {
@@ -132,7 +132,11 @@ impl Queue {
     }
 
     /// Answer a question.
-    pub fn answer(&self, taken: &Taken, values: &Result<Vec<f64>, String>) -> Result<(), Error> {
+    pub(crate) fn answer(
+        &self,
+        taken: &Taken,
+        values: &Result<Vec<f64>, String>,
+    ) -> Result<(), Error> {
         let answer = Answer {
             bits: values
                 .as_ref()
@@ -149,7 +153,7 @@ impl Queue {
 
 impl Taken {
     /// Do `work` with a sign of life meanwhile.
-    pub fn work<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub(crate) fn work<T>(&self, work: impl FnOnce() -> T) -> T {
         let (done, ended) = mpsc::channel::<()>();
         std::thread::scope(|scope| {
             // without a thread the question may be asked twice, which costs time and nothing else
@@ -174,7 +178,7 @@ pub struct Asker {
 
 impl Asker {
     /// Begin a search in a folder; questions and answers of an earlier one go.
-    pub fn new(folder: &Path, header: &TrialsHeader) -> Result<Self, Error> {
+    pub(crate) fn new(folder: &Path, header: &TrialsHeader) -> Result<Self, Error> {
         let queue = Queue::at(folder);
         let _ = std::fs::remove_file(folder.join("search.json"));
         for part in ["open", "taken", "answers"] {
@@ -201,7 +205,7 @@ impl Asker {
     }
 
     /// Ask, and wait for all answers; this process answers too, by `work` on `jobs` threads.
-    pub fn ask(
+    pub(crate) fn ask(
         &self,
         questions: &[Question],
         jobs: usize,

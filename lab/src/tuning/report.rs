@@ -24,8 +24,7 @@ use monorig_sim::config::scenario::ParameterValue;
 
 const LOSS: &str = "loss (defaults = 1)";
 
-/// The page.
-pub fn page(study: &TuningStudy, result: &TuningResult) -> String {
+pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
     let mut page = Page::new(format!("Tuning {}", study.name));
     page.subtitle = study.file.why.trim().to_owned();
     page.banner = Some(match &result.validation {
@@ -107,7 +106,7 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
     Section::new("Found").table(table).table(losses)
 }
 
-/// A winner at an end of its range may want to go on beyond it.
+/// Marks a winner at an end of its range: a better value may lie beyond.
 fn edge(study: &TuningStudy, name: &str, x: &ParameterValue) -> &'static str {
     let x = as_number(x).unwrap_or(f64::NAN);
     let range = study.file.parameters.get(name);
@@ -305,7 +304,7 @@ fn trace(t: &Trace) -> [Figure; 2] {
     ]
 }
 
-/// How parameters are drawn: forgetting factors as their memory, on a logarithmic axis.
+/// Axes of the parameters. Forgetting factors are drawn as their memory, on a logarithmic axis.
 struct ParameterAxes<'a>(&'a TuningStudy);
 
 impl ParameterAxes<'_> {
@@ -325,7 +324,7 @@ impl ParameterAxes<'_> {
         (!numbers).then_some(choices)
     }
 
-    /// Where a value stands on the axis.
+    /// Position of a value on the axis.
     fn shown(&self, name: &str, value: &ParameterValue) -> f64 {
         if let Some(words) = self.words(name) {
             let place = words.iter().position(|w| w == value);

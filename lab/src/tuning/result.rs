@@ -1,24 +1,21 @@
-//! What a tuning study has come to.
+//! The result of a tuning study.
 
 use crate::metrics::series::ErrorSample;
 use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::Validation;
-use std::path::PathBuf;
 
-/// What a tuning study has come to.
+/// The result of a tuning study.
 pub struct TuningResult {
     /// The search and its trials.
     pub search: SearchResult,
     /// The winner on unseen runs; none without a winner.
     pub validation: Option<Validation>,
     /// Its neighbourhood.
-    pub sensitivity: Sensitivity,
+    pub(crate) sensitivity: Sensitivity,
     /// A validation run of each scenario, with the defaults and with the winner.
-    pub traces: Vec<Trace>,
-    /// The parameter file.
-    pub winner: Option<PathBuf>,
+    pub(crate) traces: Vec<Trace>,
 }
 
 impl TuningResult {
@@ -30,11 +27,10 @@ impl TuningResult {
 
 /// A run with the defaults and with the winner.
 #[derive(Clone, Debug)]
-pub struct Trace {
-    /// Scenario.
-    pub scenario: String,
+pub(crate) struct Trace {
+    pub(crate) scenario: String,
     /// With the defaults.
-    pub before: Vec<ErrorSample>,
+    pub(crate) before: Vec<ErrorSample>,
     /// With the winner.
-    pub after: Vec<ErrorSample>,
+    pub(crate) after: Vec<ErrorSample>,
 }

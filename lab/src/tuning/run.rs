@@ -17,7 +17,7 @@ use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
 use std::path::{Path, PathBuf};
 
-/// What to do, and where.
+/// Task of a tuning run: folders, threads, begin.
 #[derive(Clone, Debug)]
 pub struct TuningRun {
     /// Folder of the results.
@@ -28,13 +28,13 @@ pub struct TuningRun {
     pub jobs: usize,
     /// Folder through which other processes answer too, if there is one.
     pub queue: Option<PathBuf>,
-    /// What is done with trials that are there already.
+    /// Treatment of trials that are there already.
     pub begin: Begin,
     /// The program that runs it.
     pub monorig: Identity,
 }
 
-/// How a study has ended.
+/// End of a study.
 pub enum Ended {
     /// It was run to its end.
     Finished(Box<TuningResult>),
@@ -100,7 +100,6 @@ fn finished(
             validation: None,
             sensitivity: Sensitivity::default(),
             traces: Vec::new(),
-            winner: None,
         }));
     };
     let Some(unseen) = evaluator(Stage::Validation)? else {
@@ -114,15 +113,14 @@ fn finished(
     };
     write::findings(&run.folder, &validation, &sensitivity)?;
     let file = write::winner(study, &search, &validation, &run.monorig);
-    let place = file
-        .map(|file| write::whole(&run.folder.join("winner.yaml"), &file.to_yaml()))
-        .transpose()?;
+    if let Some(file) = file {
+        write::whole(&run.folder.join("winner.yaml"), &file.to_yaml())?;
+    }
     let result = TuningResult {
         search,
         validation: Some(validation),
         sensitivity,
         traces: traces(study, &unseen, &winner),
-        winner: place,
     };
     write::whole(
         &run.folder.join("report.html"),
@@ -145,6 +143,6 @@ fn traces(study: &TuningStudy, evaluator: &Evaluator<'_>, winner: &Trial) -> Vec
 }
 
 /// The file of trials in a study's folder.
-pub fn store_of(folder: &Path) -> PathBuf {
+pub(crate) fn store_of(folder: &Path) -> PathBuf {
     folder.join("trials.jsonl")
 }

@@ -1,7 +1,7 @@
 //! The search: the optimiser proposes trials; those in the store are taken from it, new ones are run and added to it.
 //!
-//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it was in no time
-//! and goes on as if nothing had happened.
+//! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it
+//! was in no time and goes on as if nothing had happened.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
@@ -16,12 +16,11 @@ use monorig_sim::record::identity::Identity;
 use monorig_sim::record::inputs;
 use std::collections::HashMap;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
 
-/// What is done with trials that are there already.
+/// Treatment of trials that are there already.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Begin {
     /// There must be none.
@@ -33,24 +32,20 @@ pub enum Begin {
     Restart,
 }
 
-/// How a search ended.
+/// End of a search.
 #[derive(Clone, Debug)]
 pub struct SearchResult {
     /// All trials.
     pub trials: Vec<Trial>,
     /// Index of the winner: least loss, the first of equals; none if every trial failed or broke a constraint.
-    pub winner: Option<usize>,
-    /// Whether the budget was spent (not interrupted).
-    pub finished: bool,
-    /// Time spent on running trials.
-    pub running: Duration,
-    /// Time spent on all else: the optimiser, the store.
-    pub beside: Duration,
+    pub(crate) winner: Option<usize>,
+    /// True if the budget was spent, false if the search was interrupted.
+    pub(crate) finished: bool,
 }
 
-/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`, and taken from it as
-/// `begin` says.
-pub fn search(
+/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`,
+/// and taken from it as `begin` says.
+pub(crate) fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
@@ -58,7 +53,6 @@ pub fn search(
     monorig: &Identity,
     progress: &dyn Progress,
 ) -> Result<SearchResult, Error> {
-    let started = Instant::now();
     let kept = store.with_file_name("inputs");
     let header = TrialsHeader {
         study: study.name.clone(),
@@ -80,7 +74,6 @@ pub fn search(
         trials: Vec::new(),
         seen: HashMap::new(),
         best: None,
-        running: Duration::ZERO,
         stopped: false,
         error: None,
         progress,
@@ -115,8 +108,6 @@ pub fn search(
     Ok(SearchResult {
         winner: runner.best,
         finished: !runner.stopped,
-        running: runner.running,
-        beside: started.elapsed() - runner.running,
         trials: runner.trials,
     })
 }
@@ -133,7 +124,6 @@ struct TrialRunner<'a> {
     /// Trials by their parameters as JSON: proposed twice, run once.
     seen: HashMap<String, usize>,
     best: Option<usize>,
-    running: Duration,
     stopped: bool,
     error: Option<Error>,
     progress: &'a dyn Progress,
@@ -190,14 +180,12 @@ impl TrialRunner<'_> {
     }
 
     fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Result<Trial, Error> {
-        let started = Instant::now();
         // the first trial is the defaults, which have been run already
         let measured = match index {
             0 => self.baseline.defaults.clone(),
             _ => self.evaluator.evaluate(&parameters)?,
         };
         let verdict = self.baseline.judge.judge(&measured);
-        self.running += started.elapsed();
         Ok(Trial {
             trial: index,
             origin: origin.to_owned(),
@@ -208,8 +196,8 @@ impl TrialRunner<'_> {
         })
     }
 
-    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are broken; between −1 and
-    /// [`WORST`], whatever the metric.
+    /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are
+    /// broken; between −1 and [`WORST`], whatever the metric.
     fn losses_for_optimiser(&self, trial: &Trial) -> Vec<f64> {
         match trial {
             t if t.losses.is_empty() => vec![WORST; self.objectives()],

@@ -1,4 +1,4 @@
-//! How much the parameters matter around the winner: curves of one at a time, maps of two.
+//! Sensitivity of the loss around the winner: curves over one parameter, maps over two.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
@@ -12,41 +12,39 @@ use serde::Serialize;
 
 /// Curves and maps.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Sensitivity {
+pub(crate) struct Sensitivity {
     /// One per parameter.
-    pub curves: Vec<Curve>,
+    pub(crate) curves: Vec<Curve>,
     /// One per pair of those that matter most.
-    pub maps: Vec<Map>,
+    pub(crate) maps: Vec<Map>,
 }
 
 /// The loss over one parameter, the others the winner's.
 #[derive(Clone, Debug, Serialize)]
-pub struct Curve {
-    /// Parameter.
-    pub parameter: String,
-    /// Its values.
-    pub values: Vec<ParameterValue>,
+pub(crate) struct Curve {
+    pub(crate) parameter: String,
+    pub(crate) values: Vec<ParameterValue>,
     /// Loss at each; none where the trial fails or breaks a constraint.
-    pub losses: Vec<Option<f64>>,
+    pub(crate) losses: Vec<Option<f64>>,
 }
 
 /// The loss over two parameters, the others the winner's.
 #[derive(Clone, Debug, Serialize)]
-pub struct Map {
+pub(crate) struct Map {
     /// Parameter to the right.
-    pub x: String,
+    pub(crate) x: String,
     /// Parameter upwards.
-    pub y: String,
+    pub(crate) y: String,
     /// Values to the right.
-    pub xs: Vec<ParameterValue>,
+    pub(crate) xs: Vec<ParameterValue>,
     /// Values upwards.
-    pub ys: Vec<ParameterValue>,
+    pub(crate) ys: Vec<ParameterValue>,
     /// Loss, row by row from the lowest `y`; none where the trial fails or breaks a constraint.
-    pub losses: Vec<Vec<Option<f64>>>,
+    pub(crate) losses: Vec<Vec<Option<f64>>>,
 }
 
 /// Map the neighbourhood of the winner over the tuning runs. `Ok(None)` if `progress` stopped it.
-pub fn sensitivity(
+pub(crate) fn sensitivity(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
@@ -129,8 +127,8 @@ pub fn sensitivity(
 }
 
 impl Curve {
-    /// How far the loss moves along the curve; a failure counts as a swing of one.
-    pub fn swing(&self) -> f64 {
+    /// Swing of the loss along the curve; a failure counts as a swing of one.
+    pub(crate) fn swing(&self) -> f64 {
         let known = || self.losses.iter().flatten().copied();
         let (low, high) = (
             known().fold(f64::INFINITY, f64::min),
@@ -164,8 +162,8 @@ fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<Paramete
     values
 }
 
-/// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range: so the curve goes
-/// through the marks.
+/// The numbers of a curve with those that are marked on it, winner and default, as far as they are within its range:
+/// so the curve goes through the marks.
 fn with_marked<'a>(
     values: &mut Vec<ParameterValue>,
     marked: impl Iterator<Item = &'a ParameterValue>,

@@ -7,8 +7,9 @@ use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::error::Error;
 
-/// The simulation of the first validation run. Its estimators are the study's as `default`, as `published` if the study names such
-/// constants, and as `winner`; before them the one in the loop, if there is one, because it decides the motion.
+/// The simulation of the first validation run. Its estimators are the study's as `default`, as `published` if the
+/// study names such constants, and as `winner`; before them the one in the loop, if there is one, because it decides
+/// the motion.
 pub fn simulation(study: &TuningStudy, winner: &Values) -> Result<Option<Simulation>, Error> {
     let Some(group) = study.validation.first() else {
         return Ok(None);

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// The parameters that vary, in the order of their names.
 #[derive(Clone, Debug)]
-pub struct Space {
+pub(crate) struct Space {
     axes: Vec<(String, Dimension)>,
 }
 
@@ -23,8 +23,8 @@ enum Dimension {
 }
 
 impl Space {
-    /// Of checked ranges.
-    pub fn new(ranges: &BTreeMap<String, Range>) -> Self {
+    /// Takes checked ranges.
+    pub(crate) fn new(ranges: &BTreeMap<String, Range>) -> Self {
         let axis = |r: &Range| match &r.choices {
             Some(choices) => Dimension::Choices(choices.clone()),
             None => Dimension::Span {
@@ -39,35 +39,24 @@ impl Space {
         }
     }
 
-    /// How many parameters vary.
-    pub fn len(&self) -> usize {
-        self.axes.len()
-    }
-
-    /// Whether none does.
-    pub fn is_empty(&self) -> bool {
-        self.axes.is_empty()
-    }
-
-    /// Their names.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|(name, _)| name.as_str())
     }
 
-    /// How many different values each has; none = any number.
-    pub fn counts(&self) -> Vec<Option<usize>> {
+    /// Number of different values of each; `None` = any number.
+    pub(crate) fn counts(&self) -> Vec<Option<usize>> {
         self.axes.iter().map(|(_, axis)| axis.count()).collect()
     }
 
     /// The values at a point of the unit cube; points outside count as on its surface.
-    pub fn values(&self, point: &[f64]) -> Values {
+    pub(crate) fn values(&self, point: &[f64]) -> Values {
         let all = self.axes.iter().zip(point);
         all.filter_map(|((name, axis), u)| Some((name.clone(), axis.value(*u)?)))
             .collect()
     }
 
     /// The point of the unit cube with these values, or the nearest to them; unnamed parameters in the middle.
-    pub fn point(&self, values: &Values) -> Vec<f64> {
+    pub(crate) fn point(&self, values: &Values) -> Vec<f64> {
         let of =
             |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(x));
         self.axes.iter().map(of).collect()
@@ -119,7 +108,8 @@ impl Dimension {
         }
     }
 
-    /// The place of a value, from 0 to 1: of a choice that is not in the list that of the nearest number, else the first.
+    /// The place of a value, from 0 to 1: of a choice that is not in the list that of the nearest number, else the
+    /// first.
     fn share(&self, value: &ParameterValue) -> f64 {
         let x = as_number(value).unwrap_or(f64::NAN);
         match self {
@@ -151,7 +141,7 @@ fn number(x: f64) -> Option<ParameterValue> {
 }
 
 /// The value of a parameter that is a number.
-pub fn as_number(value: &ParameterValue) -> Option<f64> {
+pub(crate) fn as_number(value: &ParameterValue) -> Option<f64> {
     match value {
         ParameterValue::Number(x) => Some(x.get()),
         _ => None,
@@ -174,8 +164,9 @@ fn unbend(scale: Scale, y: f64) -> f64 {
     }
 }
 
-/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is read back.
-pub fn digits(x: f64, n: usize) -> f64 {
+/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is
+/// read back.
+pub(crate) fn digits(x: f64, n: usize) -> f64 {
     if !x.is_finite() {
         return x;
     }

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Parameter values by name.
-pub type Values = BTreeMap<String, ParameterValue>;
+pub(crate) type Values = BTreeMap<String, ParameterValue>;
 
 /// A tuning study.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -26,71 +26,71 @@ pub type Values = BTreeMap<String, ParameterValue>;
 #[schemars(rename = "StudyFile")]
 pub struct TuningFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Why the study exists.
-    pub why: String,
+    pub(crate) why: String,
     /// The estimator to tune: its name in the scenarios.
-    pub estimator: String,
+    pub(crate) estimator: String,
     /// Its type, when its name is not that of one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub is: Option<String>,
+    pub(crate) is: Option<String>,
     /// Which of its parameters vary, and how far.
-    pub parameters: BTreeMap<String, Range>,
+    pub(crate) parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
     #[serde(default)]
-    pub fixed: BTreeMap<String, ParameterValue>,
+    pub(crate) fixed: BTreeMap<String, ParameterValue>,
     /// Published constants to compare with (those of `parameters` not named here keep their default).
     #[serde(default)]
     pub published: BTreeMap<String, ParameterValue>,
     /// Runs the optimiser sees.
-    pub tuning: Vec<Runs>,
+    pub(crate) tuning: Vec<Runs>,
     /// Runs it never sees: there the winner is held against the defaults and the published constants.
-    pub validation: Vec<Runs>,
+    pub(crate) validation: Vec<Runs>,
     /// What is made small.
-    pub objective: Objective,
+    pub(crate) objective: Objective,
     /// Bounds that each tuning scenario must hold, in the mean over its seeds.
     #[serde(default)]
-    pub constraints: Vec<Constraint>,
-    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without this a
-    /// trial could win by marking hard samples invalid.
+    pub(crate) constraints: Vec<Constraint>,
+    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without
+    /// this a trial could win by marking hard samples invalid.
     #[serde(default = "keep_valid")]
-    pub keep_valid: Fraction,
+    pub(crate) keep_valid: Fraction,
     /// How trials are chosen.
     #[serde(default, deserialize_with = "optimiser")]
-    pub optimiser: Optimiser,
+    pub(crate) optimiser: Optimiser,
     /// Trials to make, the defaults and the published constants among them.
-    pub budget: u32,
+    pub(crate) budget: u32,
     /// Seed of the optimiser.
     #[serde(default = "one")]
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// How a trial is run.
     #[serde(default)]
-    pub evaluation: Evaluation,
+    pub(crate) evaluation: Evaluation,
     /// How finely the neighbourhood of the winner is mapped.
     #[serde(default)]
-    pub sensitivity: SensitivityPoints,
+    pub(crate) sensitivity: SensitivityPoints,
 }
 
 /// The values a parameter may have: `from` … `to`, or one of `choices`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Range {
+pub(crate) struct Range {
     /// Smallest value.
-    pub from: Option<Finite>,
+    pub(crate) from: Option<Finite>,
     /// Largest value.
-    pub to: Option<Finite>,
+    pub(crate) to: Option<Finite>,
     /// How the values between are spread.
-    pub scale: Scale,
+    pub(crate) scale: Scale,
     /// Whole numbers only.
-    pub integer: bool,
+    pub(crate) integer: bool,
     /// The values to try: numbers, words of a choice, or true and false.
-    pub choices: Option<Vec<ParameterValue>>,
+    pub(crate) choices: Option<Vec<ParameterValue>>,
 }
 
 /// How values are spread over a range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Scale {
+pub(crate) enum Scale {
     /// Evenly.
     #[default]
     Linear,
@@ -103,51 +103,51 @@ pub enum Scale {
 /// Seeds of a scenario.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Runs {
+pub(crate) struct Runs {
     /// Scenario file, relative to this file.
-    pub scenario: String,
+    pub(crate) scenario: String,
     /// Changes to it, as `--set` makes them: path and value.
     #[serde(default)]
-    pub set: BTreeMap<String, serde_json::Value>,
+    pub(crate) set: BTreeMap<String, serde_json::Value>,
     /// Seeds.
-    pub seeds: Seeds,
+    pub(crate) seeds: Seeds,
     /// Its share in the loss.
     #[serde(default = "weight")]
-    pub weight: Positive,
+    pub(crate) weight: Positive,
 }
 
 /// What is made small.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Objective {
+pub(crate) struct Objective {
     /// The metrics.
-    pub metrics: Vec<Term>,
+    pub(crate) metrics: Vec<Term>,
     /// How metrics and scenarios become one number, or several.
     #[serde(default)]
-    pub combine: Combine,
+    pub(crate) combine: Combine,
 }
 
 /// A metric of the objective.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Term {
+pub(crate) struct Term {
     /// Its name.
-    pub metric: String,
+    pub(crate) metric: String,
     /// Measured from here, s.
     #[serde(default = "after_s")]
-    pub after_s: NonNegative,
+    pub(crate) after_s: NonNegative,
     /// Measured to here, s; none = to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// Its share in the loss.
     #[serde(default = "weight")]
-    pub weight: Positive,
+    pub(crate) weight: Positive,
 }
 
 /// How metrics and scenarios become one number, or several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Combine {
+pub(crate) enum Combine {
     /// Weighted mean over scenarios and metrics.
     #[default]
     Weighted,
@@ -160,21 +160,21 @@ pub enum Combine {
 /// A bound on a metric.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Constraint {
+pub(crate) struct Constraint {
     /// The metric.
-    pub metric: String,
+    pub(crate) metric: String,
     /// Measured from here, s.
     #[serde(default = "after_s")]
-    pub after_s: NonNegative,
+    pub(crate) after_s: NonNegative,
     /// Measured to here, s; none = to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// Upper bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at_most: Option<Finite>,
+    pub(crate) at_most: Option<Finite>,
     /// Lower bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at_least: Option<Finite>,
+    pub(crate) at_least: Option<Finite>,
 }
 
 /// How trials are chosen.
@@ -195,7 +195,7 @@ pub enum Optimiser {
 /// How a trial is run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Evaluation {
+pub(crate) enum Evaluation {
     /// Over recorded measurements: for estimators beside the loop.
     #[default]
     Replay,
@@ -206,13 +206,13 @@ pub enum Evaluation {
 /// How finely the neighbourhood of the winner is mapped.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct SensitivityPoints {
+pub(crate) struct SensitivityPoints {
     /// Points of each curve; 0 = no curves.
-    pub curve: u32,
+    pub(crate) curve: u32,
     /// Points along each edge of a map; 0 = no maps.
-    pub map: u32,
+    pub(crate) map: u32,
     /// Parameters that the maps are drawn of, in pairs: those that matter most.
-    pub map_parameters: u32,
+    pub(crate) map_parameters: u32,
 }
 
 impl Default for SensitivityPoints {
@@ -261,13 +261,13 @@ fn after_s() -> NonNegative {
 
 /// Seeds of a scenario, loaded.
 #[derive(Clone, Debug)]
-pub struct RunGroup {
+pub(crate) struct RunGroup {
     /// The scenario with its changes.
-    pub scenario: Scenario,
+    pub(crate) scenario: Scenario,
     /// Its seeds.
-    pub seeds: Vec<u64>,
+    pub(crate) seeds: Vec<u64>,
     /// Its share in the loss.
-    pub weight: f64,
+    pub(crate) weight: f64,
 }
 
 /// A study, read and checked.
@@ -275,16 +275,16 @@ pub struct RunGroup {
 pub struct TuningStudy {
     /// File name without its ending.
     pub name: String,
-    /// What the file says.
+    /// Contents of the file.
     pub file: TuningFile,
     /// Runs the optimiser sees.
-    pub tuning: Vec<RunGroup>,
+    pub(crate) tuning: Vec<RunGroup>,
     /// Runs it never sees.
-    pub validation: Vec<RunGroup>,
+    pub(crate) validation: Vec<RunGroup>,
     /// The type of the estimator to tune.
-    pub of: EstimatorType,
+    pub(crate) of: EstimatorType,
     /// The estimators and controllers there are.
-    pub registry: Registry,
+    pub(crate) registry: Registry,
     document: Document,
     inputs: InputFiles,
 }
@@ -335,8 +335,8 @@ impl TuningStudy {
         })
     }
 
-    /// What decides its result, with this program.
-    pub fn made_from(&self, monorig: &Identity) -> MadeFrom {
+    /// Origin of its results, with this program.
+    pub(crate) fn made_from(&self, monorig: &Identity) -> MadeFrom {
         let all = |groups: &[RunGroup]| -> Vec<Value> {
             let each = groups.iter().map(|g| &g.scenario);
             each.map(|s| resolved(s, &self.registry)).collect()
@@ -352,16 +352,17 @@ impl TuningStudy {
     }
 
     /// The files of the study, as they were when it was read.
-    pub fn inputs(&self) -> &InputFiles {
+    pub(crate) fn inputs(&self) -> &InputFiles {
         &self.inputs
     }
 
     /// An error at a key of the study.
-    pub fn error(&self, key: impl Into<String>, wrong: Refusal) -> Error {
+    pub(crate) fn error(&self, key: impl Into<String>, wrong: Refusal) -> Error {
         self.document.error(key, wrong.message, wrong.help)
     }
 
-    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are left out.
+    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are
+    /// left out.
     pub fn defaults(&self) -> Values {
         let default = |key: &String| {
             let default = self.of.key(key).ok()?.default()?;
@@ -371,7 +372,7 @@ impl TuningStudy {
     }
 
     /// The published constants, the rest at their defaults; none if the study names none.
-    pub fn published(&self) -> Option<Values> {
+    pub(crate) fn published(&self) -> Option<Values> {
         if self.file.published.is_empty() {
             return None;
         }
@@ -382,7 +383,7 @@ impl TuningStudy {
     }
 
     /// The estimator of a trial as a scenario would name it: its type, and `fixed` with the trial's values.
-    pub fn settings(&self, values: &Values) -> Settings {
+    pub(crate) fn settings(&self, values: &Values) -> Settings {
         let mut all = self.file.fixed.clone();
         all.extend(values.iter().map(|(k, x)| (k.clone(), x.clone())));
         let mut settings = Settings::new(all);

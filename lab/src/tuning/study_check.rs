@@ -1,4 +1,4 @@
-//! What a study must keep to beyond the type of each value.
+//! Checks of a study beyond the type of each value.
 
 use crate::metrics::{Metric, availability, find};
 use crate::tuning::name_check;
@@ -16,8 +16,8 @@ use std::path::Path;
 const MAX_TRIALS: u32 = 1_000_000;
 
 impl TuningStudy {
-    /// Read and check a study and every scenario it names, by building the simulation of each; its estimator is one of the registry.
-    /// Every file is read here and never again.
+    /// Read and check a study and every scenario it names, by building the simulation of each; its estimator is one
+    /// of the registry. Every file is read here and never again.
     pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
         let inputs = InputFiles::default();
         inputs.during(|| {
@@ -247,7 +247,8 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// A loss that counts only samples marked valid needs the availability beside it: else the optimiser gains by marking less valid.
+/// A loss that counts only samples marked valid needs the availability beside it: else the optimiser gains by marking
+/// less valid.
 fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
     let Some(quantity) = find(name)
         .filter(|m| m.is_of_valid())

@@ -8,12 +8,12 @@ use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What study the trials are of.
+/// Description of the study that the trials belong to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialsHeader {
     /// Name of the study.
     pub study: String,
-    /// What it is made from and by.
+    /// Origin of the study.
     pub made_from: MadeFrom,
 }
 
@@ -28,7 +28,7 @@ pub struct Trial {
     pub parameters: Values,
     /// Its loss (one per metric for a front), the defaults' being 1; empty if it failed.
     pub losses: Vec<f64>,
-    /// By how much it breaks constraints, in shares of their bounds; 0 = all held.
+    /// Violation of the constraints, in shares of their bounds; 0 = all held.
     pub violation: f64,
     /// Why it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]

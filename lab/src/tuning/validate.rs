@@ -9,12 +9,12 @@ use crate::verdicts::interval::Interval;
 use monorig_sim::error::Error;
 use serde::Serialize;
 
-/// What validation has measured.
+/// Results of the validation.
 #[derive(Clone, Debug, Serialize)]
 pub struct Validation {
     /// Loss of the winner over the tuning runs, the defaults' being 1; none for a failure.
     pub tuning_loss: Option<f64>,
-    /// The same over the validation runs.
+    /// Loss of the winner over the validation runs.
     pub validation_loss: Option<f64>,
     /// The winner against the defaults, then against the published constants.
     pub comparisons: Vec<PairedComparison>,
@@ -27,7 +27,7 @@ pub struct PairedComparison {
     pub against: String,
     /// Loss of the winner minus that of the other, per run, over all runs; the defaults' loss being 1.
     pub loss: Option<Interval>,
-    /// What that says.
+    /// Verdict of the interval.
     pub verdict: ComparisonVerdict,
     /// Per metric and scenario.
     pub rows: Vec<MetricComparison>,
@@ -42,13 +42,13 @@ pub struct MetricComparison {
     pub scenario: String,
     /// Mean over the seeds, of the winner.
     pub winner: f64,
-    /// The same of the other.
+    /// Mean of the other parameters.
     pub other: f64,
     /// Winner minus other, seed by seed.
     pub difference: Interval,
 }
 
-/// What an interval of differences says.
+/// Verdict of an interval of differences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ComparisonVerdict {
@@ -70,8 +70,8 @@ impl ComparisonVerdict {
         }
     }
 
-    /// Of an interval of differences of something that is better when less.
-    pub fn of(interval: Option<&Interval>) -> Self {
+    /// Judges an interval of differences of a value that is better when less.
+    pub(crate) fn of(interval: Option<&Interval>) -> Self {
         match interval {
             Some(i) if i.high < 0.0 => ComparisonVerdict::Better,
             Some(i) if i.low > 0.0 => ComparisonVerdict::Worse,
@@ -89,7 +89,7 @@ impl Validation {
 }
 
 /// Run the winner and what it is compared with over the validation runs.
-pub fn validate(
+pub(crate) fn validate(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     Baseline { judge, defaults }: &Baseline,

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// A worker waits so long for a search to begin, or for one that has gone silent.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// What a worker works with.
+/// Study, folders and threads of a worker.
 pub struct Worker<'a> {
     /// The study, as this process has read it.
     pub study: &'a TuningStudy,

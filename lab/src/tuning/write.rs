@@ -1,4 +1,5 @@
-//! What a study leaves behind, each file whole or not at all: `winner.yaml`, `validation.json`, `sensitivity.json`.
+//! The files of a tuning study: `winner.yaml`, `validation.json`, `sensitivity.json`. Each is written whole or not at
+//! all.
 
 use crate::tuning::search::SearchResult;
 use crate::tuning::sensitivity::Sensitivity;
@@ -12,7 +13,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// The winner as a parameter file; none if there is no winner.
-pub fn winner(
+pub(crate) fn winner(
     study: &TuningStudy,
     search: &SearchResult,
     validation: &Validation,
@@ -48,14 +49,14 @@ pub fn winner(
 }
 
 /// Write a value as JSON.
-pub fn json(folder: &Path, name: &str, value: &impl Serialize) -> Result<PathBuf, Error> {
+pub(crate) fn json(folder: &Path, name: &str, value: &impl Serialize) -> Result<PathBuf, Error> {
     // Strings and numbers: nothing in here can fail to serialise; what is not finite becomes null.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
     whole(&folder.join(name), &text)
 }
 
 /// Write validation and sensitivity.
-pub fn findings(
+pub(crate) fn findings(
     folder: &Path,
     validation: &Validation,
     sensitivity: &Sensitivity,
@@ -66,7 +67,7 @@ pub fn findings(
 }
 
 /// Write a file under a temporary name, then move it into place.
-pub fn whole(path: &Path, text: &str) -> Result<PathBuf, Error> {
+pub(crate) fn whole(path: &Path, text: &str) -> Result<PathBuf, Error> {
     monorig_sim::record::whole::write(path, text.as_bytes())?;
     Ok(path.to_owned())
 }

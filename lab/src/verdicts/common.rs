@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 /// Errors of an estimator and of the reference over the samples that both mark valid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CommonErrors {
-    /// By quantity: the share of all samples that both mark valid.
-    pub share: BTreeMap<Quantity, f64>,
-    /// By metric: the estimator's and the reference's; null = could not be measured.
-    pub errors: BTreeMap<String, [Option<f64>; 2]>,
+    /// Share of all samples that both mark valid, by quantity.
+    pub(crate) share: BTreeMap<Quantity, f64>,
+    /// Values of the estimator and the reference, by metric; null = could not be measured.
+    pub(crate) errors: BTreeMap<String, [Option<f64>; 2]>,
 }
 
-/// What they are counted with while a run goes on.
+/// Running sums of [`CommonErrors`].
 pub(super) struct CommonErrorsSoFar {
     samples: u64,
     both_valid: BTreeMap<Quantity, u64>,
@@ -30,7 +30,7 @@ struct ErrorsSoFar {
 }
 
 impl CommonErrorsSoFar {
-    pub fn new(limits: &IntegrityLimits) -> Self {
+    pub(crate) fn new(limits: &IntegrityLimits) -> Self {
         let errors = estimator_metrics().filter(|m| !m.is_of_valid());
         let errors = errors.filter_map(|metric| {
             Some(ErrorsSoFar {
@@ -48,7 +48,7 @@ impl CommonErrorsSoFar {
     }
 
     /// The samples of one step.
-    pub fn add(&mut self, own: &ErrorSample, reference: &ErrorSample) {
+    pub(crate) fn add(&mut self, own: &ErrorSample, reference: &ErrorSample) {
         let both = |q: Quantity| q.is_valid(own) && q.is_valid(reference);
         self.samples += 1;
         for (q, n) in &mut self.both_valid {
@@ -60,7 +60,7 @@ impl CommonErrorsSoFar {
         }
     }
 
-    pub fn value(&self) -> CommonErrors {
+    pub(crate) fn value(&self) -> CommonErrors {
         let share = self.both_valid.iter();
         let share = share.map(|(q, n)| (*q, *n as f64 / self.samples.max(1) as f64));
         let errors = self.errors.iter().map(|e| {

@@ -1,4 +1,5 @@
-//! Estimators against each other on the same runs: means with confidence intervals, paired differences, published figures.
+//! Estimators against each other on the same runs: means with confidence intervals, paired differences, published
+//! figures.
 
 use crate::metrics::{Quantity, VALID, availability, find};
 use crate::verdicts::interval::Interval;
@@ -22,14 +23,15 @@ pub struct ComparedMetric {
     pub mean: Option<Interval>,
     /// Median over these.
     pub median: Option<f64>,
-    /// Of an error: on the samples that the estimator marks valid; none if it is not an error.
+    /// An error over the samples that the estimator marks valid; `None` if it is not an error.
     pub valid: Option<OnSamples>,
-    /// Of an error: on the samples that both it and the reference mark valid; none for the reference, and if it is not an error.
+    /// An error over the samples that both the estimator and the reference mark valid; `None` for the reference, and
+    /// if it is not an error.
     pub common: Option<OnSamples>,
-    /// Mean of estimator minus reference, run by run: of an error on the samples that both mark valid, of another metric over the runs in
-    /// which both could be measured; none for the reference.
+    /// Mean of estimator minus reference, run by run: of an error on the samples that both mark valid, of another
+    /// metric over the runs in which both could be measured; none for the reference.
     pub difference: Option<Interval>,
-    /// What was published for it.
+    /// The published value.
     pub published: Option<Published>,
 }
 
@@ -39,11 +41,11 @@ pub struct OnSamples {
     /// Share of the samples that count, mean over the runs; none without a run.
     pub share: Option<f64>,
     /// Runs in which there was such a sample.
-    pub measured: usize,
+    pub(crate) measured: usize,
     /// Mean over these; none with fewer than two.
     pub mean: Option<Interval>,
     /// Median over these.
-    pub median: Option<f64>,
+    pub(crate) median: Option<f64>,
 }
 
 impl OnSamples {
@@ -64,7 +66,7 @@ impl OnSamples {
 pub struct Comparison {
     /// Format version, 1.
     pub version: u32,
-    /// What this file is: `compare`.
+    /// Kind of the file: `compare`.
     pub kind: String,
     /// Version of monorig.
     pub monorig: String,
@@ -137,9 +139,9 @@ fn quantity(metric: &str) -> Option<Quantity> {
     find(metric).filter(|m| !m.is_of_valid())?.error_of()
 }
 
-/// Estimator minus reference run by run: of an error on the samples that both mark valid, of another metric as it stands; none where one
-/// of the two could not be measured.
-pub fn differences(
+/// Estimator minus reference run by run: of an error on the samples that both mark valid, of another metric as it
+/// stands; none where one of the two could not be measured.
+pub(crate) fn differences(
     runs: &[RunResult],
     estimator: &str,
     metric: &str,
@@ -157,7 +159,8 @@ pub fn differences(
     pairs.map(|(a, b)| Some(a? - b?)).collect()
 }
 
-/// An error run by run on the samples that the estimator and the reference both mark valid: the estimator's and the reference's.
+/// An error run by run on the samples that the estimator and the reference both mark valid: the estimator's and the
+/// reference's.
 fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>>; 2] {
     let of = |i: usize| {
         let value = move |run: &RunResult| {
@@ -170,7 +173,7 @@ fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>
 }
 
 /// A metric of an estimator run by run; none where the run did not finish or it could not be measured.
-pub fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
+pub(crate) fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
     let value = |run: &RunResult| {
         let summary = run.summary.as_ref().filter(|s| s.finished)?;
         summary.estimators.get(estimator)?.get(metric).copied()?

@@ -1,5 +1,5 @@
-//! What a scenario expects: every bound, those that follow from others included, and whether it can be measured at all. Found out before
-//! the run, not after it.
+//! Expectations of a scenario: every bound, those that follow from others included. A bound that cannot be measured
+//! is found before the run, not after it.
 
 use crate::metrics::{
     Metric, Quantity, availability, estimator_metrics, find, misleading_share, run_metrics,
@@ -11,15 +11,16 @@ use monorig_sim::error::Error;
 
 /// A bound, and why it is known to fail, if it is.
 #[derive(Clone, Debug)]
-pub struct Bound {
+pub(crate) struct Bound {
     /// The bound.
-    pub expectation: Expectation,
+    pub(crate) expectation: Expectation,
     /// Why it is known to fail.
-    pub known_failure: Option<String>,
+    pub(crate) known_failure: Option<String>,
 }
 
-/// Every bound of a scenario: those of `expect`, then the availabilities that its bounds on errors bring with them, each once.
-pub fn bounds(file: &ScenarioFile) -> Vec<Bound> {
+/// Every bound of a scenario: those of `expect`, then the availabilities that its bounds on errors bring with them,
+/// each once.
+pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
     let mut all = file.expect.clone();
     for e in &file.expect {
         let Some((metric, share)) = implied(file, e) else {
@@ -48,8 +49,8 @@ pub fn bounds(file: &ScenarioFile) -> Vec<Bound> {
         .collect()
 }
 
-/// The availability over the same time that a bound on an error brings with it: its own, else the scenario's default unless `expect`
-/// bounds that availability by itself.
+/// The availability over the same time that a bound on an error brings with it: its own, else the scenario's default
+/// unless `expect` bounds that availability by itself.
 fn implied(file: &ScenarioFile, e: &Expectation) -> Option<(&'static str, Fraction)> {
     let quantity = error_of(e)?;
     let own = e.availability;
@@ -76,7 +77,7 @@ fn default_of(file: &ScenarioFile, quantity: Quantity) -> Option<Fraction> {
     }
 }
 
-/// Whether an expectation of its own bounds the availability from below.
+/// True if an expectation of its own bounds the availability from below.
 fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool {
     file.expect.iter().any(|other| {
         other.estimator == e.estimator
@@ -85,8 +86,8 @@ fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool
     })
 }
 
-/// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train and
-/// the controller. A bound on an error needs one on the availability beside it.
+/// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train
+/// and the controller. A bound on an error needs one on the availability beside it.
 pub fn check(scenario: &Scenario) -> Result<(), Error> {
     for (i, e) in scenario.file.expect.iter().enumerate() {
         metric(scenario, i, e)?;

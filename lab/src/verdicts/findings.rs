@@ -1,4 +1,4 @@
-//! Findings: what a user must know before he trusts an estimate, worst first.
+//! Findings: reasons not to trust an estimate, worst first.
 
 use crate::verdicts::integrity::Integrity;
 use crate::verdicts::run_result::RunResult;
@@ -10,20 +10,21 @@ pub struct Finding {
     /// In a line: estimator, error, NEES, seed, instant, share.
     pub text: String,
     /// Error over alert limit.
-    pub severity: f64,
-    /// Whether it makes the verdict fail: not that of a published method shown for reference, nor a known failure, nor one within what is
-    /// allowed.
-    pub fails: bool,
-    /// Whether it is a known failure.
+    pub(crate) severity: f64,
+    /// True if it makes the verdict fail: not for a published method shown for reference, nor a known failure, nor
+    /// one within what is allowed.
+    pub(crate) fails: bool,
+    /// True for a known failure.
     pub known: bool,
 }
 
-/// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over alert limit.
-pub fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
+/// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over
+/// alert limit.
+pub(crate) fn of_runs<'a>(runs: impl IntoIterator<Item = &'a RunResult>) -> Vec<Finding> {
     of_summaries(runs.into_iter().filter_map(|r| r.summary.as_ref()))
 }
 
-/// The same of summaries.
+/// Findings of summaries.
 pub fn of_summaries<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Finding> {
     let mut all: Vec<(Integrity, u64)> = Vec::new();
     for run in runs {

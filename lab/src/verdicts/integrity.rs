@@ -5,43 +5,42 @@ use crate::metrics::{Quantity, misleading_share};
 use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
-/// What one estimator's marks of one quantity were worth, over a whole run.
+/// Quality of one estimator's marks of one quantity, over a whole run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Integrity {
-    /// Estimator.
-    pub estimator: String,
-    /// Quantity.
-    pub quantity: Quantity,
-    /// Samples.
-    pub samples: u64,
-    /// Of these, marked valid.
-    pub valid: u64,
-    /// Of these, misleading: the error exceeds k reported standard deviations and the alert limit.
-    pub misleading: u64,
+    pub(crate) estimator: String,
+    pub(crate) quantity: Quantity,
+    pub(crate) samples: u64,
+    /// Samples marked valid.
+    pub(crate) valid: u64,
+    /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
+    pub(crate) misleading: u64,
     /// Alert limit: a share of the mass, or degrees.
-    pub alert: f64,
+    pub(crate) alert: f64,
     /// The misleading sample with the largest error.
-    pub worst: Option<Misleading>,
-    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for reference only.
-    pub at_most: Option<f64>,
+    pub(crate) worst: Option<Misleading>,
+    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for
+    /// reference only.
+    pub(crate) at_most: Option<f64>,
     /// Why it is known to be misleading, if it is and `expect` does not bound it.
-    pub known_failure: Option<String>,
+    pub(crate) known_failure: Option<String>,
 }
 
 /// A misleading sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Misleading {
+pub(crate) struct Misleading {
     /// Instant, s.
-    pub t_s: f64,
+    pub(crate) t_s: f64,
     /// Error: a share of the mass, or degrees.
-    pub error: f64,
+    pub(crate) error: f64,
     /// (error / reported standard deviation)²; none if it is infinite.
-    pub nees: Option<f64>,
+    pub(crate) nees: Option<f64>,
 }
 
 impl Integrity {
-    /// Of every quantity of an estimator, before its first sample. `judged` is whether it is not there for reference only.
-    pub fn of(
+    /// Integrity of every quantity of an estimator, before its first sample. `judged` is false for one that is there
+    /// for reference only.
+    pub(crate) fn of(
         estimator: &str,
         judged: bool,
         limits: &IntegrityLimits,
@@ -70,7 +69,7 @@ impl Integrity {
     }
 
     /// One sample more.
-    pub fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
+    pub(crate) fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
         let quantity = self.quantity;
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
@@ -89,17 +88,17 @@ impl Integrity {
     }
 
     /// Share of the valid samples that is misleading; not a number if none is valid.
-    pub fn share(&self) -> f64 {
+    pub(crate) fn share(&self) -> f64 {
         self.misleading as f64 / self.valid as f64
     }
 
-    /// How many alert limits the worst sample is off; 0 if none is misleading.
-    pub fn severity(&self) -> f64 {
+    /// Error of the worst sample in alert limits; 0 if none is misleading.
+    pub(crate) fn severity(&self) -> f64 {
         self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
     }
 
     /// With what another run has of the same estimator and quantity.
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.valid += other.valid;
         self.misleading += other.misleading;
@@ -108,8 +107,9 @@ impl Integrity {
         }
     }
 
-    /// What the worst sample is, such as `marks a mass valid that is 59 % off: NEES 215`; none if none is misleading.
-    pub fn words(&self) -> Option<String> {
+    /// Describes the worst sample, such as `marks a mass valid that is 59 % off: NEES 215`; `None` if none is
+    /// misleading.
+    pub(crate) fn words(&self) -> Option<String> {
         let worst = self.worst?;
         let nees = worst
             .nees

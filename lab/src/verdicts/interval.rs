@@ -13,15 +13,16 @@ pub struct Interval {
     /// Upper end.
     pub high: f64,
     /// Values.
-    pub n: usize,
+    pub(crate) n: usize,
 }
 
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
 
-/// Cohen's d of paired differences: their mean in standard deviations (0.2 small, 0.5 medium, 0.8 large; Cohen 1988, 2.5.3). Significance
-/// grows with the number of runs, this does not. None of fewer than two values, or without spread.
-pub fn effect_size(differences: &[f64]) -> Option<f64> {
+/// Cohen's d of paired differences: their mean in standard deviations (0.2 small, 0.5 medium, 0.8 large; Cohen 1988,
+/// 2.5.3). Significance grows with the number of runs, this does not. None of fewer than two values, or without
+/// spread.
+pub(crate) fn effect_size(differences: &[f64]) -> Option<f64> {
     let n = differences.len() as f64;
     let mean = differences.iter().sum::<f64>() / n;
     let squares: f64 = differences.iter().map(|x| (x - mean).powi(2)).sum();
@@ -30,9 +31,9 @@ pub fn effect_size(differences: &[f64]) -> Option<f64> {
 }
 
 impl Interval {
-    /// After Student, for values that are independent and roughly normal. Of a single value the ends are infinite, of none
-    /// nothing is a number.
-    pub fn student(values: &[f64]) -> Self {
+    /// After Student, for values that are independent and roughly normal. Of a single value the ends are infinite, of
+    /// none nothing is a number.
+    pub(crate) fn student(values: &[f64]) -> Self {
         let n = values.len();
         let count = n as f64;
         let mean = values.iter().sum::<f64>() / count;
@@ -50,9 +51,9 @@ impl Interval {
         }
     }
 
-    /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws are the
-    /// same every time. None of fewer than two values.
-    pub fn bootstrap(values: &[f64]) -> Option<Self> {
+    /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws
+    /// are the same every time. None of fewer than two values.
+    pub(crate) fn bootstrap(values: &[f64]) -> Option<Self> {
         if values.len() < 2 {
             return None;
         }
@@ -75,8 +76,8 @@ impl Interval {
     }
 }
 
-/// 97.5 % quantile of Student's t: from tables to twenty degrees of freedom, then by the expansion of Cornish and Fisher (Abramowitz
-/// and Stegun 1964, 26.7.5), whose error is below 1e-4 there.
+/// 97.5 % quantile of Student's t: from tables to twenty degrees of freedom, then by the expansion of Cornish and
+/// Fisher (Abramowitz and Stegun 1964, 26.7.5), whose error is below 1e-4 there.
 fn student(freedom: usize) -> f64 {
     const TABLE: [f64; 20] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281, 2.2010,
@@ -138,8 +139,8 @@ mod tests {
         assert!(Interval::student(&[]).mean.is_nan());
     }
 
-    /// Of 400 samples of 30 normals each, the interval of about 95 % holds the true mean: the percentile bootstrap of 30 values
-    /// is a little too narrow (about 93.5 %); the share has a standard error of 1.2 %.
+    /// Of 400 samples of 30 normals each, the interval of about 95 % holds the true mean: the percentile bootstrap of
+    /// 30 values is a little too narrow (about 93.5 %); the share has a standard error of 1.2 %.
     #[test]
     fn bootstrapped_intervals_hold_the_true_mean_as_often_as_they_say() {
         let mut stream = Stream::new(5, "samples");

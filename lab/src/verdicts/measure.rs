@@ -4,7 +4,7 @@ use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
 use crate::metrics::{
-    End, Metric, Wanted, Window, WindowedMetrics, estimator_metrics, run_metrics,
+    End, Metric, WantedMetric, Window, WindowedMetrics, estimator_metrics, run_metrics,
 };
 use crate::verdicts::common::CommonErrorsSoFar;
 use crate::verdicts::expected::{self, Bound};
@@ -29,8 +29,8 @@ pub struct SummaryObserver {
     estimators: Vec<EstimatorSoFar>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
-    /// What is wanted of the metrics, and what has come of it: metrics from [`AFTER_S`] on, then the bounds.
-    wanted: Vec<Wanted>,
+    /// The metrics to measure: metrics from [`AFTER_S`] on, then the bounds.
+    wanted: Vec<WantedMetric>,
     metrics: Option<WindowedMetrics>,
 }
 
@@ -43,14 +43,14 @@ struct EstimatorSoFar {
 
 impl SummaryObserver {
     /// An observer that also holds every estimator against this one, over the samples that both mark valid.
-    pub fn against(reference: &str) -> Self {
+    pub(crate) fn against(reference: &str) -> Self {
         Self {
             reference: Some(reference.to_owned()),
             ..Self::default()
         }
     }
 
-    /// What the run has come to.
+    /// Summary of the run.
     pub fn summary(&self, scenario: &Scenario, seed: u64, outcome: &Outcome) -> Summary {
         let values: Vec<(Option<f64>, Window)> = self
             .metrics
@@ -121,13 +121,13 @@ impl Observer for SummaryObserver {
             };
             let after_s = e.after_s.map_or(0.0, f64::from);
             let until_s = e.until_s.map_or(f64::INFINITY, f64::from);
-            Wanted {
+            WantedMetric {
                 estimator: e.estimator.clone(),
                 metric: e.metric.clone(),
                 window: Window::between(end(after_s, &e.after), end(until_s, &e.until)),
             }
         };
-        let from_then_on = |estimator: Option<&String>, metric: &Metric| Wanted {
+        let from_then_on = |estimator: Option<&String>, metric: &Metric| WantedMetric {
             estimator: estimator.cloned(),
             metric: metric.name.to_owned(),
             window: Window::new(AFTER_S, f64::INFINITY),

@@ -1,14 +1,15 @@
-//! What a run has come to, and whether that is good.
+//! Runs in numbers, and their verdicts.
 //!
-//! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that these can
-//! be measured at all) and the [`integrity`] of its estimators; [`findings`] are what misleads, worst first; [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other
-//! over the same runs, with the confidence [`interval`]s of their differences.
+//! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that
+//! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst
+//! first; [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other over
+//! the same runs, with the confidence [`interval`]s of their differences.
 
 pub mod common;
 pub mod compare;
 pub mod expected;
 pub mod findings;
-pub mod integrity;
+pub(crate) mod integrity;
 pub mod interval;
 pub mod measure;
 pub mod run_result;

@@ -13,7 +13,7 @@ pub struct RunResult {
     pub scenario: String,
     /// Seed.
     pub seed: u64,
-    /// What was drawn for this run, by name.
+    /// Values drawn for this run, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub draws: BTreeMap<String, serde_json::Value>,
     /// Metrics and verdicts; none if the run broke down.
@@ -25,7 +25,7 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// Whether the run came to its end.
+    /// True if the run came to its end.
     pub fn finished(&self) -> bool {
         self.summary.as_ref().is_some_and(|s| s.finished)
     }

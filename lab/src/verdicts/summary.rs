@@ -1,4 +1,5 @@
-//! `metrics.json`: the numbers of one run, and whether what its scenario expects held. The same run gives the same bytes.
+//! `metrics.json`: the numbers of one run, and whether what its scenario expects held. The same run gives the same
+//! bytes.
 
 use crate::verdicts::common::CommonErrors;
 use crate::verdicts::integrity::Integrity;
@@ -6,10 +7,10 @@ use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Metrics are taken from here on unless an expectation says otherwise, s: the transient at the start does not count.
+/// Start of the metrics, unless an expectation has its own, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
-pub const MAIN: &[&str] = &[
+pub(crate) const MAIN: &[&str] = &[
     "mass_error_rel_max",
     "mass_error_rel_max_valid",
     "mass_availability",
@@ -30,7 +31,7 @@ pub struct Summary {
     pub scenario: String,
     /// Seed.
     pub seed: u64,
-    /// Whether the scenario's end was reached.
+    /// True if the end of the scenario was reached.
     pub finished: bool,
     /// Estimators without a single valid sample in the whole run.
     pub never_valid: Vec<String>,
@@ -46,7 +47,7 @@ pub struct Summary {
     pub run: BTreeMap<String, Option<f64>>,
     /// Steps refused by an estimator: name, how many, first reason.
     pub refusals: Vec<(String, u64, String)>,
-    /// What the scenario expects, and what follows from it.
+    /// Expectations of the scenario, and those that follow from them.
     pub expectations: Vec<ExpectationVerdict>,
     /// When a valid sample is misleading.
     #[serde(default)]
@@ -54,7 +55,8 @@ pub struct Summary {
     /// Integrity of every estimator and quantity.
     #[serde(default)]
     pub integrity: Vec<Integrity>,
-    /// Of estimators against the reference of a comparison: errors over the samples that both mark valid. Empty elsewhere.
+    /// Errors of estimators and of the reference of a comparison, over the samples that both mark valid. Empty
+    /// elsewhere.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub common: BTreeMap<String, CommonErrors>,
 }
@@ -80,7 +82,7 @@ pub struct ExpectationVerdict {
     pub quantile: Option<f64>,
     /// Measured value; null = could not be measured, which is a failure.
     pub value: Option<f64>,
-    /// Whether it held. A run that did not finish holds nothing.
+    /// True if it held. A run that did not finish holds nothing.
     pub held: bool,
     /// Why it is known not to hold, if it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -88,7 +90,7 @@ pub struct ExpectationVerdict {
 }
 
 impl ExpectationVerdict {
-    /// What is measured, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
+    /// The measured value, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub fn what(&self) -> String {
         match &self.estimator {
             Some(name) => format!("{name} {}{}", self.metric, self.window),
@@ -96,8 +98,8 @@ impl ExpectationVerdict {
         }
     }
 
-    /// Whether it is as it should be: it held, or it is known not to.
-    pub fn good(&self) -> bool {
+    /// True if it held, or if it failed and is known to fail.
+    pub(crate) fn good(&self) -> bool {
         self.held || self.known_failure.is_some()
     }
 
@@ -111,8 +113,8 @@ impl ExpectationVerdict {
             .join(" and ")
     }
 
-    /// How far the value is beyond its bound, as a share of the bound's size; infinite when it could not be measured.
-    pub fn excess(&self) -> f64 {
+    /// Distance of the value beyond its bound, as a share of the bound's size; infinite when it could not be measured.
+    pub(crate) fn excess(&self) -> f64 {
         let Some(value) = self.value else {
             return f64::INFINITY;
         };
@@ -129,7 +131,8 @@ impl ExpectationVerdict {
 }
 
 impl Summary {
-    /// Whether the run is good: it finished, every bound held or is known not to, and no estimator in it that is judged is misleading.
+    /// True for a good run: it finished, every bound held or is known not to, and no judged estimator in it is
+    /// misleading.
     pub fn good(&self) -> bool {
         let judged = |i: &&Integrity| i.at_most.is_some() && i.known_failure.is_none();
         let within = |i: &Integrity| i.valid == 0 || Some(i.share()) <= i.at_most;

@@ -1,4 +1,5 @@
-//! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was expected hold?
+//! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was
+//! expected hold?
 
 use crate::metrics::misleading_share;
 use crate::verdicts::findings::{self, Finding, percent};
@@ -13,7 +14,7 @@ use std::collections::BTreeMap;
 pub struct ScenarioVerdict {
     /// Scenario name.
     pub scenario: String,
-    /// Whether everything held.
+    /// True if everything held.
     pub held: bool,
     /// Everything that was asked of it.
     pub checks: Vec<Check>,
@@ -24,27 +25,27 @@ pub struct ScenarioVerdict {
 /// One thing asked of all runs of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
+    /// Name, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub what: String,
     /// The bound, such as `≤ 0.032`; empty where there is none.
     pub bound: String,
     /// Share of the seeds that must hold it.
-    pub quantile: f64,
+    pub(crate) quantile: f64,
     /// Seeds that hold it.
-    pub holding: usize,
+    pub(crate) holding: usize,
     /// Seeds that do not.
     pub failing: Vec<u64>,
-    /// What happened with the worst of these.
+    /// Description of the worst of these.
     pub worst: Option<String>,
     /// The worst of these.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_seed: Option<u64>,
-    /// Whether it is as it should be: enough seeds hold it, or it is known that they do not.
+    /// True if enough seeds hold it, or if it is known that they do not.
     pub held: bool,
     /// Why it is known to fail, if it is. A known failure that holds after all is not as it should be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
-    /// Whether it is about integrity, so that a finding says the same.
+    /// True for a check of integrity: a finding covers it too.
     #[serde(default)]
     pub is_finding: bool,
 }
@@ -65,7 +66,7 @@ impl ScenarioVerdict {
         }
     }
 
-    /// What misleads in these runs, worst first.
+    /// Findings of misleading estimates in these runs, worst first.
     pub fn findings(&self) -> Vec<Finding> {
         findings::of_runs(&self.runs)
     }
@@ -75,7 +76,7 @@ impl ScenarioVerdict {
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     finishes: Count,
-    /// By estimator.
+    /// Counts of the runs with a valid sample, by estimator.
     valid: BTreeMap<String, Count>,
     /// The expectations of the scenario, each with its count.
     expected: Vec<(ExpectationVerdict, Count)>,
@@ -85,12 +86,12 @@ pub struct Tally {
     broken: Vec<u64>,
 }
 
-/// How many seeds hold something.
+/// Number of seeds that hold a check.
 #[derive(Clone, Debug, Default)]
 struct Count {
     holding: usize,
     failing: Vec<u64>,
-    /// How bad the worst is, what happened, and its seed.
+    /// Severity, description and seed of the worst.
     worst: Option<(f64, String, u64)>,
 }
 
@@ -182,7 +183,7 @@ impl Tally {
         }
     }
 
-    /// What was asked of all runs. Without any run the first of them fails.
+    /// The checks of all runs. Without any run the first of them fails.
     pub fn checks(&self) -> Vec<Check> {
         let mut checks = vec![
             self.finishes
@@ -214,7 +215,7 @@ impl Tally {
 }
 
 impl Check {
-    /// The same check of what is known to fail: it is as it should be only while it does fail.
+    /// Turns it into a check of a known failure: it holds only while it does fail.
     fn known(mut self, why: Option<String>) -> Self {
         if why.is_some() {
             self.held = !self.held;
@@ -223,12 +224,12 @@ impl Check {
         self
     }
 
-    /// Whether it fails as it is known to.
+    /// True if it fails as it is known to.
     pub fn fails_as_known(&self) -> bool {
         self.held && self.known_failure.is_some()
     }
 
-    /// What went wrong, in a line.
+    /// The failure in one line.
     pub fn reason(&self) -> String {
         let all = self.holding + self.failing.len();
         let mut text = self.what.clone();

@@ -1,4 +1,4 @@
-//! What two runs were made from: every value of the resolved scenario, every input file and the program, where they differ.
+//! Differences between two runs: values of the resolved scenario, input files, the program.
 
 use super::Pair;
 use crate::reports::page::Section;
@@ -10,18 +10,18 @@ use std::collections::BTreeMap;
 const LONGEST: usize = 80;
 /// At most so many differences are shown open.
 const SHOWN: usize = 30;
-/// What stands where one of the runs has no such value.
+/// Text where one of the runs has no such value.
 const NONE: &str = "–";
 
 /// A value that differs: where, of A, of B.
-pub struct Change {
+pub(crate) struct Change {
     path: String,
     a: String,
     b: String,
 }
 
-/// What differs, scenario first.
-pub fn of(pair: &Pair) -> Vec<Change> {
+/// Differences, scenario first.
+pub(crate) fn of(pair: &Pair) -> Vec<Change> {
     let (a, b) = (&pair.a.manifest, &pair.b.manifest);
     let mut all = differing(flat(&a.resolved), flat(&b.resolved));
     if a.seed != b.seed {
@@ -41,7 +41,7 @@ pub fn of(pair: &Pair) -> Vec<Change> {
 }
 
 /// The number of differences in a sentence.
-pub fn sentence(changes: &[Change]) -> String {
+pub(crate) fn sentence(changes: &[Change]) -> String {
     match changes {
         [] => "Both runs were made from the same".into(),
         [one] => format!(
@@ -53,7 +53,7 @@ pub fn sentence(changes: &[Change]) -> String {
 }
 
 /// As a table; a long one is folded from some row on.
-pub fn section(changes: &[Change]) -> Section {
+pub(crate) fn section(changes: &[Change]) -> Section {
     let section = Section::new("What differs");
     if changes.is_empty() {
         return section.text("Scenario, seed, input files and program are the same in both runs.");

@@ -15,7 +15,7 @@ const INKS: [Ink; 2] = [Ink::Series(0), Ink::Series(1)];
 const LETTERS: [&str; 2] = ["A", "B"];
 
 /// Two sections: errors of the estimators, and what the runs were like.
-pub fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
+pub(crate) fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     let mut errors = Section::new("Errors")
         .text("Estimate minus truth of the same run, where the estimator marks its value valid.");
     let slopes = [slope(&pair.a)?, slope(&pair.b)?];
@@ -47,7 +47,7 @@ pub fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
     Ok([errors, truth])
 }
 
-/// Of one estimator; empty where it had no valid sample.
+/// Curves of one estimator; empty where it had no valid sample.
 fn errors_of(all: &ErrorGroups, name: &str) -> Vec<(f64, f64)> {
     let of = all.iter().find(|g| g.name == name);
     of.map_or(Vec::new(), |g| g.values.clone())

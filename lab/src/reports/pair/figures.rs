@@ -8,10 +8,10 @@ use crate::text::with_unit;
 use crate::verdicts::summary::MAIN;
 use std::collections::BTreeMap;
 
-type Values = BTreeMap<String, Option<f64>>;
+type FigureValues = BTreeMap<String, Option<f64>>;
 
-/// The metrics that say most, of the estimators of both runs.
-pub fn section(pair: &Pair) -> Section {
+/// The main metrics of the estimators of both runs.
+pub(crate) fn section(pair: &Pair) -> Section {
     let mut table = Table::new(&["estimator", "metric"], &["A", "B", "B minus A"]);
     table.caption = format!(
         "From {} s on; a difference is coloured by whether B is better or worse",
@@ -24,7 +24,7 @@ pub fn section(pair: &Pair) -> Section {
         }
     }
     let section = Section::new("Key figures").table(table);
-    let only = |of: &BTreeMap<String, Values>, other: &BTreeMap<String, Values>| {
+    let only = |of: &BTreeMap<String, FigureValues>, other: &BTreeMap<String, FigureValues>| {
         let names = of.keys().filter(|n| !other.contains_key(*n));
         names.cloned().collect::<Vec<_>>().join(", ")
     };
@@ -38,7 +38,7 @@ pub fn section(pair: &Pair) -> Section {
 }
 
 /// All metrics, folded.
-pub fn all(pair: &Pair) -> Section {
+pub(crate) fn all(pair: &Pair) -> Section {
     let mut section = Section::new("All metrics");
     for name in pair.estimators() {
         let table = every(estimator_metrics(), of(pair, name));
@@ -51,19 +51,19 @@ pub fn all(pair: &Pair) -> Section {
     )
 }
 
-fn every<'a>(metrics: impl Iterator<Item = &'a Metric>, of: [Option<&Values>; 2]) -> Table {
+fn every<'a>(metrics: impl Iterator<Item = &'a Metric>, of: [Option<&FigureValues>; 2]) -> Table {
     let mut table = Table::new(&["metric"], &["A", "B", "B minus A"]);
     metrics.for_each(|metric| table.row(row(metric, of)));
     table
 }
 
-fn of<'a>(pair: &'a Pair, estimator: &str) -> [Option<&'a Values>; 2] {
+fn of<'a>(pair: &'a Pair, estimator: &str) -> [Option<&'a FigureValues>; 2] {
     [&pair.a, &pair.b].map(|run| run.summary.estimators.get(estimator))
 }
 
 /// Metric, its values, and their difference.
-fn row(metric: &Metric, of: [Option<&Values>; 2]) -> [Cell; 4] {
-    let value = |values: Option<&Values>| {
+fn row(metric: &Metric, of: [Option<&FigureValues>; 2]) -> [Cell; 4] {
+    let value = |values: Option<&FigureValues>| {
         let value = values.and_then(|v| v.get(metric.name).copied().flatten());
         value.unwrap_or(f64::NAN)
     };

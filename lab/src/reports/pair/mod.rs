@@ -70,7 +70,7 @@ impl Pair {
     }
 }
 
-/// What a run is called: scenario with variant, and seed.
+/// Name of a run: scenario with variant, and seed.
 fn name(run: &Recorded) -> String {
     format!("{}, seed {}", run.summary.scenario, run.summary.seed)
 }

@@ -6,9 +6,9 @@ use crate::text::number;
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// Title with unit, such as `time, s`.
-    pub title: String,
+    pub(crate) title: String,
     /// Range in the data's unit; none = from the data.
-    pub range: Option<(f64, f64)>,
+    pub(crate) range: Option<(f64, f64)>,
     scale: AxisScale,
 }
 
@@ -22,10 +22,10 @@ enum AxisScale {
 /// An axis whose range is known: positions on it are linear in the drawing.
 #[derive(Clone, Debug)]
 pub(super) struct FixedAxis {
-    pub title: String,
-    pub low: f64,
-    pub high: f64,
-    pub ticks: Vec<f64>,
+    pub(crate) title: String,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) ticks: Vec<f64>,
     scale: AxisScale,
     decimals: usize,
 }
@@ -49,7 +49,7 @@ impl Axis {
     }
 
     /// Names side by side, at 0, 1, 2 …
-    pub fn names(title: impl Into<String>, names: Vec<String>) -> Self {
+    pub(crate) fn names(title: impl Into<String>, names: Vec<String>) -> Self {
         Self {
             range: Some((-0.5, names.len() as f64 - 0.5)),
             scale: AxisScale::Names(names),
@@ -57,21 +57,21 @@ impl Axis {
         }
     }
 
-    /// Whether it is logarithmic.
-    pub fn is_log(&self) -> bool {
+    /// True for a logarithmic axis.
+    pub(crate) fn is_log(&self) -> bool {
         matches!(self.scale, AxisScale::Log)
     }
 
-    /// The same axis with a range.
-    pub fn between(self, low: f64, high: f64) -> Self {
+    /// Sets the range.
+    pub(crate) fn between(self, low: f64, high: f64) -> Self {
         Self {
             range: Some((low, high)),
             ..self
         }
     }
 
-    /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of the
-    /// range, if it comes from the data.
+    /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of
+    /// the range, if it comes from the data.
     pub(super) fn fix(&self, values: impl Iterator<Item = f64>, margin: f64) -> Option<FixedAxis> {
         let log = self.is_log();
         let shown = |x: f64| if log { x.log10() } else { x };
@@ -113,16 +113,16 @@ impl Axis {
 }
 
 impl FixedAxis {
-    /// Where a value is.
-    pub fn at(&self, x: f64) -> f64 {
+    /// Position of a value on the scale.
+    pub(crate) fn at(&self, x: f64) -> f64 {
         match self.scale {
             AxisScale::Log => x.log10(),
             _ => x,
         }
     }
 
-    /// What stands at a tick.
-    pub fn label(&self, at: f64) -> String {
+    /// Text at a tick.
+    pub(crate) fn label(&self, at: f64) -> String {
         match &self.scale {
             AxisScale::Names(names) => names
                 .get(at.round() as usize)
@@ -200,9 +200,9 @@ fn least_room(low: f64, high: f64) -> f64 {
     }
 }
 
-/// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its opposite,
-/// with `margin` of room, but no wider than the values.
-pub fn without_outliers(
+/// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its
+/// opposite, with `margin` of room, but no wider than the values.
+pub(crate) fn without_outliers(
     values: impl Iterator<Item = f64>,
     share: f64,
     margin: f64,
@@ -224,12 +224,12 @@ pub fn without_outliers(
     ))
 }
 
-/// Of several kinds of values the range that shows nearly all of most of them: one that reaches further than so many times as far as the
-/// middle one does not flatten the others.
+/// Limit of a common range, in reaches of the middle kind of values. A kind that reaches further is cut, so that it
+/// does not flatten the others.
 const FURTHER: f64 = 4.0;
 
 /// The common range of several kinds of values, and whether some of them reach beyond it.
-pub fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> {
+pub(crate) fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> {
     let widest = |r: &(f64, f64)| r.0.abs().max(r.1.abs());
     let mut reach: Vec<f64> = ranges.iter().map(widest).collect();
     reach.sort_unstable_by(f64::total_cmp);

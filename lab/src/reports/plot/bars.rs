@@ -9,7 +9,7 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 pub struct Histogram {
     /// Title.
     pub title: String,
-    /// What is counted, with unit.
+    /// The counted quantity with its unit.
     pub x: String,
     /// Values of each kind.
     pub groups: Vec<ValueGroup<f64>>,

@@ -65,7 +65,7 @@ impl Boxes {
             }
             None => self.y.fix(shown.chain(references), 0.06),
         };
-        // names would run into each other: the legend says them
+        // names would overlap here: they stand in the legend
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
         let svg = canvas::draw(x, y, |c| {
@@ -123,7 +123,7 @@ impl Boxes {
 }
 
 /// Quantile of sorted values, linear between neighbours (Hyndman and Fan 1996, definition 7).
-pub fn quantile(sorted: &[f64], p: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };

@@ -1,4 +1,4 @@
-//! What a plot is drawn on: two axes with a grid, and a few things to put on them. Coordinates are the data's.
+//! The canvas of all plots: two axes with a grid, and shapes on them. Coordinates are those of the data.
 
 use crate::reports::plot::axis::FixedAxis;
 use crate::reports::plot::theme::{Ink, themed};
@@ -24,7 +24,7 @@ const TEXT: f64 = 25.0 * 1.24;
 type Coord = Cartesian2d<AxisSpan, AxisSpan>;
 type Failure = DrawingAreaErrorKind<std::io::Error>;
 
-/// An axis as plotters wants it: linear, with our ticks.
+/// An axis for plotters: linear, with our ticks.
 #[derive(Clone)]
 struct AxisSpan {
     low: f64,
@@ -134,8 +134,8 @@ impl Canvas<'_> {
         self.failed |= result.is_err();
     }
 
-    /// What the axes show, on their scales.
-    pub fn bounds(&self) -> [f64; 4] {
+    /// Ranges of both axes, on their scales.
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         [self.x.low, self.x.high, self.y.low, self.y.high]
     }
 
@@ -144,7 +144,7 @@ impl Canvas<'_> {
     }
 
     /// A line through points, however many; cut where it leaves the axes, broken where it is not finite.
-    pub fn line(&mut self, points: &[(f64, f64)], ink: Ink, width: u32, opacity: f64) {
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], ink: Ink, width: u32, opacity: f64) {
         let points: Vec<_> = points.iter().map(|p| self.scaled(*p)).collect();
         let [x_low, x_high, low, high] = self.bounds();
         let short = thin::line(&points, (x_low, x_high), COLUMNS);
@@ -160,7 +160,7 @@ impl Canvas<'_> {
     }
 
     /// The area between two lines: rows of x, low, high.
-    pub fn band(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
+    pub(crate) fn band(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
         let [x_low, x_high, low, high] = self.bounds();
         let rows: Vec<_> = rows
             .iter()
@@ -187,7 +187,7 @@ impl Canvas<'_> {
     }
 
     /// The area under steps, column by column: rows of x, low, high, two a step. It is not thinned.
-    pub fn steps(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
+    pub(crate) fn steps(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
         let above = rows.iter().map(|r| (r.0, r.2));
         let below = rows.iter().rev().map(|r| (r.0, r.1));
         let outline: Vec<_> = above.chain(below).map(|p| self.scaled(p)).collect();
@@ -197,7 +197,7 @@ impl Canvas<'_> {
     }
 
     /// Dots; those outside of the axes are left out.
-    pub fn dots(&mut self, points: &[(f64, f64)], ink: Ink, radius: u32, opacity: f64) {
+    pub(crate) fn dots(&mut self, points: &[(f64, f64)], ink: Ink, radius: u32, opacity: f64) {
         let [x_low, x_high, low, high] = self.bounds();
         let style = ink.rgb().mix(opacity).filled();
         for p in points {
@@ -210,7 +210,7 @@ impl Canvas<'_> {
     }
 
     /// A filled rectangle, cut at the axes.
-    pub fn rectangle(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink, opacity: f64) {
+    pub(crate) fn rectangle(&mut self, a: (f64, f64), b: (f64, f64), ink: Ink, opacity: f64) {
         let [x_low, x_high, low, high] = self.bounds();
         let cut = |(x, y): (f64, f64)| (x.clamp(x_low, x_high), y.clamp(low, high));
         let corners = [cut(self.scaled(a)), cut(self.scaled(b))];
@@ -222,7 +222,7 @@ impl Canvas<'_> {
     }
 
     /// A rectangle over the whole height.
-    pub fn upright(&mut self, from: f64, to: f64, ink: Ink, opacity: f64) {
+    pub(crate) fn upright(&mut self, from: f64, to: f64, ink: Ink, opacity: f64) {
         let [x_low, x_high, low, high] = self.bounds();
         let (from, to) = (self.x.at(from).max(x_low), self.x.at(to).min(x_high));
         if from < to {
@@ -235,7 +235,7 @@ impl Canvas<'_> {
     }
 
     /// A line over the whole height at `x`.
-    pub fn vertical(&mut self, x: f64, ink: Ink, width: u32) {
+    pub(crate) fn vertical(&mut self, x: f64, ink: Ink, width: u32) {
         let [x_low, x_high, low, high] = self.bounds();
         let x = self.x.at(x);
         if (x_low..=x_high).contains(&x) {
@@ -248,7 +248,7 @@ impl Canvas<'_> {
     }
 
     /// A line over the whole width at `y`.
-    pub fn level(&mut self, y: f64, ink: Ink, width: u32) {
+    pub(crate) fn level(&mut self, y: f64, ink: Ink, width: u32) {
         let [x_low, x_high, low, high] = self.bounds();
         let y = self.y.at(y);
         if (low..=high).contains(&y) {
@@ -260,8 +260,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// A cross.
-    pub fn cross(&mut self, at: (f64, f64), ink: Ink) {
+    pub(crate) fn cross(&mut self, at: (f64, f64), ink: Ink) {
         let [x_low, x_high, low, high] = self.bounds();
         let (x, y) = self.scaled(at);
         if (x_low..=x_high).contains(&x) && (low..=high).contains(&y) {
@@ -272,7 +271,7 @@ impl Canvas<'_> {
     }
 
     /// Text, its middle at a point.
-    pub fn text(&mut self, at: (f64, f64), text: &str, ink: Ink) {
+    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, ink: Ink) {
         let style = ("sans-serif", TEXT)
             .into_font()
             .color(&ink.rgb())

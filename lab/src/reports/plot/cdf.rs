@@ -16,7 +16,8 @@ pub struct Cdf {
 }
 
 impl Cdf {
-    /// Draw them, up to the largest of the 99.5 % quantiles; a kind of values that reaches much further than the others is cut off.
+    /// Draw them, up to the largest of the 99.5 % quantiles; a kind of values that reaches much further than the
+    /// others is cut off.
     pub fn figure(self) -> Figure {
         let mut ends = Vec::new();
         let mut chart = LineChart::new(self.title, self.x, Axis::linear("share of values, %"));

@@ -13,8 +13,8 @@ pub struct Consistency {
     pub y: String,
     /// (time, value) of each filter.
     pub groups: Vec<ValueGroup<(f64, f64)>>,
-    /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time, as the
-    /// innovations of a consistent filter are and its errors are not: else the band is too narrow.
+    /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time,
+    /// as the innovations of a consistent filter are and its errors are not: else the band is too narrow.
     pub mean_of: usize,
 }
 
@@ -68,9 +68,9 @@ impl Consistency {
     }
 }
 
-/// The middle 95 % of the mean of `n` independent squares of standard normal values: χ²ₙ quantiles over n. For one value exact
-/// to the digits given, else by Wilson and Hilferty (1931), whose error is below 1 % from n = 10 on.
-pub fn mean_square_band(n: usize) -> (f64, f64) {
+/// The middle 95 % of the mean of `n` independent squares of standard normal values: χ²ₙ quantiles over n. For one
+/// value exact to the digits given, else by Wilson and Hilferty (1931), whose error is below 1 % from n = 10 on.
+pub(crate) fn mean_square_band(n: usize) -> (f64, f64) {
     if n <= 1 {
         return (9.8207e-4, 5.0239);
     }

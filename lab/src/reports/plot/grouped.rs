@@ -7,17 +7,16 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 
 /// Bars in groups.
 #[derive(Clone, Debug)]
-pub struct GroupedBars {
-    /// Title.
-    pub title: String,
-    /// How to read it.
-    pub note: String,
+pub(crate) struct GroupedBars {
+    pub(crate) title: String,
+    /// Note for the reader.
+    pub(crate) note: String,
     /// Names of the groups, below the drawing.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// Axis of the values. Bars are cut where they leave it.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// Series, each with a value for every name; one that is not finite has no bar.
-    pub series: Vec<ValueGroup<f64>>,
+    pub(crate) series: Vec<ValueGroup<f64>>,
 }
 
 /// Share of a group's width that has bars.
@@ -25,7 +24,7 @@ const FILLED: f64 = 0.8;
 
 impl GroupedBars {
     /// Draw it.
-    pub fn figure(self) -> Figure {
+    pub(crate) fn figure(self) -> Figure {
         let values = self.series.iter().flat_map(|s| s.values.iter().copied());
         let finite: Vec<f64> = values.filter(|x| x.is_finite()).collect();
         let y = match finite.is_empty() {

@@ -12,9 +12,9 @@ pub struct HeatMap {
     pub title: String,
     /// Name of the score with unit.
     pub score: String,
-    /// Axes of the two parameters.
+    /// Axis of the first parameter.
     pub x: Axis,
-    /// See above.
+    /// Axis of the second parameter.
     pub y: Axis,
     /// Values of the first parameter.
     pub xs: Vec<f64>,

@@ -8,14 +8,13 @@ use crate::reports::plot::{Figure, LegendEntry, Look};
 /// A line chart.
 #[derive(Clone, Debug)]
 pub struct LineChart {
-    /// Title.
-    pub title: String,
-    /// How to read it.
+    pub(crate) title: String,
+    /// Note for the reader.
     pub note: String,
     /// Horizontal axis.
-    pub x: Axis,
+    pub(crate) x: Axis,
     /// Vertical axis. Its range, unless set, follows the lines; bands and outliers may leave it.
-    pub y: Axis,
+    pub(crate) y: Axis,
     /// Areas, drawn first.
     pub bands: Vec<Band>,
     /// Stretches of x that are shaded, and what that means.
@@ -23,24 +22,24 @@ pub struct LineChart {
     /// Lines.
     pub lines: Vec<Line>,
     /// Straight lines across the drawing at a value of y: name, value.
-    pub levels: Vec<(String, f64)>,
+    pub(crate) levels: Vec<(String, f64)>,
     /// Straight lines from bottom to top at a value of x: name, value, colour.
-    pub marks: Vec<(String, f64, Ink)>,
+    pub(crate) marks: Vec<(String, f64, Ink)>,
 }
 
 /// A line.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// Name; without one it is not in the legend.
-    pub name: String,
+    pub(crate) name: String,
     /// Colour.
-    pub ink: Ink,
+    pub(crate) ink: Ink,
     /// Points; one that is not finite is a gap.
-    pub points: Vec<(f64, f64)>,
+    pub(crate) points: Vec<(f64, f64)>,
     /// Drawn as dots instead.
-    pub dots: bool,
+    pub(crate) dots: bool,
     /// Drawn faintly.
-    pub faint: bool,
+    pub(crate) faint: bool,
 }
 
 /// An area between two lines.
@@ -66,13 +65,13 @@ impl Line {
         }
     }
 
-    /// The same as dots.
-    pub fn as_dots(self) -> Self {
+    /// Draws the line as dots.
+    pub(crate) fn as_dots(self) -> Self {
         Self { dots: true, ..self }
     }
 
-    /// The same, faint.
-    pub fn as_faint(self) -> Self {
+    /// Draws the line faintly.
+    pub(crate) fn as_faint(self) -> Self {
         Self {
             faint: true,
             ..self
@@ -199,7 +198,7 @@ impl LineChart {
 }
 
 /// Stretches of time in which `is` is false, from rows in order of time.
-pub fn stretches_without(rows: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, f64)> {
+pub(crate) fn stretches_without(rows: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
     let mut open: Option<f64> = None;
     let mut last = f64::NAN;
@@ -238,7 +237,7 @@ mod tests {
         chart
             .lines
             .push(Line::new("a", Ink::Text, vec![(0.0, f64::NAN)]));
-        let html = chart.clone().figure().to_html();
+        let html = chart.clone().figure().markup().into_string();
         assert!(html.contains("no data") && !html.contains("<svg"), "{html}");
         chart
             .lines

@@ -3,10 +3,10 @@
 pub mod axis;
 pub mod bars;
 pub mod boxes;
-pub mod canvas;
+pub(crate) mod canvas;
 pub mod cdf;
 pub mod consistency;
-pub mod grouped;
+pub(crate) mod grouped;
 pub mod heat;
 pub mod history;
 pub mod line;
@@ -14,43 +14,42 @@ pub mod parallel;
 pub mod pareto;
 pub mod scatter;
 pub mod sensitivity;
-pub mod stanford;
+pub(crate) mod stanford;
 pub mod theme;
-pub mod thin;
+pub(crate) mod thin;
 
 use crate::reports::html::escape;
 use crate::text::number;
+use maud::{Markup, PreEscaped, html};
 use theme::Ink;
 
 /// A finished plot: drawing, title and legend.
 #[derive(Clone, Debug, Default)]
 pub struct Figure {
-    /// Title.
-    pub title: String,
+    pub(crate) title: String,
     /// A sentence on how to read it; may be empty.
-    pub note: String,
-    /// What the colours mean. It stands above the drawing, so that it never hides data.
-    pub legend: Vec<LegendEntry>,
+    pub(crate) note: String,
+    /// Legend. It stands above the drawing, so that it never hides data.
+    pub(crate) legend: Vec<LegendEntry>,
     /// The drawing; none if there was nothing to draw.
     pub svg: Option<String>,
 }
 
 /// An entry of a legend.
 #[derive(Clone, Debug)]
-pub struct LegendEntry {
-    /// Name.
-    pub name: String,
-    /// How it is drawn.
-    pub look: Look,
+pub(crate) struct LegendEntry {
+    pub(crate) name: String,
+    /// Shape and colour.
+    pub(crate) look: Look,
 }
 
 /// Values of one kind, such as those of one estimator.
 #[derive(Clone, Debug)]
 pub struct ValueGroup<T> {
     /// Name; without one it is not in the legend.
-    pub name: String,
+    pub(crate) name: String,
     /// Colour.
-    pub ink: Ink,
+    pub(crate) ink: Ink,
     /// Values.
     pub values: Vec<T>,
 }
@@ -66,9 +65,9 @@ impl<T> ValueGroup<T> {
     }
 }
 
-/// How something is drawn.
+/// Shape and colour of an entry of the legend.
 #[derive(Clone, Copy, Debug)]
-pub enum Look {
+pub(crate) enum Look {
     /// A line.
     Line(Ink),
     /// An area.
@@ -83,68 +82,62 @@ pub enum Look {
 
 impl LegendEntry {
     /// An entry.
-    pub fn new(name: impl Into<String>, look: Look) -> Self {
+    pub(crate) fn new(name: impl Into<String>, look: Look) -> Self {
         Self {
             name: name.into(),
             look,
         }
     }
 
-    fn to_html(&self) -> String {
-        let name = escape(&self.name);
-        let mark = match self.look {
-            Look::Line(ink) => format!(
-                "<svg viewBox=\"0 0 26 12\"><line x1=\"0\" y1=\"6\" x2=\"26\" y2=\"6\" stroke-width=\"3\" {}/></svg>",
-                ink.stroke()
-            ),
-            Look::Area(ink) => format!(
-                "<svg viewBox=\"0 0 26 12\"><rect width=\"26\" height=\"12\" opacity=\"0.35\" fill=\"{}\"/></svg>",
-                ink.css()
-            ),
-            Look::Dot(ink) => format!(
-                "<svg viewBox=\"0 0 26 12\"><circle cx=\"13\" cy=\"6\" r=\"5\" fill=\"{}\"/></svg>",
-                ink.css()
-            ),
-            Look::Cross(ink) => format!(
-                "<svg viewBox=\"0 0 26 12\"><path d=\"M8 1L18 11M18 1L8 11\" stroke-width=\"2.5\" {}/></svg>",
-                ink.stroke()
-            ),
-            Look::Scale(from, to) => {
-                return format!(
-                    "<li>{name}: {}<span style=\"width:8em;height:0.8em;background:{}\"></span>{}</li>",
-                    number(from),
-                    theme::gradient(),
-                    number(to)
-                );
+    fn markup(&self) -> Markup {
+        let key = |shape: Markup| html! { li { svg viewBox="0 0 26 12" { (shape) } span { (self.name) } } };
+        match self.look {
+            Look::Line(ink) => key(html! {
+                line x1="0" y1="6" x2="26" y2="6" stroke-width="3" stroke=(ink.css()) stroke-dasharray=[ink.dashes()] {}
+            }),
+            Look::Area(ink) => {
+                key(html! { rect width="26" height="12" opacity="0.35" fill=(ink.css()) {} })
             }
-        };
-        format!("<li>{mark}<span>{name}</span></li>")
+            Look::Dot(ink) => key(html! { circle cx="13" cy="6" r="5" fill=(ink.css()) {} }),
+            Look::Cross(ink) => key(html! {
+                path d="M8 1L18 11M18 1L8 11" stroke-width="2.5" stroke=(ink.css()) stroke-dasharray=[ink.dashes()] {}
+            }),
+            Look::Scale(from, to) => html! {
+                li {
+                    (self.name) ": " (number(from))
+                    span style={ "width:8em;height:0.8em;background:" (theme::gradient()) } {}
+                    (number(to))
+                }
+            },
+        }
     }
 }
 
 impl Figure {
-    /// As HTML.
-    pub fn to_html(&self) -> String {
-        let title = escape(&self.title);
-        let mut out = format!("<figure><figcaption>{title}");
-        if !self.note.is_empty() {
-            out += &format!("<p>{}</p>", escape(&self.note));
-        }
-        out += "</figcaption>";
-        match &self.svg {
-            Some(svg) => {
-                if !self.legend.is_empty() {
-                    let keys: String = self.legend.iter().map(LegendEntry::to_html).collect();
-                    out += &format!("<ul class=\"legend\">{keys}</ul>");
+    /// The figure as HTML. The legend stands above the drawing.
+    pub(crate) fn markup(&self) -> Markup {
+        html! {
+            figure {
+                figcaption {
+                    (self.title)
+                    @if !self.note.is_empty() { p { (self.note) } }
                 }
-                out += &svg.replacen(
-                    "<svg",
-                    &format!("<svg class=\"plot\" role=\"img\" aria-label=\"{title}\""),
-                    1,
-                );
+                @if let Some(svg) = &self.svg {
+                    @if !self.legend.is_empty() {
+                        ul.legend { @for entry in &self.legend { (entry.markup()) } }
+                    }
+                    (PreEscaped(self.labelled(svg)))
+                } @else {
+                    div.nodata { "no data" }
+                }
             }
-            None => out += "<div class=\"nodata\">no data</div>",
         }
-        out + "</figure>\n"
+    }
+
+    /// The drawing with the title as its label, for readers who cannot see it.
+    fn labelled(&self, svg: &str) -> String {
+        let title = escape(&self.title);
+        let label = format!("<svg class=\"plot\" role=\"img\" aria-label=\"{title}\"");
+        svg.replacen("<svg", &label, 1)
     }
 }

@@ -10,9 +10,9 @@ use crate::reports::plot::{Figure, ValueGroup};
 pub struct Pareto {
     /// Title.
     pub title: String,
-    /// Axes of the two scores.
+    /// Axis of the first score.
     pub x: Axis,
-    /// See above.
+    /// Axis of the second score.
     pub y: Axis,
     /// Scores of all candidates.
     pub candidates: Vec<(f64, f64)>,
@@ -22,7 +22,7 @@ pub struct Pareto {
 
 /// The points that no other beats or equals in both coordinates, from left to right; points that are not finite are no
 /// candidates.
-pub fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(crate) fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<_> = points
         .iter()
         .copied()

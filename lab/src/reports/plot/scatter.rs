@@ -7,18 +7,17 @@ use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
 /// A scatter plot.
 #[derive(Clone, Debug)]
 pub struct Scatter {
-    /// Title.
-    pub title: String,
-    /// How to read it.
-    pub note: String,
-    /// Axes.
-    pub x: Axis,
-    /// See above.
-    pub y: Axis,
+    pub(crate) title: String,
+    /// Note for the reader.
+    pub(crate) note: String,
+    /// Horizontal axis.
+    pub(crate) x: Axis,
+    /// Vertical axis.
+    pub(crate) y: Axis,
     /// Points.
     pub groups: Vec<ValueGroup<(f64, f64)>>,
     /// Lines over them.
-    pub lines: Vec<ValueGroup<(f64, f64)>>,
+    pub(crate) lines: Vec<ValueGroup<(f64, f64)>>,
 }
 
 impl Scatter {

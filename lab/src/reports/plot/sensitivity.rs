@@ -1,4 +1,4 @@
-//! What happens to a score when one parameter changes and all others stay.
+//! A score over one parameter, all others fixed.
 
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;

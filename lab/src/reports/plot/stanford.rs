@@ -8,37 +8,36 @@ use std::collections::BTreeSet;
 
 /// Valid samples of one quantity of one estimator.
 #[derive(Clone, Debug)]
-pub struct Stanford {
-    /// Title.
-    pub title: String,
+pub(crate) struct Stanford {
+    pub(crate) title: String,
     /// Unit of errors, such as `°`.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Protection level over reported standard deviation.
-    pub k: f64,
+    pub(crate) k: f64,
     /// Alert limit.
-    pub alert: f64,
+    pub(crate) alert: f64,
     /// Colour of the points.
-    pub ink: Ink,
+    pub(crate) ink: Ink,
     /// Absolute error and protection level of every valid sample.
-    pub samples: Vec<(f64, f64)>,
+    pub(crate) samples: Vec<(f64, f64)>,
 }
 
 /// Shares of the valid samples by region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Regions {
+pub(crate) struct Regions {
     /// |error| ≤ protection level ≤ alert limit: as it should be.
-    pub nominal: f64,
+    pub(crate) nominal: f64,
     /// |error| ≤ protection level, which is beyond the alert limit: too uncertain to use, and the estimator says so.
-    pub uncertain: f64,
+    pub(crate) uncertain: f64,
     /// Protection level < |error| ≤ alert limit: more sure than right, and harmless.
-    pub overconfident: f64,
+    pub(crate) overconfident: f64,
     /// |error| beyond both: misleading.
-    pub misleading: f64,
+    pub(crate) misleading: f64,
 }
 
 impl Regions {
-    /// Of samples (|error|, protection level); all not a number if there is none.
-    pub fn of(samples: &[(f64, f64)], alert: f64) -> Self {
+    /// Counts samples (absolute error, protection level). All shares are NaN without a sample.
+    pub(crate) fn of(samples: &[(f64, f64)], alert: f64) -> Self {
         let n = samples.len() as f64;
         let share = |holds: &dyn Fn(f64, f64) -> bool| {
             samples.iter().filter(|(e, p)| holds(*e, *p)).count() as f64 / n
@@ -57,7 +56,7 @@ const REACH: (f64, f64) = (1.5, 20.0);
 
 impl Stanford {
     /// Draw it.
-    pub fn figure(self) -> Figure {
+    pub(crate) fn figure(self) -> Figure {
         let finite: Vec<(f64, f64)> = self
             .samples
             .iter()

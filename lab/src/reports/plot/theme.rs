@@ -1,20 +1,19 @@
-//! Colours. A drawing names them by role; the page's style sheet says what they are in light, dark and print.
+//! Colours. A drawing names them by role; the page's style sheet gives each a value in light, dark and print.
 //!
-//! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is finished the
-//! numbers are replaced by the role's name in the style sheet.
+//! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is
+//! finished the numbers are replaced by the role's name in the style sheet.
 
-use crate::text::marked;
 use plotters::style::RGBColor;
 
 /// Colours for series; after as many, the next ones are dashed.
-pub const SERIES: u8 = 6;
+pub(crate) const SERIES: u8 = 6;
 
-/// What a colour is for.
+/// The role of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// Text, axes, the truth.
     Text,
-    /// What is there but not looked at first.
+    /// Things of second rank.
     Muted,
     /// Grid lines.
     Grid,
@@ -56,7 +55,7 @@ impl Ink {
     }
 
     /// The colour of `x` on the scale from `from` to `to`.
-    pub fn value(x: f64, from: f64, to: f64) -> Self {
+    pub(crate) fn value(x: f64, from: f64, to: f64) -> Self {
         let share = if to > from {
             (x - from) / (to - from)
         } else {
@@ -94,18 +93,23 @@ impl Ink {
         }
     }
 
-    /// Attributes of a line in this colour.
-    pub(super) fn stroke(self) -> String {
-        let dashes = match self {
-            Self::Series(i) => match i / SERIES {
-                0 => "",
-                1 => " stroke-dasharray=\"14 7\"",
-                2 => " stroke-dasharray=\"3 7\"",
-                _ => " stroke-dasharray=\"14 6 3 6\"",
-            },
-            _ => "",
+    /// Dashes of a line; `None` for a solid one.
+    pub(super) fn dashes(self) -> Option<&'static str> {
+        let Self::Series(i) = self else {
+            return None;
         };
-        format!("stroke=\"{}\"{dashes}", self.css())
+        match i / SERIES {
+            0 => None,
+            1 => Some("14 7"),
+            2 => Some("3 7"),
+            _ => Some("14 6 3 6"),
+        }
+    }
+
+    /// Attributes of a line in this colour.
+    fn stroke(self) -> String {
+        let dashes = self.dashes().map(|d| format!(" stroke-dasharray=\"{d}\""));
+        format!("stroke=\"{}\"{}", self.css(), dashes.unwrap_or_default())
     }
 }
 
@@ -164,11 +168,10 @@ pub(super) fn themed(svg: &str) -> String {
         }
     }
     out.push_str(rest);
-    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest count
+    // inside HTML the name space is known, and so is what a shape is without a word; thousands of dots make the rest
+    // count
     let out = out.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
-    fill_opacity(&marked(
-        &out.replace(" stroke=\"none\" stroke-width=\"1\"", ""),
-    ))
+    fill_opacity(&out.replace(" stroke=\"none\" stroke-width=\"1\"", ""))
 }
 
 /// Opacity of fills as such: opacity of whole elements makes a printed page a hundred times as large.

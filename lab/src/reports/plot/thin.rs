@@ -1,8 +1,8 @@
 //! Making long series short without changing what is seen.
 
-/// A line of many points reduced to what a drawing `columns` wide can show: of each column the first, least, greatest and last
-/// value. A value that is not finite breaks the line, and stays as one.
-pub fn line(points: &[(f64, f64)], range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {
+/// A line of many points reduced to what a drawing `columns` wide can show: of each column the first, least, greatest
+/// and last value. A value that is not finite breaks the line, and stays as one.
+pub(crate) fn line(points: &[(f64, f64)], range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {
     let mut out = Vec::new();
     let mut column: Vec<(f64, f64)> = Vec::new();
     let mut here = None;
@@ -49,9 +49,9 @@ fn flush(column: &mut Vec<(f64, f64)>, out: &mut Vec<(f64, f64)>) {
     column.clear();
 }
 
-/// A band `(x, low, high)` reduced likewise: of each column the least low and the greatest high. Rows that are not finite part
-/// it; the parts come one by one.
-pub fn band(
+/// A band `(x, low, high)` reduced likewise: of each column the least low and the greatest high. Rows that are not
+/// finite part it; the parts come one by one.
+pub(crate) fn band(
     rows: &[(f64, f64, f64)],
     range: (f64, f64),
     columns: usize,
@@ -79,7 +79,7 @@ pub fn band(
 }
 
 /// Cut a line where it leaves `low`…`high`, and break it where it is not finite: the pieces inside.
-pub fn inside(points: &[(f64, f64)], low: f64, high: f64) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn inside(points: &[(f64, f64)], low: f64, high: f64) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     let mut before: Option<(f64, f64)> = None;
     for &(x, y) in points {

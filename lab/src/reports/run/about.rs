@@ -1,4 +1,4 @@
-//! What the run was made from, and where its files are.
+//! Origin of the run, and links to its files.
 
 use crate::reports::page::{Block, Section};
 use crate::reports::parameters;
@@ -14,7 +14,7 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 /// Metadata and links.
-pub fn section(run: &Recorded, link: &str) -> Section {
+pub(crate) fn section(run: &Recorded, link: &str) -> Section {
     let (manifest, summary) = (&run.manifest, &run.summary);
     let mut about = Table::new(&["", ""], &[]);
     for (key, value) in [

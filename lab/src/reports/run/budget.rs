@@ -15,7 +15,7 @@ use monorig_sim::error::Error;
 const LEAST: f64 = -1.0;
 
 /// Table and plots; none without a budget. One of another run is an error.
-pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     let path = run.folder.join(NAME);
     if !path.is_file() {
         return Ok(None);

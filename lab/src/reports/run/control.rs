@@ -13,7 +13,7 @@ use monorig_sim::error::Error;
 const MIN_SLIP_MPS: f64 = 0.05;
 
 /// Plots of the control, and events.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let at = |name: &str, factor: f64| run.over_time(name, factor);
     let mut section = Section::new("Control and events")
         .figure(chart(

@@ -16,10 +16,10 @@ use crate::verdicts::summary::ExpectationVerdict;
 use monorig_sim::error::Error;
 
 /// Errors of one quantity of all estimators that have valid samples of it, each with its times.
-pub type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
+pub(crate) type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let slope = slope(run)?;
     let mass = mass(run)?;
     let after_s = run.summary.after_s;
@@ -35,13 +35,13 @@ pub fn section(run: &Recorded) -> Result<Section, Error> {
 }
 
 /// Errors of the slope, °.
-pub fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
+pub(crate) fn slope(run: &Recorded) -> Result<ErrorGroups, Error> {
     let truth = run.column("truth/grade_at_imu")?;
     errors(run, "grade", |i, x| (x - truth[i]) * DEGREES, truth.len())
 }
 
 /// Errors of the mass, %.
-pub fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
+pub(crate) fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
     let truth = run.column("truth/total_mass")?;
     let error = |i: usize, x: f64| 100.0 * (x - truth[i]) / truth[i];
     errors(run, "total_mass", error, truth.len())
@@ -121,7 +121,8 @@ fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result
     Ok(chart.figure())
 }
 
-/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such channel.
+/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such
+/// channel.
 fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
     let channel = match quantity {
         Quantity::Mass => "bound/total_mass",
@@ -199,7 +200,7 @@ fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> 
 const MEAN_OF: usize = 50;
 
 /// Plots of the consistency.
-pub fn consistency(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
     let nees = |title: &str, what: &str, truth: &str| -> Result<Figure, Error> {
         let truth = run.column(truth)?;
         let mut groups = Vec::new();

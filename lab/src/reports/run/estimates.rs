@@ -8,7 +8,7 @@ use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
 
 /// A quantity that estimators estimate.
-struct Quantity {
+struct DrawnQuantity {
     title: &'static str,
     axis: &'static str,
     estimate: &'static str,
@@ -16,15 +16,15 @@ struct Quantity {
     factor: f64,
 }
 
-const QUANTITIES: [Quantity; 2] = [
-    Quantity {
+const QUANTITIES: [DrawnQuantity; 2] = [
+    DrawnQuantity {
         title: "Total mass",
         axis: "total mass, t",
         estimate: "total_mass",
         truth: "truth/total_mass",
         factor: 1e-3,
     },
-    Quantity {
+    DrawnQuantity {
         title: "Slope",
         axis: "slope, °",
         estimate: "grade",
@@ -36,7 +36,7 @@ const QUANTITIES: [Quantity; 2] = [
 const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
 
 /// Plots of the estimates.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let mut section = Section::new("Estimates against the truth");
     for quantity in &QUANTITIES {
         let (mut figures, mut never_valid) = (Vec::new(), Vec::new());
@@ -60,7 +60,12 @@ pub fn section(run: &Recorded) -> Result<Section, Error> {
     Ok(section)
 }
 
-fn chart(run: &Recorded, quantity: &Quantity, name: &str, ink: Ink) -> Result<LineChart, Error> {
+fn chart(
+    run: &Recorded,
+    quantity: &DrawnQuantity,
+    name: &str,
+    ink: Ink,
+) -> Result<LineChart, Error> {
     let channel = format!("estimates/{name}/{}", quantity.estimate);
     let values = run.over_time(&channel, quantity.factor)?;
     let sd = run.column(&format!("{channel}_sd"))?;

@@ -1,4 +1,4 @@
-//! A log beside its ghost: the vehicle that estimators are told of on the same drive.
+//! A log beside its ghost: a train with the parameters of the estimators on the same drive.
 
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
@@ -8,8 +8,8 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::Recorded;
 use monorig_sim::error::Error;
 
-/// What was measured and what the ghost has; none of a run without one.
-pub fn section(run: &Recorded) -> Result<Option<Section>, Error> {
+/// Measured signals beside those of the ghost; `None` for a run without one.
+pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if run.find("ghost/traction").is_none() {
         return Ok(None);
     }

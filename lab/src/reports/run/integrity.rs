@@ -11,7 +11,7 @@ use monorig_sim::config::scenario::IntegrityLimits;
 use monorig_sim::error::Error;
 
 /// Table and diagrams.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let limits = run.summary.limits;
     let mut section = Section::new("Integrity").text(format!(
         "Is what is marked valid right? A valid sample is misleading when its error exceeds the protection level, {} reported standard \

@@ -16,8 +16,8 @@ use monorig_sim::error::Error;
 use recorded::Recorded;
 use std::path::Path;
 
-/// Read the folder of a run and lay out its report. `link` leads from the report's folder to the run's: empty if they are the
-/// same, else with a slash at its end.
+/// Read the folder of a run and lay out its report. `link` leads from the report's folder to the run's: empty if they
+/// are the same, else with a slash at its end.
 pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     let run = Recorded::read(folder)?;
     let summary = &run.summary;

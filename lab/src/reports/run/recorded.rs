@@ -1,4 +1,4 @@
-//! What a run has left in its folder, read back.
+//! The files in the folder of a run, read back.
 
 use crate::reports::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
@@ -12,24 +12,22 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A run.
-pub struct Recorded {
-    /// Its folder.
-    pub folder: PathBuf,
-    /// What it was made from.
-    pub manifest: Manifest,
-    /// How good it was.
-    pub summary: Summary,
-    /// What happened: time in s and text.
-    pub events: Vec<(f64, String)>,
+pub(crate) struct Recorded {
+    pub(crate) folder: PathBuf,
+    pub(crate) manifest: Manifest,
+    /// Metrics and verdicts.
+    pub(crate) summary: Summary,
+    /// Events: time in s and text.
+    pub(crate) events: Vec<(f64, String)>,
     columns: Columns,
 }
 
 /// Radians as degrees.
-pub const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+pub(crate) const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 impl Recorded {
     /// Read it. A folder without one of its files, or with one that breaks off or is of another run, is an error.
-    pub fn read(folder: &Path) -> Result<Self, Error> {
+    pub(crate) fn read(folder: &Path) -> Result<Self, Error> {
         let path = |name: &str| -> Result<PathBuf, Error> {
             let path = folder.join(name);
             match path.is_file() {
@@ -81,50 +79,50 @@ impl Recorded {
     }
 
     /// Why the scenario exists.
-    pub fn why(&self) -> &str {
+    pub(crate) fn why(&self) -> &str {
         self.manifest.resolved["why"].as_str().unwrap_or_default()
     }
 
     /// Types and parameters of the estimators; empty if the manifest has none that can be read.
-    pub fn estimator_settings(&self) -> BTreeMap<String, Settings> {
+    pub(crate) fn estimator_settings(&self) -> BTreeMap<String, Settings> {
         let estimators = self.manifest.resolved["estimators"].clone();
         serde_json::from_value(estimators).unwrap_or_default()
     }
 
     /// Estimators in the order of their colours.
-    pub fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
+    pub(crate) fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
         let names = self.summary.estimators.keys().enumerate();
         names.map(|(i, name)| (name.as_str(), Ink::series(i)))
     }
 
     /// A column; one that is not there is an error.
-    pub fn column(&self, name: &str) -> Result<&[f64], Error> {
+    pub(crate) fn column(&self, name: &str) -> Result<&[f64], Error> {
         self.columns.get(name)
     }
 
     /// A column that only some runs have.
-    pub fn find(&self, name: &str) -> Option<&[f64]> {
+    pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {
         self.columns.find(name)
     }
 
     /// Times of the rows, s.
-    pub fn times(&self) -> Result<&[f64], Error> {
+    pub(crate) fn times(&self) -> Result<&[f64], Error> {
         self.column("time")
     }
 
     /// A column over time, times a factor.
-    pub fn over_time(&self, name: &str, factor: f64) -> Result<Vec<(f64, f64)>, Error> {
+    pub(crate) fn over_time(&self, name: &str, factor: f64) -> Result<Vec<(f64, f64)>, Error> {
         let rows = self.times()?.iter().zip(self.column(name)?);
         Ok(rows.map(|(t, x)| (*t, x * factor)).collect())
     }
 
-    /// Whether a column has a value beyond ± `limit`.
-    pub fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
+    /// True if a column has a value beyond ± `limit`.
+    pub(crate) fn exceeds(&self, name: &str, limit: f64) -> Result<bool, Error> {
         Ok(self.column(name)?.iter().any(|x| x.abs() > limit))
     }
 }
 
-/// Whether a column is drawn: those of a long run are many megabytes each.
+/// True for a column that is drawn. Columns of a long run are many megabytes each, so the others are not read.
 fn is_shown(name: &str) -> bool {
     let hidden = ["internals/", "sensors/", "aid/", "truth/balance/"];
     let of_drive = name.starts_with("truth/drive_") && !name.ends_with("/motor_torque");

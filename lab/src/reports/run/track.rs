@@ -1,4 +1,4 @@
-//! Where the vehicle went: slope, height and curvature along the chainage.
+//! The way of the vehicle: slope, height and curvature along the chainage.
 
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
@@ -9,7 +9,7 @@ use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
 
 /// Plots of the track, as far as the vehicle went.
-pub fn section(run: &Recorded) -> Result<Section, Error> {
+pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let at = |name: &str, factor: f64| -> Result<Vec<(f64, f64)>, Error> {
         let rows = run.column("truth/chainage")?.iter().zip(run.column(name)?);
         Ok(rows.map(|(s, x)| (*s, x * factor)).collect())

@@ -1,4 +1,4 @@
-//! What was expected, whether it held, and the figures that say most.
+//! Expectations with their verdicts, and the main figures.
 
 use crate::metrics::{estimator_metrics, run_metrics};
 use crate::reports::findings;
@@ -9,7 +9,7 @@ use crate::verdicts::findings::of_summaries;
 use crate::verdicts::summary::{MAIN, Summary};
 
 /// The outcome in a sentence.
-pub fn banner(summary: &Summary) -> (String, bool) {
+pub(crate) fn banner(summary: &Summary) -> (String, bool) {
     let all = summary.expectations.len();
     let failed = summary.expectations.iter().filter(|v| !v.good()).count();
     let known = summary
@@ -43,14 +43,14 @@ pub fn banner(summary: &Summary) -> (String, bool) {
     (text, summary.good())
 }
 
-/// What misleads, worst first; none if nothing does.
-pub fn findings(summary: &Summary) -> Option<Section> {
+/// Table of misleading estimates, worst first; `None` without any.
+pub(crate) fn findings(summary: &Summary) -> Option<Section> {
     let all = of_summaries([summary]).into_iter();
     findings::section(&all.map(|f| (String::new(), f)).collect::<Vec<_>>())
 }
 
 /// Verdicts and key figures.
-pub fn section(summary: &Summary) -> Section {
+pub(crate) fn section(summary: &Summary) -> Section {
     let mut section = Section::new("Verdicts and key figures");
     if !summary.expectations.is_empty() {
         section = section.table(verdicts(summary));
@@ -121,7 +121,7 @@ fn of_the_run(summary: &Summary) -> Table {
 }
 
 /// Every metric of every estimator.
-pub fn all_metrics(summary: &Summary) -> Table {
+pub(crate) fn all_metrics(summary: &Summary) -> Table {
     let mut table = Table::new(&["metric"], &[]);
     table.caption = "All metrics of the estimators".into();
     for name in summary.estimators.keys() {

@@ -20,7 +20,7 @@ use crate::verdicts::interval::{Interval, effect_size};
 use std::collections::BTreeSet;
 
 /// Lay it out.
-pub fn page(all: &Comparison) -> Page {
+pub(crate) fn page(all: &Comparison) -> Page {
     let (runs, estimators) = (all.runs.len(), names(all, |c| &c.estimator));
     let mut page = Page::new(format!("Comparison on {}", all.scenario));
     page.subtitle = format!(

@@ -15,7 +15,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// A plot for each varied quantity and each main metric that was measured; none if nothing varied.
-pub fn section(runs: &[RunResult]) -> Option<Section> {
+pub(crate) fn section(runs: &[RunResult]) -> Option<Section> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     if names.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! What was expected of many runs: the values that were measured, with the bounds drawn in.
+//! Expectations over many runs: the measured values, with the bounds drawn in.
 
 use crate::metrics;
 use crate::reports::plot::axis::Axis;
@@ -11,7 +11,7 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::ExpectationVerdict;
 
 /// For each metric and window a figure with all estimators that it is expected of.
-pub fn figures(runs: &[RunResult]) -> Vec<Figure> {
+pub(crate) fn figures(runs: &[RunResult]) -> Vec<Figure> {
     let summaries = || runs.iter().filter_map(|r| r.summary.as_ref());
     let Some(first) = summaries().next() else {
         return Vec::new();

@@ -1,5 +1,5 @@
-//! The report of many runs: scenarios over their seeds (`monorig test --json`), estimators side by side (`monorig compare --json`),
-//! or a study with what varied in it.
+//! The report of many runs: scenarios over their seeds (`monorig test --json`), estimators side by side (`monorig
+//! compare --json`), or a study with what varied in it.
 
 mod comparison;
 mod drawn;

@@ -5,7 +5,7 @@ use crate::reports::table::{Cell, Table};
 use crate::verdicts::verdict::ScenarioVerdict;
 
 /// A row for each scenario, then what failed.
-pub fn section(all: &[ScenarioVerdict]) -> Section {
+pub(crate) fn section(all: &[ScenarioVerdict]) -> Section {
     let mut table = Table::new(&["", "scenario", "what failed"], &["seeds", "checks held"]);
     for scenario in all {
         let held = scenario.checks.iter().filter(|c| c.held).count();

@@ -1,5 +1,5 @@
-//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels. Errors are of all samples:
-//! each estimator's own valid ones may be of different stretches.
+//! Differences between estimators over the same runs: what is common to both, noise and draws, cancels. Errors are of
+//! all samples: each estimator's own valid ones may be of different stretches.
 
 use crate::metrics::{Metric, estimator_metrics, find};
 use crate::reports::study::values::{MetricValues, estimators, value};
@@ -9,7 +9,7 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
 
 /// Every other estimator minus the first one; none if there is only one.
-pub fn differences(runs: &[RunResult]) -> Option<Table> {
+pub(crate) fn differences(runs: &[RunResult]) -> Option<Table> {
     let names = estimators(runs);
     let (reference, others) = names.split_first()?;
     if others.is_empty() {
@@ -58,7 +58,7 @@ pub fn differences(runs: &[RunResult]) -> Option<Table> {
 }
 
 /// A mean difference of a metric, judged where zero is not in its interval.
-pub fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Cell {
+pub(crate) fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Cell {
     let cell = Cell::number(mean);
     let less = match (low > 0.0, high < 0.0) {
         (true, _) => Some(false),

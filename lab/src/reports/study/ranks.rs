@@ -7,15 +7,16 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
 use std::collections::BTreeSet;
 
-/// With fewer runs a correlation says nothing.
+/// Least number of runs for a correlation.
 const MIN_RUNS: usize = 6;
-/// Of a normal distribution 95 % lie within.
+/// Half width of the middle 95 % of a normal distribution, in standard deviations.
 const TWO_SIDED_95: f64 = 1.96;
 /// At most so many rows, strongest first.
 const SHOWN: usize = 30;
 
-/// Spearman's coefficient of every drawn number with every main metric of all samples, strongest first; none without enough runs.
-pub fn correlations(runs: &[RunResult]) -> Option<Table> {
+/// Spearman's coefficient of every drawn number with every main metric of all samples, strongest first; none without
+/// enough runs.
+pub(crate) fn correlations(runs: &[RunResult]) -> Option<Table> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     let mut rows = Vec::new();
     for name in names {
@@ -67,7 +68,8 @@ pub fn correlations(runs: &[RunResult]) -> Option<Table> {
     Some(table)
 }
 
-/// Spearman's rank correlation: Pearson's of the ranks, equal values with their mean rank. None where one of the two does not vary.
+/// Spearman's rank correlation: Pearson's of the ranks, equal values with their mean rank. None where one of the two
+/// does not vary.
 fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     let x = ranks(pairs.iter().map(|p| p.0));
     let y = ranks(pairs.iter().map(|p| p.1));
@@ -110,7 +112,8 @@ mod tests {
         );
     }
 
-    /// Kendall & Gibbons 1990: ±1 for any monotone connection. The third is scipy.stats.spearmanr([1, 2, 3, 4, 5], [5, 6, 7, 8, 7]).
+    /// Kendall & Gibbons 1990: ±1 for any monotone connection. The third is scipy.stats.spearmanr([1, 2, 3, 4, 5],
+    /// [5, 6, 7, 8, 7]).
     #[test]
     fn monotone_is_one_however_bent() {
         let of = |y: &[f64]| {

@@ -13,7 +13,7 @@ use serde_json::error::Category;
 use std::path::Path;
 
 /// Results, by who has written them.
-pub enum Results {
+pub(crate) enum Results {
     /// `monorig test --json`.
     Test(TestResults),
     /// `monorig compare --json`.
@@ -24,11 +24,11 @@ pub enum Results {
 
 /// The results of `monorig test --json`.
 #[derive(Deserialize)]
-pub struct TestResults {
+pub(crate) struct TestResults {
     /// Version of monorig.
-    pub monorig: String,
+    pub(crate) monorig: String,
     /// Every scenario and its runs.
-    pub scenarios: Vec<ScenarioVerdict>,
+    pub(crate) scenarios: Vec<ScenarioVerdict>,
 }
 
 /// The keys by which results that are one piece of JSON are distinguished.
@@ -39,7 +39,7 @@ struct JsonHeader {
 }
 
 /// Read results of any kind.
-pub fn read(path: &Path) -> Result<Results, Error> {
+pub(crate) fn read(path: &Path) -> Result<Results, Error> {
     // studies may be long: line by line
     let mut lines = Lines::open(path)?;
     let first = lines.next().and_then(Result::ok).unwrap_or_default();

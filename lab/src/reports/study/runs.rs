@@ -15,8 +15,8 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
 use crate::verdicts::verdict::Check;
 
-/// What was asked of the runs; of several the values, too.
-pub fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section {
+/// The checks of the runs, with values where there are several runs.
+pub(crate) fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section {
     let section = section.table(checks(all));
     match runs.len() {
         0 | 1 => section,
@@ -25,7 +25,7 @@ pub fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> Section 
 }
 
 /// Availability and integrity of the estimators over the runs.
-pub fn integrity(section: Section, runs: &[RunResult]) -> Section {
+pub(crate) fn integrity(section: Section, runs: &[RunResult]) -> Section {
     match findings::integrity(runs.iter().filter_map(|r| r.summary.as_ref())) {
         Some(table) => section.table(table),
         None => section,
@@ -33,7 +33,7 @@ pub fn integrity(section: Section, runs: &[RunResult]) -> Section {
 }
 
 /// Metrics over the runs: distributions, differences, and all numbers.
-pub fn metrics(section: Section, runs: &[RunResult]) -> Section {
+pub(crate) fn metrics(section: Section, runs: &[RunResult]) -> Section {
     if runs.len() < 2 {
         return numbers(section, runs);
     }
@@ -87,7 +87,7 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
 }
 
 /// Every metric of every estimator and of the run over the seeds, a table each.
-pub fn numbers(mut section: Section, runs: &[RunResult]) -> Section {
+pub(crate) fn numbers(mut section: Section, runs: &[RunResult]) -> Section {
     for name in estimators(runs) {
         let metrics = estimator_metrics().map(|m| (m.name, m.unit));
         let table = over_runs(runs, Some(&name), metrics);

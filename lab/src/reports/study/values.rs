@@ -1,4 +1,4 @@
-//! A metric over runs, and what can be said of it.
+//! A metric over runs: its values and their statistics.
 
 use crate::reports::plot::boxes::quantile;
 use crate::text::number;
@@ -7,44 +7,43 @@ use crate::verdicts::run_result::RunResult;
 use std::collections::BTreeSet;
 
 /// A metric over runs, in ascending order.
-pub struct MetricValues {
+pub(crate) struct MetricValues {
     /// Runs there are.
-    pub runs: usize,
+    pub(crate) runs: usize,
     /// Values of those runs in which it could be measured.
-    pub measured: Vec<f64>,
+    pub(crate) measured: Vec<f64>,
 }
 
 impl MetricValues {
     /// A metric of an estimator, or of the run.
-    pub fn of(runs: &[RunResult], estimator: Option<&str>, metric: &str) -> Self {
+    pub(crate) fn of(runs: &[RunResult], estimator: Option<&str>, metric: &str) -> Self {
         let values = runs.iter().filter_map(|run| value(run, estimator, metric));
         Self::new(runs.len(), values.collect())
     }
 
     /// Values in any order, of so many runs.
-    pub fn new(runs: usize, mut measured: Vec<f64>) -> Self {
+    pub(crate) fn new(runs: usize, mut measured: Vec<f64>) -> Self {
         measured.sort_unstable_by(f64::total_cmp);
         Self { runs, measured }
     }
 
     /// Mean; not a number without values.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         self.measured.iter().sum::<f64>() / self.measured.len() as f64
     }
 
-    /// Quantile.
-    pub fn quantile(&self, p: f64) -> f64 {
+    pub(crate) fn quantile(&self, p: f64) -> f64 {
         quantile(&self.measured, p)
     }
 
     /// 95 % confidence interval of the mean by Student's t; infinite for a single value.
-    pub fn interval(&self) -> (f64, f64) {
+    pub(crate) fn interval(&self) -> (f64, f64) {
         let i = Interval::student(&self.measured);
         (i.low, i.high)
     }
 
-    /// The same in words.
-    pub fn interval_text(&self) -> String {
+    /// Describes it in words.
+    pub(crate) fn interval_text(&self) -> String {
         let (low, high) = self.interval();
         match low.is_finite() {
             true => format!("{} … {}", number(low), number(high)),
@@ -54,7 +53,7 @@ impl MetricValues {
 }
 
 /// A metric of an estimator, or of the run, in one run; none if it could not be measured.
-pub fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f64> {
+pub(crate) fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f64> {
     let summary = run.summary.as_ref()?;
     let all = match estimator {
         Some(name) => summary.estimators.get(name)?,
@@ -65,7 +64,7 @@ pub fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f
 }
 
 /// Estimators of these runs.
-pub fn estimators(runs: &[RunResult]) -> Vec<String> {
+pub(crate) fn estimators(runs: &[RunResult]) -> Vec<String> {
     let names = runs.iter().filter_map(|r| r.summary.as_ref());
     let names: BTreeSet<&String> = names.flat_map(|s| s.estimators.keys()).collect();
     names.into_iter().cloned().collect()

@@ -17,8 +17,8 @@ const METRICS: [&str; 3] = [
 /// Runs shown for each estimator and error.
 const SHOWN: usize = 3;
 
-/// A table of the worst runs; none unless the header says what was run.
-pub fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
+/// A table of the worst runs; `None` if the header does not name the runs.
+pub(crate) fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
     let study = header.made_from.resolved.get("study")?.clone();
     let study: StudyFile = serde_json::from_value(study).ok()?;
     let mut table = Table::new(&["estimator", "metric", "again with"], &["value", "seed"]);
