@@ -2,8 +2,8 @@
 
 use crate::files::results::broken;
 use monorig_logs::check::inspect;
-use monorig_logs::drive::vehicle_file::VehicleFile;
-use monorig_logs::read::{ReadOptions, TimeUnit};
+use monorig_logs::drive::VehicleFile;
+use monorig_logs::read::{Database, ReadOptions, TimeUnit};
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;
@@ -49,10 +49,7 @@ pub fn log(path: &Path) -> Result<String, Error> {
     let found = inspect(path, &options).or_else(|e| inspect(path, &stamped).map_err(|_| e))?;
     let rows: u64 = found.tables.iter().map(|t| t.rows).sum();
     let tables = found.tables.len();
-    Ok(format!(
-        "{}, {tables} tables, {rows} rows",
-        found.format
-    ))
+    Ok(format!("{}, {tables} tables, {rows} rows", found.format))
 }
 
 /// The only file of this ending in the folder of a file.
@@ -102,10 +99,6 @@ pub fn copy(path: &Path) -> Result<String, Error> {
 
 /// What estimators are told about a vehicle.
 pub fn vehicle(document: &Document) -> Result<String, Error> {
-    let file: VehicleFile = document.parse()?;
-    let help = "all of them, as `monorig export` writes them, or no layout";
-    let message = "these are too few numbers for a mass layout";
-    let wrong = || document.error(format!("{VEHICLE_KEY}.layout"), message, help);
-    file.data().ok_or_else(wrong)?;
+    VehicleFile::values(document)?;
     Ok("nominal vehicle ok".into())
 }

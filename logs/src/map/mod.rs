@@ -1,4 +1,4 @@
-//! The map file: what a log's columns measure.
+//! The map file: the measurements in a log's columns.
 
 mod channel_keys;
 mod check;
@@ -7,16 +7,12 @@ mod formula;
 mod load;
 mod reference_keys;
 
-pub use channel_keys::{
-    Axis, Calibrate, Channels, CommandChannel, Mount, ScalarChannel, Traction, VectorChannel,
-    WheelChannel,
-};
-pub use file::{
-    Clock, FaultedChannel, LogFault, LogFaultKind, Many, MapFile, NoiseSource, Nominal, Order,
-    Origin, Provenance, StepSettings, TimeSettings,
-};
-pub use formula::{Condition, Formula};
+pub use file::{MapFile, NoiseSource};
 pub use load::Map;
-pub use reference_keys::{
-    Altitude, MassReference, MassStep, References, SlopeReference, WayReference,
+
+pub(crate) use channel_keys::{
+    Axis, Calibrate, CommandChannel, Mount, ScalarChannel, Traction, VectorChannel,
 };
+pub(crate) use file::{Clock, FaultedChannel, LogFault, LogFaultKind, Many, Origin};
+pub(crate) use formula::{Condition, Formula};
+pub(crate) use reference_keys::{Altitude, SlopeReference, WayReference};
