@@ -2,13 +2,13 @@
 //!
 //! | room | what is in it |
 //! |---|---|
-//! | `notation` | how a log and its map write times, units and formulas of columns |
+//! | `notation` | times, units and formulas of columns, as logs and map files write them |
 //! | [`read`] | one file a format: rows with stamp, arrival and place, in chunks; several files merged on one clock |
-//! | [`map`] | the map file: which column is which measurement |
+//! | [`map`] | the map file: the measurement that each column is |
 //! | [`drive`] | rows through the map into steps of measurements, references and commands |
 //! | [`identify`] | parameters of vehicle and instruments from a log whose mass and slope are known; its noise |
 //! | [`replay`] | a log and its map as a [`Simulation`](monorig_sim::Simulation): the loop of a run, with a plant and instruments that play back |
-//! | [`check`] | what is in a log, and what is wrong with it and its map |
+//! | [`check`] | the contents of a log, and checks of it and its map |
 //! | [`export`] | a run out as a log, with its map |
 //!
 //! ```no_run
@@ -35,8 +35,8 @@ pub mod replay;
 use monorig_sim::error::{Error, InputError};
 use std::path::Path;
 
-/// Something wrong in a log: file, line (of text) or none, what is wrong, and what would be right.
-pub fn wrong(
+/// An error in a log: file, line (of text) or none, what is wrong, and what would be right.
+pub(crate) fn wrong(
     file: &Path,
     line: Option<usize>,
     message: impl Into<String>,

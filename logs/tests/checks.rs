@@ -1,5 +1,5 @@
-//! Each check of a log fires on a log that is broken that way on purpose, and none on the whole one. The log is a vehicle of 5 t over hills,
-//! computed from v(t) and θ(s): f = v̇ + g sin θ, ω_left = −θ̇, T = m r / i (f + μ g).
+//! Each check of a log fires on a log that is broken that way on purpose, and none on the whole one. The log is a
+//! vehicle of 5 t over hills, computed from v(t) and θ(s): f = v̇ + g sin θ, ω_left = −θ̇, T = m r / i (f + μ g).
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 

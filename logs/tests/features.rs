@@ -1,4 +1,5 @@
-//! Replays beyond the channels of a log: commands, stamps beside arrivals, faults, estimators of one's own, estimates made elsewhere.
+//! Replays beyond the channels of a log: commands, stamps beside arrivals, faults, estimators of one's own, estimates
+//! made elsewhere.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -261,7 +262,8 @@ fn estimates_made_elsewhere_are_played_at_their_times() {
     assert_eq!(seen, expected);
 }
 
-/// White noise on a speed that changes slowly is found, given to the estimators that the map does not set it for, and said.
+/// White noise on a speed that changes slowly is found, given to the estimators that the map does not set it for, and
+/// said.
 #[test]
 fn noise_of_a_log_is_given_by_name() {
     let mut noise = monorig_sim::sensors::stream::Stream::new(3, "test");

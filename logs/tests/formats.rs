@@ -1,5 +1,5 @@
-//! Logs that asammdf, mcap, mcap_ros2, python-can with cantools, pyarrow and pandas wrote (`reference/make.py`): every stamp and value is read as
-//! it was written, and every file that breaks off is refused.
+//! Logs that asammdf, mcap, mcap_ros2, python-can with cantools, pyarrow and pandas wrote (`reference/make.py`): every
+//! stamp and value is read as it was written, and every file that breaks off is refused.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 

@@ -1,6 +1,8 @@
-//! Damaged files: bits flipped, cut short, lengths made huge. Each is read or refused; none ends the process, and none takes long.
+//! Damaged files: bits flipped, cut short, lengths made huge. Each is read or refused; none ends the process, and none
+//! takes long.
 //!
-//! `MONORIG_MUTANTS=10000` makes as many of each file; under `ulimit -v 4000000` a reader that trusts a declared length shows itself.
+//! `MONORIG_MUTANTS=10000` makes as many of each file; under `ulimit -v 4000000` a reader that trusts a declared length
+//! shows itself.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 

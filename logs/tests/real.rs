@@ -1,5 +1,6 @@
-//! The recordings of real instruments, replayed by their committed maps. What is asserted is what is known of them from elsewhere: the floor is
-//! level, the train stands, gravity is 9.8 m/s², and the means that a spreadsheet computes of the columns.
+//! The recordings of real instruments, replayed by their committed maps. What is asserted is what is known of them from
+//! elsewhere: the floor is level, the train stands, gravity is 9.8 m/s², and the means that a spreadsheet computes of
+//! the columns.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -50,8 +51,8 @@ fn every_sample_is_delivered_once() {
     assert!((last - 50.0).abs() < 0.02, "{last}");
 }
 
-/// On the level floor the slope is that by which the IMU is pitched or biased, 2.0° by the mean of its readings, within what the estimators say
-/// of themselves; never NaN.
+/// On the level floor the slope is that by which the IMU is pitched or biased, 2.0° by the mean of its readings, within
+/// what the estimators say of themselves; never NaN.
 #[test]
 fn the_slope_of_a_level_floor() {
     let map = Map::load(&map(HUSKY)).unwrap();
@@ -110,7 +111,8 @@ fn runs_are_segments() {
     assert!((9.6..10.2).contains(&mean), "{mean}");
 }
 
-/// The checks find nothing wrong with the train's log but the biases that its gyro really has; and what is broken on purpose they find.
+/// The checks find nothing wrong with the train's log but the biases that its gyro really has; and what is broken on
+/// purpose they find.
 #[test]
 fn checks_of_the_real_logs() {
     let bad = |map: &Map| -> Vec<String> {

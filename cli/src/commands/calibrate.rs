@@ -59,18 +59,17 @@ impl Command for CalibrateArgs {
 /// Find the parameters.
 fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
     let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
-    let reference = &map.file.reference;
     for (what, key, is_there, why) in [
         (
             Known::Mass,
             "mass",
-            reference.mass.is_some(),
+            map.has_mass(),
             "of mass and torque gain a drive tells no more than the ratio",
         ),
         (
             Known::Slope,
             "slope",
-            reference.slope.is_some(),
+            map.has_slope(),
             "the bias of the accelerometer and the running resistance cannot be told apart without it",
         ),
     ] {

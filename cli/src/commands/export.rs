@@ -4,7 +4,7 @@ use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use monorig_logs::export::{ExportFormat, export as write};
 use std::path::PathBuf;
 
@@ -28,38 +28,18 @@ pub struct ExportArgs {
     /// Folder of a run that has kept its samples
     pub run: PathBuf,
     /// Format of the log
-    #[arg(long, value_name = "FORMAT")]
-    pub to: FormatChoice,
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    pub to: ExportFormat,
     /// Folder of the log, new; without it exports/SCENARIO/SEED/FORMAT
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }
 
-/// Format of a log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormatChoice {
-    /// A file of text for each instrument
-    Csv,
-    /// A Parquet file for each instrument
-    Parquet,
-    /// One MCAP file, JSON
-    Mcap,
-    /// One MDF 4 file
-    Mf4,
-    /// Frames as candump writes them, and their DBC
-    Can,
-}
-
-impl FormatChoice {
-    fn format(self) -> ExportFormat {
-        match self {
-            Self::Csv => ExportFormat::Csv,
-            Self::Parquet => ExportFormat::Parquet,
-            Self::Mcap => ExportFormat::Mcap,
-            Self::Mf4 => ExportFormat::Mf4,
-            Self::Can => ExportFormat::Can,
-        }
-    }
+/// The formats by their names.
+fn formats() -> impl TypedValueParser<Value = ExportFormat> {
+    let value = |f: ExportFormat| PossibleValue::new(f.name()).help(f.files());
+    PossibleValuesParser::new(ExportFormat::all().map(value))
+        .try_map(|name| ExportFormat::find(&name).ok_or("there is no such format"))
 }
 
 impl Command for ExportArgs {
@@ -70,7 +50,7 @@ impl Command for ExportArgs {
 
 /// Write the log.
 fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
-    let format = task.to.format();
+    let format = task.to;
     let out = task.out.clone().unwrap_or_else(|| {
         let mut last = task
             .run

@@ -7,9 +7,9 @@ use crate::recording::play::{Playing, play};
 use crate::ui::errors::CliError;
 use monorig_logs::export::{ExportFormat, export};
 use monorig_logs::map::Map;
-use monorig_logs::replay::EstimatesFile;
-use monorig_logs::replay::ReplayOptions;
+use monorig_logs::replay::{EstimatesFile, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::error::{Error, InputError};
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::whole;
 use std::net::SocketAddr;
@@ -89,18 +89,20 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
     }
     let run = task.what.join(manifest::NAME);
     if !run.is_file() {
-        let wrong = monorig_logs::wrong(
-            &task.what,
-            None,
-            "this is no folder of a run",
-            "a run of `monorig run --keep-samples`, or a log with --map",
-        );
-        return Err(wrong.into());
+        let wrong = InputError {
+            file: task.what.clone(),
+            line: None,
+            column: None,
+            key: String::new(),
+            message: "this is no folder of a run".into(),
+            help: "a run of `monorig run --keep-samples`, or a log with --map".into(),
+        };
+        return Err(Error::from(wrong).into());
     }
     let manifest = Manifest::read(&run)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
-    let log = export(&task.what, ExportFormat::Parquet, &folder.0)?;
+    let log = export(&task.what, ExportFormat::PARQUET, &folder.0)?;
     let mut map = Map::load_with(&log.map, None, &task.sets)?;
     map.name = format!("{}_{}_{}", manifest.scenario, manifest.seed, task.name);
     play(&map, &playing, registry)

@@ -95,7 +95,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     if task.check {
         return check_log(&map);
     }
-    let noise_from_log = task.noise.or(map.file.noise).is_some();
+    let noise_from_log = task.noise.or(map.noise()).is_some();
     let found = match noise_from_log {
         true => standing_noise::figures(&map)?,
         false => Vec::new(),

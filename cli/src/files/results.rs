@@ -136,11 +136,7 @@ fn channels(path: &Path) -> Result<String, Error> {
 fn samples(path: &Path) -> Result<String, Error> {
     monorig_sim::config::file::regular(path)?;
     let found = Samples::open(path)?;
-    let mut steps = 0u64;
-    found.each(&mut |_| {
-        steps += 1;
-        Ok(())
-    })?;
+    let steps = found.count()?;
     Ok(format!(
         "{steps} steps of {} ms",
         found.step_ns as f64 * 1e-6

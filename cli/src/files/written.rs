@@ -2,7 +2,7 @@
 
 use crate::files::broken::broken;
 use monorig_logs::check::inspect;
-use monorig_logs::drive::vehicle_file::VehicleFile;
+use monorig_logs::drive::VehicleFile;
 use monorig_logs::read::{Database, ReadOptions, TimeUnit};
 use monorig_sim::config::file::{Document, read_result, regular};
 use monorig_sim::error::Error;
@@ -99,10 +99,6 @@ pub fn copy(path: &Path) -> Result<String, Error> {
 
 /// Checks a file of the nominal vehicle.
 pub fn vehicle(document: &Document) -> Result<String, Error> {
-    let file: VehicleFile = document.parse()?;
-    let help = "all of them, as `monorig export` writes them, or no layout";
-    let message = "these are too few numbers for a mass layout";
-    let wrong = || document.error(format!("{VEHICLE_KEY}.layout"), message, help);
-    file.data().ok_or_else(wrong)?;
+    VehicleFile::values(document)?;
     Ok("nominal vehicle ok".into())
 }

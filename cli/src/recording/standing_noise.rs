@@ -4,17 +4,13 @@
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_lab::recordings::{allan, noise_fit};
-use monorig_logs::drive::{Plan, calibrate};
-use monorig_logs::identify::Parameter;
-use monorig_logs::identify::{Instrument, StandingAxis, standing};
+use monorig_logs::identify::{Instrument, Parameter, StandingAxis, standing};
 use monorig_logs::map::Map;
 
 /// Random walk of the integral and bias instability of each axis (IEEE Std 952-1997, annex C, fitted to the overlapping
 /// Allan deviation). A log in which the vehicle does not stand has none, and a note is shown.
 pub fn figures(map: &Map) -> Result<Vec<Parameter>, CliError> {
-    let mut plan = Plan::new(map)?;
-    calibrate(map, &mut plan)?;
-    let axes = standing(map, &plan)?;
+    let axes = standing(map)?;
     if axes.is_empty() {
         note(
             "no Allan figures: the wheels of this log do not stand for 12 s (10 s, and one to settle at each end) while an IMU measures",

@@ -1,4 +1,5 @@
-//! What is in a log: tables, columns, units, rates, jitter, gaps, ranges; and a map proposed for it, by names and units of the columns.
+//! The contents of a log: tables, columns, units, rates, jitter, gaps, ranges; and a map proposed for it, by names and
+//! units of the columns.
 
 use crate::notation::{NS, UNITS};
 use crate::read::{Part, ReadOptions, full_name};
@@ -10,7 +11,7 @@ const KEPT_STEPS: usize = 100_000;
 /// A step this many times the median is a gap.
 const GAP: i64 = 5;
 
-/// What is in a file.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 pub struct Inspection {
     /// The name of its format.
@@ -20,16 +21,16 @@ pub struct Inspection {
     pub tables: Vec<TableReport>,
 }
 
-/// What is in a table.
+/// The contents of a table.
 #[derive(Clone, Debug, Default)]
 pub struct TableReport {
     /// Name; empty in a file of one table.
     pub name: String,
     /// Rows.
     pub rows: u64,
-    /// First and last stamp, ns.
+    /// First stamp, ns.
     pub from_ns: i64,
-    /// See above.
+    /// Last stamp, ns.
     pub to_ns: i64,
     /// Median step of time, ns.
     pub step_ns: i64,
@@ -45,20 +46,20 @@ pub struct TableReport {
     last_ns: Option<i64>,
 }
 
-/// What is in a column.
+/// The contents of a column.
 #[derive(Clone, Debug, Default)]
 pub struct ColumnReport {
     /// Name.
     pub name: String,
-    /// Unit that the file says; empty if it does not.
+    /// Unit in the file; empty if there is none.
     pub unit: String,
     /// Values that are numbers.
     pub values: u64,
-    /// Least, largest and mean value.
+    /// Least value.
     pub min: f64,
-    /// See above.
+    /// Largest value.
     pub max: f64,
-    /// See above.
+    /// Mean value.
     pub mean: f64,
 }
 
@@ -119,7 +120,7 @@ impl TableReport {
     }
 }
 
-/// Goes through a whole file.
+/// Reads a whole file, and reports its contents.
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> {
     let file = Part::whole(path, options)?;
     let mut tables: Vec<TableReport> = Vec::new();
@@ -162,7 +163,7 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> 
 }
 
 impl Inspection {
-    /// A map file for this log, to be looked through: what is guessed from names says so.
+    /// A map file for this log, to be looked through: a comment marks guesses from names.
     pub fn proposed_map(&self, file: &str) -> String {
         let mut lines = vec!["version: 1".to_owned(), format!("files: {{log: {file}}}")];
         if self.is_can {
@@ -306,7 +307,7 @@ const RATE: [[&str; 3]; 4] = [
     ["gx", "gy", "gz"],
 ];
 
-/// Whether a name, without a unit in brackets, ends with this word.
+/// True if a name, without a unit in brackets, ends with this word.
 fn ends_with_word(name: &str, word: &str) -> bool {
     let name = name.to_lowercase();
     let bare = name.split([' ', '[', '(']).next().unwrap_or_default();
@@ -318,7 +319,7 @@ fn known_unit(unit: &str) -> Option<&'static str> {
     UNITS.iter().find(|u| u.is_called(unit)).map(|u| u.name)
 }
 
-/// As YAML reads it back.
+/// A name in quotes where YAML needs them.
 fn quoted(name: &str) -> String {
     let plain = name
         .chars()

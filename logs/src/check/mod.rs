@@ -1,11 +1,11 @@
-//! What is wrong with a log and its map, from the log alone: each check is a number and a verdict.
+//! Checks of a log and its map, from the log alone: each is a number and a verdict.
 //!
 //! | file | what it holds |
 //! |---|---|
 //! | `series` | the log in windows of a second |
 //! | `statistics` | regression and correlation |
 //! | `rules` | the checks |
-//! | `inspect` | what is in a log, and a map proposed for it |
+//! | `inspect` | the contents of a log, and a map proposed for it |
 
 mod inspect;
 mod rules;
@@ -18,29 +18,29 @@ use crate::drive::{Plan, calibrate};
 use crate::map::Map;
 use monorig_sim::error::Error;
 
-/// What a check says.
+/// The verdict of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// Nothing is wrong.
     Good,
-    /// Something is, and what it may be.
+    /// Something is wrong, and what it may be.
     Bad(String),
-    /// The log does not tell, and why.
+    /// The log does not show it, and why.
     Unknown(String),
 }
 
-/// A check: what was looked at, the number that was found, and what it means.
+/// A check: the quantity, the number that was found, and its meaning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What was looked at.
+    /// The quantity that was checked.
     pub what: String,
     /// The number; not a number where there is none.
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
-    /// Which numbers are good, in words.
+    /// The good numbers, in words.
     pub good: String,
-    /// What it means.
+    /// Its meaning.
     pub verdict: Verdict,
 }
 

@@ -1,20 +1,19 @@
 //! The checks, one function each.
 
 use super::series::{Series, WINDOW_S, Window};
-use super::statistics::{Line, line};
+use super::statistics::{FittedLine, line};
 use super::{Check, Verdict};
 use crate::drive::{Plan, Target};
 use crate::map::Map;
+use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
 
-/// Standard gravity, m/s².
-const G: f64 = 9.80665;
-/// Fewest windows of a second that tell something.
+/// Fewest windows of a second for a verdict.
 const MIN_WINDOWS: usize = 10;
-/// Least standard deviation of the acceleration, m/s², and of the slope, rad, that tell something.
+/// Least standard deviation of the acceleration, m/s², and of the slope, rad, for a verdict.
 const MIN_ACCEL_SD: f64 = 0.05;
 const MIN_SLOPE_SD: f64 = 0.003;
-/// Least correlation that tells something.
+/// Least correlation for a verdict.
 const MIN_CORRELATION: f64 = 0.5;
 /// Windows of the check of the gyro against the slope: the change over so many seconds.
 const SLOPE_STEP: usize = 5;
@@ -166,14 +165,15 @@ fn acceleration(a: &Window, c: &Window) -> f64 {
     (c.speed - a.speed) / (2.0 * WINDOW_S)
 }
 
-fn too_little(line: &Line, least: f64, what: &str) -> Option<Verdict> {
+fn too_little(line: &FittedLine, least: f64, what: &str) -> Option<Verdict> {
     if line.n < MIN_WINDOWS {
         return Some(Verdict::Unknown(format!("only {} s of samples", line.n)));
     }
     (line.sd_x < least).then(|| Verdict::Unknown(format!("{what} changes too little in this log")))
 }
 
-/// Gain of the specific force on the measured acceleration: 1. Of their changes from second to second, in which there is little of the slope.
+/// Gain of the specific force on the measured acceleration: 1. Of their changes from second to second, in which there
+/// is little of the slope.
 fn force_gain(series: &Series) -> Check {
     let line = line(series.windows.windows(4).filter_map(|w| match w {
         [a, b, c, d] if a.segment == d.segment => {
@@ -303,7 +303,8 @@ fn axles(series: &Series) -> Check {
     )
 }
 
-/// Power of the traction over the power that it becomes, m (f · v): the mass that it implies, over the range that is thought possible.
+/// Power of the traction over the power that it becomes, m (f · v): the mass that it implies, over the range that is
+/// thought possible.
 fn power(plan: &Plan, series: &Series) -> Check {
     let v = &plan.vehicle;
     let force = |w: &Window| w.torque * v.gear_ratio * v.efficiency / v.wheel_radius_m;
@@ -335,7 +336,7 @@ fn power(plan: &Plan, series: &Series) -> Check {
     )
 }
 
-/// What estimators have to do without.
+/// The measurements that estimators have to do without.
 fn lacking(map: &Map, force: bool, rate: bool, wheels: bool, traction: bool) -> Check {
     let mut lacks = Vec::new();
     if !wheels {

@@ -1,4 +1,4 @@
-//! A log in windows of a second: what the checks look at.
+//! A log in windows of a second, for the checks.
 
 use crate::drive::{Drive, Plan};
 use crate::map::Map;
@@ -27,7 +27,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Whether the vehicle stands; not known without a wheel.
+    /// True if the vehicle stands; not known without a wheel.
     pub fn stands(&self) -> Option<bool> {
         self.speed
             .is_finite()
@@ -35,11 +35,12 @@ impl Window {
     }
 }
 
-/// How one channel spreads: for clipping.
+/// The range of one channel, for clipping.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Spread {
     pub name: String,
-    /// Whether an end of its range is one of the instrument: wheel speeds come in coarse steps, and stay at one for long.
+    /// True if it can clip. Wheel speeds come in coarse steps and stay at one for long: an end of their range is none
+    /// of the instrument.
     pub clips: bool,
     pub n: u64,
     min: f64,
@@ -61,13 +62,13 @@ impl Spread {
         self.at_max += u64::from(x == self.max);
     }
 
-    /// Whether it never changes.
+    /// True if it never changes.
     pub fn is_constant(&self) -> bool {
         self.n > 1 && self.min == self.max
     }
 
-    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a vehicle that stands)
-    /// none.
+    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a
+    /// vehicle that stands) none.
     pub fn at_an_end(&self) -> f64 {
         let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
         of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64
@@ -86,7 +87,7 @@ pub(super) struct Series {
 }
 
 #[derive(Default)]
-struct Sums {
+struct WindowMeans {
     n: [u32; 7],
     sum: [f64; 7],
     wheels: Vec<(u32, f64)>,
@@ -119,9 +120,9 @@ impl Series {
                 ..Spread::default()
             })
             .collect();
-        let mut sums = Sums {
+        let mut sums = WindowMeans {
             wheels: vec![(0, 0.0); plan.wheels],
-            ..Sums::default()
+            ..WindowMeans::default()
         };
         let mut end: Option<(i64, u32)> = None;
         let window_ns = (WINDOW_S * 1e9) as i64;
@@ -129,9 +130,9 @@ impl Series {
             let (until, segment) = *end.get_or_insert((step.t_ns + window_ns, step.segment));
             if step.t_ns >= until || step.segment != segment {
                 series.windows.push(sums.window(segment));
-                sums = Sums {
+                sums = WindowMeans {
                     wheels: vec![(0, 0.0); plan.wheels],
-                    ..Sums::default()
+                    ..WindowMeans::default()
                 };
                 end = Some((step.t_ns + window_ns, step.segment));
             }
@@ -169,7 +170,7 @@ impl Series {
     }
 }
 
-impl Sums {
+impl WindowMeans {
     fn add(&mut self, i: usize, x: f64) {
         if let (Some(n), Some(sum)) = (self.n.get_mut(i), self.sum.get_mut(i)) {
             *n += 1;

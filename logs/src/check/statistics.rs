@@ -2,7 +2,7 @@
 
 /// A regression of y on x with an intercept: slope, correlation, standard deviation of x.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Line {
+pub(super) struct FittedLine {
     pub gain: f64,
     pub correlation: f64,
     pub sd_x: f64,
@@ -10,7 +10,7 @@ pub(super) struct Line {
 }
 
 /// Least squares over pairs that are both numbers.
-pub(super) fn line(pairs: impl Iterator<Item = (f64, f64)>) -> Line {
+pub(super) fn line(pairs: impl Iterator<Item = (f64, f64)>) -> FittedLine {
     let pairs: Vec<(f64, f64)> = pairs
         .filter(|(x, y)| x.is_finite() && y.is_finite())
         .collect();
@@ -24,7 +24,7 @@ pub(super) fn line(pairs: impl Iterator<Item = (f64, f64)>) -> Line {
         xy += (x - mx) * (y - my);
         yy += (y - my) * (y - my);
     }
-    Line {
+    FittedLine {
         gain: xy / xx,
         correlation: xy / (xx * yy).sqrt(),
         sd_x: (xx / n).sqrt(),

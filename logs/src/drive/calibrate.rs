@@ -1,4 +1,4 @@
-//! What is found while the vehicle stands: bias of the gyro, roll and pitch of the accelerometer's mount.
+//! Calibration while the vehicle stands: bias of the gyro, roll and pitch of the accelerometer's mount.
 
 use super::channel::Target;
 use super::plan::{Plan, turned};
@@ -13,7 +13,7 @@ use serde::Serialize;
 /// A value that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
-    /// What it is, such as `angular_rate bias left`.
+    /// Its name, such as `angular_rate bias left`.
     pub what: String,
     /// Its value.
     pub value: f64,
@@ -29,15 +29,15 @@ const STANDING_RADPS: f64 = 0.1;
 /// Fewest samples of a mean.
 const MIN_SAMPLES: f64 = 50.0;
 
-/// Sums of a vector.
+/// VectorSums of a vector.
 #[derive(Default)]
-struct Sums {
+struct VectorSums {
     n: f64,
     sum: Vector3<f64>,
     squares: Vector3<f64>,
 }
 
-impl Sums {
+impl VectorSums {
     fn push(&mut self, v: [f64; 3]) {
         let v = Vector3::from(v);
         self.n += 1.0;
@@ -76,7 +76,7 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
     map_of_all.file.step.many = Many::Newest;
     let mut drive = Drive::open(&map_of_all, plan)?;
     let (mut forces, mut rates, mut fastest, mut t_ns) =
-        (Sums::default(), Sums::default(), 0.0f64, 0);
+        (VectorSums::default(), VectorSums::default(), 0.0f64, 0);
     while let Some(step) = drive.next(&map_of_all)? {
         t_ns = step.t_ns;
         if t_ns as f64 * 1e-9 > longest || step.segment > 0 {

@@ -10,9 +10,9 @@ use monorig_estimators::api::signals::{Measurand, Slot};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// Purpose of a channel.
+/// The measurement that a channel becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Target {
+pub(crate) enum Target {
     /// A sample of the measurements, in its unit. A motor torque is at the vehicle's gear ratio.
     Measured(Slot),
     /// Force at the rims, N.
@@ -28,8 +28,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// Whether motor torques are made of it.
-    pub fn is_traction(self) -> bool {
+    /// True if motor torques are made of it.
+    pub(crate) fn is_traction(self) -> bool {
         match self {
             Self::Measured(slot) => slot.measurand == Measurand::MotorTorque,
             target => matches!(target, Self::Force | Self::Power),
@@ -37,10 +37,10 @@ impl Target {
     }
 }
 
-/// What becomes of three columns: bias off, unit, axes and mount in one matrix, lean.
+/// The way from three columns to a vector: bias off, unit, axes and mount in one matrix, lean.
 #[derive(Clone, Debug)]
 pub(super) struct VectorPath {
-    /// Whether it changes nothing: the values of the columns then are those of the channel to the last bit.
+    /// True if it changes nothing: the values of the columns then are those of the channel to the last bit.
     pub is_identity: bool,
     /// In the unit of the columns.
     pub bias: [f64; 3],
@@ -70,7 +70,7 @@ pub(super) struct Channel {
     pub source: usize,
     /// One formula, or three; then, of a torque, the gear ratio.
     pub formulas: Vec<(Expression, Vec<usize>)>,
-    /// How many of the formulas are of the value itself: a row with a column of these makes a sample.
+    /// Number of formulas that make the value itself: a row with a column of these makes a sample.
     pub main: usize,
     pub valid_if: Option<(Expression, Vec<usize>)>,
     /// Columns of all formulas, each once, and their last values.
@@ -87,7 +87,7 @@ pub(super) struct Channel {
     pub waiting: VecDeque<Waiting>,
 }
 
-/// Where the columns of a table go in a channel: slot and column.
+/// The columns of a table that go into a channel: slot and column.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Binding {
     pub pairs: Vec<(usize, usize)>,
@@ -95,7 +95,7 @@ pub(super) struct Binding {
     direct: Option<[usize; 3]>,
     /// Of each pair: whether a new value of it makes a sample.
     of_value: Vec<bool>,
-    /// Whether the table has all columns of the channel: an empty field then is no value, and not the last one.
+    /// True if the table has all columns of the channel: an empty field then is no value, and not the last one.
     whole: bool,
 }
 
@@ -113,7 +113,7 @@ impl Channel {
         }
     }
 
-    /// Finds its columns in a table; an error says which column is in two tables.
+    /// Finds its columns in a table; an error names a column that is in two tables.
     pub fn bind(&mut self, row: &MergedRow) -> Result<Option<Binding>, String> {
         let Some(table) = row.table() else {
             return Ok(None);
@@ -149,7 +149,8 @@ impl Channel {
         }))
     }
 
-    /// The columns of the value, if it is made of columns by themselves, always counts and has no gear ratio of its own.
+    /// The columns of the value, if it is made of columns by themselves, always counts and has no gear ratio of its
+    /// own.
     fn direct(&self, pairs: &[(usize, usize)]) -> Option<[usize; 3]> {
         let plain = self.valid_if.is_none() && self.formulas.len() == self.main;
         let mut columns = [usize::MAX; 3];
@@ -160,8 +161,8 @@ impl Channel {
         plain.then_some(columns)
     }
 
-    // values of three numbers stay in registers where this is inlined: 16 channels a row
     /// Takes the values of a row; the value of a new sample if it makes one, in SI units and the axes of the vehicle.
+    // inlined for speed, with 16 channels a row: the three numbers stay in registers
     #[inline]
     pub fn take(&mut self, binding: &Binding, row: &[f64]) -> Option<[f64; 3]> {
         if let Some(columns) = binding.direct {
@@ -195,7 +196,7 @@ impl Channel {
         self.value(raw, ratio)
     }
 
-    /// The value (SI units, axes of the vehicle) of what the columns say; none if it is not finite.
+    /// The value (SI units, axes of the vehicle) of the columns; none if it is not finite.
     #[inline]
     fn value(&self, raw: [f64; 3], ratio: f64) -> Option<[f64; 3]> {
         let value = match &self.vector {
@@ -221,7 +222,7 @@ impl Channel {
         values
     }
 
-    /// What is delivered until `until_ns` of all that waits.
+    /// Delivers the waiting samples that are due at `until_ns`, as one.
     #[inline]
     pub fn deliver(&mut self, until_ns: i64, many: Many) -> Option<Waiting> {
         let is_due = |w: &Waiting| w.deliver_ns <= until_ns;

@@ -41,7 +41,7 @@ impl ChannelFaults {
         }
     }
 
-    /// What becomes of a sample: stamp (ns of the replay) and value; none if it is not delivered.
+    /// Puts the faults on a sample: its stamp (ns of the replay) and value; none if it is not delivered.
     pub fn apply(
         &mut self,
         stamp_ns: i64,
@@ -100,7 +100,7 @@ pub(super) fn add(map: &Map, channels: &mut [Channel]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether a fault is one of this channel.
+/// True if a fault is one of this channel.
 fn hits(fault: &LogFault, target: Target) -> bool {
     let (measurand, index) = match target {
         Target::Measured(slot) => (slot.measurand, slot.index),

@@ -7,8 +7,8 @@
 //! | `faults` | faults put on channels |
 //! | `steps` | rows into steps: latencies, several samples in a step, gaps, segments |
 //! | `calibrate` | biases and mounting found while the vehicle stands |
-//! | `vehicle_file` | what estimators are told about a vehicle, as a file of its own |
-//! | `reference` `reference_columns` | slope and mass that estimates are held against; their columns |
+//! | `vehicle_file` | the nominal values of a vehicle, as a file of its own |
+//! | `reference` `reference_columns` | the references of slope and mass; their columns |
 //! | `way` | speed or distance by an instrument that does not roll with the wheels |
 
 mod calibrate;
@@ -18,12 +18,14 @@ mod plan;
 mod reference;
 mod reference_columns;
 mod steps;
-pub mod vehicle_file;
+mod vehicle_file;
 mod way;
 
 pub use calibrate::{Found, calibrate};
-pub use channel::Target;
 pub use plan::Plan;
-pub use reference::{Reference, ReferenceSlope};
 pub use steps::{Drive, Step};
-pub use way::Way;
+pub use vehicle_file::VehicleFile;
+
+pub(crate) use channel::Target;
+pub(crate) use reference::Reference;
+pub(crate) use way::Way;

@@ -1,12 +1,11 @@
-//! The channels of a map, and the vehicle as estimators are told it.
+//! The channels of a map, and the vehicle that estimators are given.
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
 use crate::map::{
     Axis, CommandChannel, Formula, Map, MeasuredChannel, Mount, ScalarChannel, Traction,
     VectorChannel, key, quantity,
 };
-use crate::notation::Expression;
-use crate::notation::{Quantity, Unit, UnitName};
+use crate::notation::{Expression, Quantity, STANDARD_GRAVITY_MPS2, Unit, UnitName};
 use monorig_estimators::api::signals::{Measurand, Slot, Vehicle, VehicleData};
 use monorig_sim::closed_loop::recorded::nominal_vehicle;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
@@ -17,22 +16,19 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::collections::BTreeSet;
 use std::slice;
 
-/// What is made of a log's columns.
+/// The channels that are made of a log's columns.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) channels: Vec<Channel>,
-    /// The vehicle as estimators are told it.
-    pub vehicle: Vehicle,
+    /// The vehicle that estimators are given.
+    pub(crate) vehicle: Vehicle,
     /// Wheels that are measured.
-    pub wheels: usize,
+    pub(crate) wheels: usize,
     /// Motors whose torque is measured.
-    pub motors: usize,
+    pub(crate) motors: usize,
     /// Motors whose commanded torque is recorded; 0 where no command is.
-    pub commanded: usize,
+    pub(crate) commanded: usize,
 }
-
-/// Standard gravity, m/s².
-const G: f64 = 9.80665;
 
 impl Plan {
     /// The plan of a map.
@@ -118,7 +114,7 @@ impl Plan {
     }
 
     /// The columns that are wanted of each file, in the order of their names.
-    pub fn wanted(&self, map: &Map) -> Vec<BTreeSet<String>> {
+    pub(super) fn wanted(&self, map: &Map) -> Vec<BTreeSet<String>> {
         let mut wanted = vec![BTreeSet::new(); map.files.len()];
         for channel in &self.channels {
             if let Some(of) = wanted.get_mut(channel.source) {
@@ -128,8 +124,8 @@ impl Plan {
         wanted
     }
 
-    /// Which measurements there are.
-    pub fn targets(&self) -> impl Iterator<Item = Target> + '_ {
+    /// The measurements that there are.
+    pub(crate) fn targets(&self) -> impl Iterator<Item = Target> + '_ {
         self.channels.iter().map(|c| c.target)
     }
 }
@@ -256,7 +252,9 @@ fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel,
     )?;
     let bias = v.bias.map_or([0.0; 3], |b| b.map(Finite::get));
     let turn = mount(&v.mount_deg).matrix() * axes(v.axes);
-    let lean = v.lean_deg_per_g.map_or(0.0, |d| d.get().to_radians() / G);
+    let lean = v
+        .lean_deg_per_g
+        .map_or(0.0, |d| d.get().to_radians() / STANDARD_GRAVITY_MPS2);
     channel.vector = Some(VectorPath {
         is_identity: bias == [0.0; 3]
             && lean == 0.0
@@ -400,7 +398,7 @@ fn unit_of(
     })
 }
 
-/// The nominal vehicle: that of a file, with what the map says of it.
+/// The nominal vehicle: that of a file, with the changes of the map.
 fn vehicle(map: &Map) -> Result<VehicleData, Error> {
     let n = &map.file.nominal;
     let changes = NominalVehicle {
@@ -446,9 +444,10 @@ fn vehicle(map: &Map) -> Result<VehicleData, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use STANDARD_GRAVITY_MPS2 as G;
 
-    /// A box pitched nose up by p on the level reads g sin p forward, one rolled right side down by r reads g sin r to the left; the mount
-    /// turns both back to g upwards.
+    /// A box pitched nose up by p on the level reads g sin p forward, one rolled right side down by r reads g sin r to
+    /// the left; the mount turns both back to g upwards.
     #[test]
     fn a_mount_is_turned_back() {
         let (p, r) = (0.1f64, 0.2f64);

@@ -1,5 +1,5 @@
-//! References: slope and mass over the time of the replay. The slope is read before the replay, so that it is linear between its samples and
-//! that of altitude and distance is centred.
+//! References: slope and mass over the time of the replay. The slope is read before the replay, so that it is linear
+//! between its samples and that of altitude and distance is centred.
 
 use super::reference_columns::Columns;
 use crate::map::{Altitude, Map, SlopeReference};
@@ -13,7 +13,7 @@ const MAX_GAP_NS: i64 = 2_000_000_000;
 
 /// The slope over time.
 #[derive(Clone, Debug, Default)]
-pub enum ReferenceSlope {
+enum ReferenceSlope {
     /// Not known.
     #[default]
     None,
@@ -30,16 +30,16 @@ struct SlopeOverTime {
     next: usize,
 }
 
-/// What estimates are held against.
+/// The references that estimates are held against.
 #[derive(Clone, Debug, Default)]
-pub struct Reference {
+pub(crate) struct Reference {
     slope: SlopeOverTime,
     effective: Option<SlopeOverTime>,
     /// From a time on (ns of the replay), kg.
     masses: Vec<(i64, f64)>,
-    /// Standard deviations, rad and kg.
+    /// Standard deviation of the slope, rad.
     pub slope_sd_rad: f64,
-    /// See above.
+    /// Standard deviation of the mass, kg.
     pub mass_sd_kg: f64,
 }
 
@@ -82,7 +82,7 @@ fn columns(map: &Map, slope: &SlopeReference) -> Result<Option<(usize, Vec<Strin
 }
 
 impl Reference {
-    /// Reads what the map says; `origin_ns` is time zero of the replay.
+    /// Reads the references of a map; `origin_ns` is time zero of the replay.
     pub fn load(map: &Map, origin_ns: i64) -> Result<Self, Error> {
         let r = &map.file.reference;
         let mut reference = Self::default();
@@ -105,7 +105,7 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Whether there is one of the slope, and one of the mass.
+    /// True for a slope that is known, and true for a mass.
     pub fn known(&self) -> (bool, bool) {
         (
             !matches!(self.slope.slope, ReferenceSlope::None),
@@ -186,7 +186,8 @@ fn samples(map: &Map, s: &SlopeReference, origin_ns: i64) -> Result<Vec<(i64, f6
     })
 }
 
-/// Regression of the altitude over the distance within half a window to both sides: rise over way along the slope is its sine.
+/// Regression of the altitude over the distance within half a window to both sides: rise over way along the slope is
+/// its sine.
 fn from_altitude(all: &[(i64, [f64; 2])], a: &Altitude) -> Vec<(i64, f64)> {
     let half = 0.5 * a.window_m.get();
     let (mut from, mut to) = (0, 0);

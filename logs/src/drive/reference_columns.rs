@@ -26,7 +26,8 @@ pub(super) struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// The rows with a new value: time (ns of the replay) and the values of the formulas, SI; 0 in place of a second one that there is not.
+    /// The rows with a new value: time (ns of the replay) and the values of the formulas, SI; 0 in place of a second
+    /// one that there is not.
     pub fn read(&self, map: &Map, origin_ns: i64) -> Result<Vec<(i64, [f64; 2])>, Error> {
         let expressions = self.formulas.iter().map(|f| &f.expression);
         let expressions = expressions.chain(self.valid_if.iter().map(|c| &c.0));

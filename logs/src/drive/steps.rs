@@ -8,7 +8,7 @@ use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurand, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
 
-/// Below this speed a power says nothing of a force, m/s.
+/// Below this speed no force follows from a power, m/s.
 const MIN_SPEED_MPS: f64 = 0.5;
 
 /// A step of the replay.
@@ -16,7 +16,7 @@ const MIN_SPEED_MPS: f64 = 0.5;
 pub struct Step {
     /// Its end, ns of the replay.
     pub t_ns: i64,
-    /// What was delivered in it; stamps are in the time of the replay.
+    /// The samples that were delivered in it; stamps are in the time of the replay.
     pub z: Measurements,
     /// The last command recorded until its end; none of a log without.
     pub command: Option<Command>,
@@ -88,18 +88,18 @@ impl Drive {
         })
     }
 
-    /// What is time zero, ns on the common clock of the log.
-    pub fn origin_ns(&self) -> i64 {
+    /// Time zero of the replay, ns on the common clock of the log.
+    pub(crate) fn origin_ns(&self) -> i64 {
         self.origin_ns
     }
 
     /// Samples of all channels so far.
-    pub fn samples(&self) -> u64 {
+    pub(crate) fn samples(&self) -> u64 {
         self.samples
     }
 
     /// The channels for which no column was seen so far, as their key in the map file and a column that is missing.
-    pub fn missing(&self) -> Vec<(String, String)> {
+    pub(crate) fn missing(&self) -> Vec<(String, String)> {
         let mut missing = Vec::new();
         for channel in &self.channels {
             let slot = channel.tables.iter().position(Option::is_none);
@@ -117,7 +117,7 @@ impl Drive {
     }
 
     /// The next step in place of what `step` holds; false at the end of the log, where it is left as it is.
-    pub fn next_into(&mut self, map: &Map, step: &mut Step) -> Result<bool, Error> {
+    pub(crate) fn next_into(&mut self, map: &Map, step: &mut Step) -> Result<bool, Error> {
         let next_ns = self
             .merged
             .next_ns()
@@ -306,7 +306,8 @@ impl Drive {
     }
 }
 
-/// That every column of the plan is in its file, as far as the file says beforehand what is in it: all formats but MCAP.
+/// Refuses a plan with a column that is not in its file. A file whose columns show only when it is read (MCAP) is not
+/// refused here.
 fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Error> {
     for channel in &plan.channels {
         let missing = channel
@@ -326,8 +327,8 @@ fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Erro
     Ok(())
 }
 
-/// The sum of the motor torques that estimators make this force (N) at the rims of: by gear, radius and efficiency, which is on the other side
-/// while the vehicle drives its motors.
+/// The sum of the motor torques that estimators make this force (N) at the rims of: by gear, radius and efficiency,
+/// which is on the other side while the vehicle drives its motors.
 fn torque_of(vehicle: &Vehicle, force_n: f64, wheels_mps: &[f64]) -> f64 {
     let v = mean(wheels_mps);
     let drives = force_n * if v.is_finite() { v } else { 0.0 } >= 0.0;

@@ -1,4 +1,4 @@
-//! A file of nominal values: all that estimators are told about a vehicle, number by number, where no train or car file is at hand.
+//! A file of nominal values: all numbers of a vehicle that estimators are given, where no train or car file is at hand.
 
 use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::{RoadVehicle, VehicleData};
@@ -17,71 +17,71 @@ const KEY: &str = "nominal_vehicle";
 #[serde(deny_unknown_fields)]
 pub struct VehicleFile {
     /// Format version, 1.
-    pub version: Version1,
+    version: Version1,
     /// The values.
-    pub nominal_vehicle: NominalValues,
+    nominal_vehicle: NominalValues,
 }
 
-/// What estimators are told about a vehicle.
+/// The nominal values of a vehicle, which estimators are given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NominalValues {
+struct NominalValues {
     /// Mass of the empty vehicle, kg.
-    pub tare_kg: f64,
+    tare_kg: f64,
     /// Number of drive units.
-    pub drives: usize,
+    drives: usize,
     /// Radius of the driven wheels, m.
-    pub wheel_radius_m: f64,
+    wheel_radius_m: f64,
     /// Motor revolutions per wheel revolution.
-    pub gear_ratio: f64,
+    gear_ratio: f64,
     /// Share of motor power that reaches the rim.
-    pub efficiency: f64,
+    efficiency: f64,
     /// Rotating masses reflected to the rim, kg.
-    pub rotating_mass_kg: f64,
+    rotating_mass_kg: f64,
     /// Running-resistance coefficient.
-    pub running_resistance: f64,
+    running_resistance: f64,
     /// Smallest and largest total mass thought possible, kg.
-    pub mass_range_kg: [f64; 2],
+    mass_range_kg: [f64; 2],
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
-    pub tare_span_m: [f64; 2],
+    tare_span_m: [f64; 2],
     /// The same for where the load's weight comes onto the rail, m.
     #[serde(default)]
-    pub load_span_m: [f64; 2],
-    /// How far ahead of that middle the IMU sits, m.
+    load_span_m: [f64; 2],
+    /// Distance of the IMU ahead of that middle, m.
     #[serde(default)]
-    pub imu_arm_m: f64,
-    /// Where the masses sit, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place, kg, depth), then
-    /// those of the load.
+    imu_arm_m: f64,
+    /// Places of the masses, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place,
+    /// kg, depth), then those of the load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub layout: Option<Vec<f64>>,
+    layout: Option<Vec<f64>>,
     /// Standard deviation of the accelerometer's bias, m/s²; none = not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accel_bias_sd_mps2: Option<f64>,
+    accel_bias_sd_mps2: Option<f64>,
     /// Standard deviation of the gyro's bias, rad/s; none = not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gyro_bias_sd_radps: Option<f64>,
-    /// What only a road vehicle has.
+    gyro_bias_sd_radps: Option<f64>,
+    /// Values that only a road vehicle has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub road: Option<RoadValues>,
+    road: Option<RoadValues>,
 }
 
-/// What only a road vehicle has.
+/// Values that only a road vehicle has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct RoadValues {
+struct RoadValues {
     /// Drag coefficient times frontal area, m².
-    pub drag_area_m2: f64,
+    drag_area_m2: f64,
     /// Density of the air, kg/m³.
-    pub air_density_kgpm3: f64,
+    air_density_kgpm3: f64,
     /// From the centre of gravity forward to the front axle, m.
-    pub front_axle_m: f64,
+    front_axle_m: f64,
     /// From the centre of gravity back to the rear axle, m.
-    pub rear_axle_m: f64,
+    rear_axle_m: f64,
     /// Cornering stiffness of the front axle, N/rad.
-    pub front_cornering_npr: f64,
+    front_cornering_npr: f64,
     /// Cornering stiffness of the rear axle, N/rad.
-    pub rear_cornering_npr: f64,
+    rear_cornering_npr: f64,
 }
 
 /// The values of a file; none of a file of another kind.
@@ -90,19 +90,24 @@ pub(super) fn read(path: &Path) -> Result<Option<VehicleData>, Error> {
     if !document.keys().iter().any(|key| key == KEY) {
         return Ok(None);
     }
-    let file: VehicleFile = document.parse()?;
-    file.data().map(Some).ok_or_else(|| {
-        document.error(
-            format!("{KEY}.layout"),
-            "these are too few numbers for a mass layout",
-            "all of them, as `monorig export` writes them, or no layout",
-        )
-    })
+    VehicleFile::values(&document).map(Some)
 }
 
 impl VehicleFile {
+    /// The values that a document holds, not yet checked.
+    pub fn values(document: &Document) -> Result<VehicleData, Error> {
+        let file: Self = document.parse()?;
+        file.data().ok_or_else(|| {
+            document.error(
+                format!("{KEY}.layout"),
+                "these are too few numbers for a mass layout",
+                "all of them, as `monorig export` writes them, or no layout",
+            )
+        })
+    }
+
     /// The file of these values.
-    pub fn of(v: &VehicleData) -> Self {
+    pub(crate) fn of(v: &VehicleData) -> Self {
         let road = v.road.map(|r| RoadValues {
             drag_area_m2: r.drag_area_m2,
             air_density_kgpm3: r.air_density_kgpm3,
@@ -134,7 +139,7 @@ impl VehicleFile {
     }
 
     /// The values, not yet checked; none if the layout has too few numbers.
-    pub fn data(&self) -> Option<VehicleData> {
+    pub(crate) fn data(&self) -> Option<VehicleData> {
         let v = &self.nominal_vehicle;
         let layout = match &v.layout {
             None => None,
@@ -174,7 +179,7 @@ impl VehicleFile {
 mod tests {
     use super::*;
 
-    /// What is written is what is read, every bit, also of numbers that no decimal fraction has.
+    /// A vehicle is read back as it was written, every bit, also of numbers that no decimal fraction has.
     #[test]
     fn a_vehicle_survives_its_file() {
         let layout = MassLayout::even(9_000.0 / 7.0, [-2.0 / 3.0, 14.1], [5.0, 8.0]);

@@ -10,7 +10,7 @@ const MAX_GAP_NS: i64 = 2_000_000_000;
 
 /// A reference of the way, sample by sample.
 #[derive(Clone, Debug, Default)]
-pub struct Way {
+pub(crate) struct Way {
     /// Time (ns of the replay), way (m) and stretch: of a speed a gap begins a new one.
     pub samples: Vec<(i64, f64, u32)>,
     /// Standard deviation of an error of the speed that stays the same, m/s; 0 of a distance.
@@ -20,7 +20,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// Reads what the map says; none without a reference. `origin_ns` is time zero of the replay.
+    /// Reads the reference of a map; none of a map without one. `origin_ns` is time zero of the replay.
     pub fn load(map: &Map, origin_ns: i64) -> Result<Option<Self>, Error> {
         let r = &map.file.reference;
         let read = |key, w: &WayReference, quantity: Quantity| {

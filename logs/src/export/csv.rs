@@ -1,22 +1,29 @@
 //! CSV: a file a table; numbers as the shortest decimal that is read back to the same bits.
 
-use super::{Instants, Table, Writer};
-use crate::io;
+use super::{Instants, LogWriter, RowWriter, Table, failed};
 use monorig_sim::error::Error;
-use std::fmt::Write as _;
+use serde_json::Value;
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-/// The files, by the index of their table.
-pub(super) struct Files {
-    files: Vec<Option<(PathBuf, BufWriter<File>)>>,
-    line: String,
-}
+/// The writer of CSV.
+pub(super) struct CsvWriter;
 
-impl Files {
-    /// A file in `folder` for each table with columns.
-    pub fn create(folder: &Path, tables: &[Table]) -> Result<Self, Error> {
+impl LogWriter for CsvWriter {
+    fn name(&self) -> &'static str {
+        "csv"
+    }
+
+    fn files(&self) -> &'static str {
+        "A file of text for each instrument"
+    }
+
+    fn create(
+        &self,
+        folder: &Path,
+        _: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error> {
         let mut files = Vec::new();
         for table in tables {
             if table.columns.is_empty() {
@@ -24,39 +31,40 @@ impl Files {
                 continue;
             }
             let path = folder.join(format!("{}.csv", table.name));
-            let mut file = BufWriter::new(File::create(&path).map_err(|e| io(&path, e))?);
-            let title = format!("arrival_ns,stamp_ns,{}\n", table.columns.join(","));
-            file.write_all(title.as_bytes()).map_err(|e| io(&path, e))?;
+            let mut file = ::csv::Writer::from_path(&path).map_err(|e| failed(&path)(&e))?;
+            let times = ["arrival_ns", "stamp_ns"].into_iter();
+            let title = times.chain(table.columns.iter().map(String::as_str));
+            file.write_record(title).map_err(|e| failed(&path)(&e))?;
             files.push(Some((path, file)));
         }
-        Ok(Self {
-            files,
-            line: String::new(),
-        })
+        Ok(Box::new(CsvFiles(files)))
+    }
+
+    fn adapt(&self, map: &mut Value, _: &str) {
+        map["time"]["column"] = "arrival_ns".into();
     }
 }
 
-impl Writer for Files {
+/// The files, by the index of their table.
+struct CsvFiles(Vec<Option<(PathBuf, ::csv::Writer<File>)>>);
+
+impl RowWriter for CsvFiles {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
-        let Some((path, file)) = self.files.get_mut(table).and_then(Option::as_mut) else {
+        let Some((path, file)) = self.0.get_mut(table).and_then(Option::as_mut) else {
             return Ok(());
         };
-        self.line.clear();
-        let _ = write!(self.line, "{},{}", at.arrival_ns, at.stamp_ns);
-        for x in values {
-            let _ = match x.is_nan() {
-                true => write!(self.line, ","),
-                false => write!(self.line, ",{x:?}"),
-            };
-        }
-        self.line.push('\n');
-        file.write_all(self.line.as_bytes())
-            .map_err(|e| io(path, e))
+        let times = [at.arrival_ns.to_string(), at.stamp_ns.to_string()];
+        let numbers = values.iter().map(|x| match x.is_nan() {
+            true => String::new(),
+            false => format!("{x:?}"),
+        });
+        let written = file.write_record(times.into_iter().chain(numbers));
+        written.map_err(|e| failed(path)(&e))
     }
 
     fn finish(self: Box<Self>) -> Result<u64, Error> {
-        for (path, mut file) in self.files.into_iter().flatten() {
-            file.flush().map_err(|e| io(&path, e))?;
+        for (path, mut file) in self.0.into_iter().flatten() {
+            file.flush().map_err(|e| failed(&path)(&e))?;
         }
         Ok(0)
     }

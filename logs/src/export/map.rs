@@ -1,7 +1,7 @@
 //! The map file of an export: replaying it gives the estimators of the run what they were given in the run.
 
 use super::tables::{COMMAND, TRUTH};
-use super::{ExportFormat, Samples, Table, can};
+use super::{LogWriter, Samples, Table};
 use crate::io;
 use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;
@@ -18,7 +18,7 @@ const MAX_MASS_STEPS: usize = 10_000;
 pub(super) fn write(
     folder: &Path,
     name: &str,
-    format: ExportFormat,
+    format: &dyn LogWriter,
     samples: &Samples,
     tables: &[Table],
     masses: &[(i64, f64)],
@@ -46,15 +46,7 @@ pub(super) fn write(
         "reference": names.references(masses),
         "estimators": estimators(manifest),
     });
-    match format {
-        ExportFormat::Csv | ExportFormat::Parquet => map["time"]["column"] = "arrival_ns".into(),
-        ExportFormat::Can => {
-            map["time"]["unit"] = "us".into();
-            map["time"]["stamp"] = "stamp_us".into();
-            map["dbc"] = format!("{name}.dbc").into();
-        }
-        ExportFormat::Mcap | ExportFormat::Mf4 => {}
-    }
+    format.adapt(&mut map, name);
     for key in ["availability", "integrity", "record"] {
         if let Some(value) = manifest.resolved.get(key) {
             map[key] = value.clone();
@@ -93,9 +85,9 @@ fn yaml(value: &Value) -> String {
         .collect()
 }
 
-/// How files and columns are called in a format.
+/// The names of files and columns in a format.
 struct Names<'a> {
-    format: ExportFormat,
+    format: &'a dyn LogWriter,
     tables: &'a [Table],
 }
 
@@ -104,18 +96,8 @@ impl Names<'_> {
         self.tables.get(index).filter(|t| !t.columns.is_empty())
     }
 
-    /// The only file of a format that has one.
-    fn only(&self, name: &str) -> Option<String> {
-        match self.format {
-            ExportFormat::Csv | ExportFormat::Parquet => None,
-            ExportFormat::Mcap => Some(format!("{name}.mcap")),
-            ExportFormat::Mf4 => Some(format!("{name}.mf4")),
-            ExportFormat::Can => Some(format!("{name}.log")),
-        }
-    }
-
     fn files(&self, name: &str) -> Value {
-        if let Some(only) = self.only(name) {
+        if let Some(only) = self.format.only_file(name) {
             return json!({ "run": only });
         }
         let mut files = Map::new();
@@ -126,22 +108,17 @@ impl Names<'_> {
         Value::Object(files)
     }
 
+    /// The name of a table's file under `files`.
     fn file(&self, table: &Table) -> &'static str {
-        match self.format {
-            ExportFormat::Csv | ExportFormat::Parquet => table.name,
-            _ => "run",
+        match self.format.only_file("") {
+            None => table.name,
+            Some(_) => "run",
         }
     }
 
     /// A column as the map file names it.
     fn column(&self, table: &Table, column: usize) -> String {
-        let name = table.columns.get(column).map_or("", String::as_str);
-        match self.format {
-            ExportFormat::Csv | ExportFormat::Parquet => name.to_owned(),
-            ExportFormat::Mcap => format!("/{}.{name}", table.name),
-            ExportFormat::Mf4 => format!("{}.{name}", table.name),
-            ExportFormat::Can => format!("{}.{name}", can::message_name(table, column)),
-        }
+        self.format.column(table, column)
     }
 
     fn columns(&self, table: &Table) -> Vec<String> {

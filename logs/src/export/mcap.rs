@@ -1,29 +1,36 @@
-//! MCAP: a topic of JSON messages a table, logged at their arrival, published at their stamp, which stands in the message too because a stamp
-//! before the start of the run cannot be a time of publication.
+//! MCAP: a topic of JSON messages a table, logged at their arrival, published at their stamp, which stands in the
+//! message too because a stamp before the start of the run cannot be a time of publication.
 
-use super::{Instants, Table, Writer};
+use super::{Instants, LogWriter, RowWriter, Table, failed};
 use crate::io;
 use ::mcap::records::MessageHeader;
-use ::mcap::{WriteOptions, Writer as McapWriter};
+use ::mcap::{WriteOptions, Writer};
 use monorig_sim::error::Error;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// The file, and channel and columns of each table.
-pub(super) struct File {
-    path: PathBuf,
-    writer: McapWriter<BufWriter<std::fs::File>>,
-    channels: Vec<Option<(u16, Vec<String>)>>,
-    sequence: u32,
-}
+/// The writer of MCAP.
+pub(super) struct McapWriter;
 
-impl File {
-    /// One file for all tables.
-    pub fn create(folder: &Path, name: &str, tables: &[Table]) -> Result<Self, Error> {
+impl LogWriter for McapWriter {
+    fn name(&self) -> &'static str {
+        "mcap"
+    }
+
+    fn files(&self) -> &'static str {
+        "One MCAP file, JSON"
+    }
+
+    fn create(
+        &self,
+        folder: &Path,
+        name: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error> {
         let path = folder.join(format!("{name}.mcap"));
-        let failed = |e: &dyn std::fmt::Display| io(&path, std::io::Error::other(e.to_string()));
+        let failed = |e: &dyn std::fmt::Display| failed(&path)(e);
         let file = std::fs::File::create(&path).map_err(|e| io(&path, e))?;
         let options = WriteOptions::new().compression(None).library("monorig");
         let mut writer = options
@@ -41,18 +48,33 @@ impl File {
             let schema = schema.map_err(|e| failed(&e))?;
             let topic = format!("/{}", table.name);
             let channel = writer.add_channel(schema, &topic, "json", &BTreeMap::new());
-            channels.push(Some((
-                channel.map_err(|e| failed(&e))?,
-                table.columns.clone(),
-            )));
+            let channel = channel.map_err(|e| failed(&e))?;
+            channels.push(Some((channel, table.columns.clone())));
         }
-        Ok(Self {
+        Ok(Box::new(McapFile {
             path,
             writer,
             channels,
             sequence: 0,
-        })
+        }))
     }
+
+    fn only_file(&self, name: &str) -> Option<String> {
+        Some(format!("{name}.mcap"))
+    }
+
+    fn column(&self, table: &Table, column: usize) -> String {
+        let name = table.columns.get(column).map_or("", String::as_str);
+        format!("/{}.{name}", table.name)
+    }
+}
+
+/// The file, and channel and columns of each table.
+struct McapFile {
+    path: PathBuf,
+    writer: Writer<BufWriter<std::fs::File>>,
+    channels: Vec<Option<(u16, Vec<String>)>>,
+    sequence: u32,
 }
 
 /// The JSON Schema of a table's messages, as viewers of MCAP want it.
@@ -66,7 +88,7 @@ fn schema(table: &Table) -> Value {
     serde_json::json!({"type": "object", "properties": properties})
 }
 
-impl Writer for File {
+impl RowWriter for McapFile {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
         let Some((channel, columns)) = self.channels.get(table).and_then(Option::as_ref) else {
             return Ok(());
@@ -85,12 +107,12 @@ impl Writer for File {
         };
         let data = Value::Object(message).to_string();
         let written = self.writer.write_to_known_channel(&header, data.as_bytes());
-        written.map_err(|e| io(&self.path, std::io::Error::other(e.to_string())))
+        written.map_err(|e| failed(&self.path)(&e))
     }
 
     fn finish(mut self: Box<Self>) -> Result<u64, Error> {
         let finished = self.writer.finish();
-        finished.map_err(|e| io(&self.path, std::io::Error::other(e.to_string())))?;
+        finished.map_err(|e| failed(&self.path)(&e))?;
         Ok(0)
     }
 }

@@ -1,14 +1,53 @@
-//! MDF 4, by `falcon_mdf`: a channel group a table with arrival as master, `stamp_ns` as whole numbers and channels called `TABLE.COLUMN`. The
-//! library writes a file as a whole, so that all values are kept until then.
+//! MDF 4, by `falcon_mdf`: a channel group a table with arrival as master, `stamp_ns` as whole numbers and channels
+//! called `TABLE.COLUMN`. The library writes a file as a whole, so that all values are kept until then.
 
-use super::{Instants, Table, Writer};
-use crate::io;
+use super::{Instants, LogWriter, RowWriter, Table, failed};
 use falcon_mdf::{Mf4Writer, SignalValues};
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};
 
+/// The writer of MDF 4.
+pub(super) struct MdfWriter;
+
+impl LogWriter for MdfWriter {
+    fn name(&self) -> &'static str {
+        "mf4"
+    }
+
+    fn files(&self) -> &'static str {
+        "One MDF 4 file"
+    }
+
+    fn create(
+        &self,
+        folder: &Path,
+        name: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error> {
+        let group = |table: &Table| Group {
+            table: table.clone(),
+            arrivals_s: Vec::new(),
+            stamps_ns: Vec::new(),
+            columns: vec![Vec::new(); table.columns.len()],
+        };
+        Ok(Box::new(MdfFile {
+            path: folder.join(format!("{name}.mf4")),
+            tables: tables.iter().map(group).collect(),
+        }))
+    }
+
+    fn only_file(&self, name: &str) -> Option<String> {
+        Some(format!("{name}.mf4"))
+    }
+
+    fn column(&self, table: &Table, column: usize) -> String {
+        let name = table.columns.get(column).map_or("", String::as_str);
+        format!("{}.{name}", table.name)
+    }
+}
+
 /// The values of all tables.
-pub(super) struct File {
+struct MdfFile {
     path: PathBuf,
     tables: Vec<Group>,
 }
@@ -21,23 +60,7 @@ struct Group {
     columns: Vec<Vec<f64>>,
 }
 
-impl File {
-    /// One file for all tables.
-    pub fn create(folder: &Path, name: &str, tables: &[Table]) -> Result<Self, Error> {
-        let group = |table: &Table| Group {
-            table: table.clone(),
-            arrivals_s: Vec::new(),
-            stamps_ns: Vec::new(),
-            columns: vec![Vec::new(); table.columns.len()],
-        };
-        Ok(Self {
-            path: folder.join(format!("{name}.mf4")),
-            tables: tables.iter().map(group).collect(),
-        })
-    }
-}
-
-impl Writer for File {
+impl RowWriter for MdfFile {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
         if let Some(group) = self.tables.get_mut(table).filter(|g| !g.columns.is_empty()) {
             group.arrivals_s.push(at.arrival_ns as f64 / 1e9);
@@ -51,7 +74,7 @@ impl Writer for File {
 
     fn finish(self: Box<Self>) -> Result<u64, Error> {
         let path = self.path;
-        let failed = |e: &dyn std::fmt::Display| io(&path, std::io::Error::other(e.to_string()));
+        let failed = failed(&path);
         // the same run gives the same bytes: its time begins at zero, not now
         let mut file = Mf4Writer::with_start_time_ns(0);
         for group in self.tables.into_iter().filter(|g| !g.columns.is_empty()) {

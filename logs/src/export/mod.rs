@@ -1,23 +1,28 @@
-//! Runs out as logs: every sample with stamp and arrival and every command, in the formats that [`read`](crate::read) reads, with a map file
-//! beside them.
+//! Runs out as logs: every sample with stamp and arrival and every command, in the formats that [`read`](crate::read)
+//! reads, with a map file beside them.
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `samples` | `samples.parquet` of a run: what the estimators were given in each step, and the truth beside it |
+//! | `samples` | `samples.parquet` of a run: the samples of each step, and the truth beside them |
 //! | `tables` | a step as rows of tables |
 //! | `csv` `parquet` `mcap` `can` `mf4` | writers, one file a format |
 //! | `map` | the map file that makes the run's estimates of the tables again |
 
+#[cfg(feature = "can")]
 mod can;
 mod csv;
 mod map;
+#[cfg(feature = "mcap")]
 mod mcap;
+#[cfg(feature = "mdf")]
 mod mf4;
 mod parquet;
 mod samples;
 mod tables;
 
-pub use samples::{KeptStep, NAME as SAMPLES, SampleRecorder, Samples};
+pub use samples::{NAME as SAMPLES, SampleRecorder, Samples};
+
+use samples::KeptStep;
 
 use crate::io;
 use monorig_sim::error::Error;
@@ -26,55 +31,115 @@ use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 use tables::{Table, Tables};
 
+/// All formats that a run can be written as, a line each.
+const FORMATS: &[&dyn LogWriter] = &[
+    &csv::CsvWriter,
+    &parquet::ParquetWriter,
+    #[cfg(feature = "mcap")]
+    &mcap::McapWriter,
+    #[cfg(feature = "mdf")]
+    &mf4::MdfWriter,
+    #[cfg(feature = "can")]
+    &can::CanWriter,
+];
+
 /// A format that a run can be written as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExportFormat {
-    /// A file of text a table.
-    Csv,
-    /// A Parquet file a table.
-    Parquet,
-    /// One file, a topic of JSON messages a table.
-    Mcap,
-    /// One MDF 4.10 file, a channel group a table.
-    Mf4,
-    /// CAN frames as candump writes them, with a DBC: values are rounded to the steps of its signals.
-    Can,
-}
+#[derive(Clone, Copy)]
+pub struct ExportFormat(&'static dyn LogWriter);
 
 impl ExportFormat {
-    /// As it is written on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-            Self::Mcap => "mcap",
-            Self::Mf4 => "mf4",
-            Self::Can => "can",
-        }
+    /// A Parquet file a table.
+    pub const PARQUET: Self = Self(&parquet::ParquetWriter);
+
+    /// All formats.
+    pub fn all() -> impl Iterator<Item = Self> {
+        FORMATS.iter().map(|f| Self(*f))
     }
 
-    /// Whether values are rounded.
+    /// The format of this name, such as `csv`.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::all().find(|f| f.name() == name)
+    }
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        self.0.name()
+    }
+
+    /// The files of a log, for the help of a command.
+    pub fn files(self) -> &'static str {
+        self.0.files()
+    }
+
+    /// True if values are rounded.
     pub fn is_lossy(self) -> bool {
-        self == Self::Can
+        self.0.is_lossy()
     }
 }
 
-/// Writes rows of tables.
-trait Writer {
-    /// A row of the table with this index: when it was taken and recorded (ns of the run), and its values; not a number where there is none.
+impl std::fmt::Debug for ExportFormat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Writes logs of one format. A further format is a file with an `impl` of this trait, and a line in `FORMATS`.
+trait LogWriter: Sync {
+    /// The name on the command line.
+    fn name(&self) -> &'static str;
+
+    /// The files of a log, for the help of a command.
+    fn files(&self) -> &'static str;
+
+    /// True if values are rounded.
+    fn is_lossy(&self) -> bool {
+        false
+    }
+
+    /// Creates the files of a log of this name in a folder.
+    fn create(
+        &self,
+        folder: &Path,
+        name: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error>;
+
+    /// The file of all tables; none if each table has a file of its own, `TABLE.FORMAT`.
+    fn only_file(&self, _name: &str) -> Option<String> {
+        None
+    }
+
+    /// A column as the map file names it.
+    fn column(&self, table: &Table, column: usize) -> String {
+        table.columns.get(column).cloned().unwrap_or_default()
+    }
+
+    /// Changes the keys of the map file that are not the same in all formats.
+    fn adapt(&self, _map: &mut serde_json::Value, _name: &str) {}
+}
+
+/// Writes the rows of a log.
+trait RowWriter {
+    /// A row of the table with this index: when it was taken and recorded (ns of the run), and its values; not a number
+    /// where there is none.
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error>;
-    /// All rows are written; how many values were beyond the range of their signal.
+    /// Ends the files when all rows are written; how many values were beyond the range of their signal.
     fn finish(self: Box<Self>) -> Result<u64, Error>;
 }
 
-/// When a row was taken and recorded, ns of the run.
+/// The error of a library that could not write a file.
+fn failed(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
+    move |e| io(path, std::io::Error::other(e.to_string()))
+}
+
+/// The times at which a row was taken and recorded, ns of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Instants {
     stamp_ns: i64,
     arrival_ns: i64,
 }
 
-/// What was written.
+/// A log that was written.
 #[derive(Clone, Debug)]
 pub struct Exported {
     /// The folder.
@@ -87,7 +152,8 @@ pub struct Exported {
     pub clipped: u64,
 }
 
-/// Writes the samples of a run as logs into a new folder, with a map file and the vehicle as the estimators were told it.
+/// Writes the samples of a run as logs into a new folder, with a map file and the vehicle that the estimators were
+/// given.
 pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, Error> {
     let manifest = Manifest::read(&run.join(manifest::NAME))?;
     let path = run.join(SAMPLES);
@@ -129,13 +195,7 @@ pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, 
 
     let name = format!("{}_{}", manifest.scenario, manifest.seed);
     let used = tables.used();
-    let mut writer: Box<dyn Writer> = match format {
-        ExportFormat::Csv => Box::new(csv::Files::create(&partial.0, &used)?),
-        ExportFormat::Parquet => Box::new(parquet::Files::create(&partial.0, &used)?),
-        ExportFormat::Mcap => Box::new(mcap::File::create(&partial.0, &name, &used)?),
-        ExportFormat::Mf4 => Box::new(mf4::File::create(&partial.0, &name, &used)?),
-        ExportFormat::Can => Box::new(can::File::create(&partial.0, &name, &used)?),
-    };
+    let mut writer = format.0.create(&partial.0, &name, &used)?;
     let mut rows = 0;
     samples.each(&mut |step| {
         tables.rows(step, &mut |table, at, values| {
@@ -145,7 +205,7 @@ pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, 
     })?;
     let clipped = writer.finish()?;
     let map = map::write(
-        &partial.0, &name, format, &samples, &used, &masses, &manifest,
+        &partial.0, &name, format.0, &samples, &used, &masses, &manifest,
     )?;
     let _ = std::fs::remove_dir(out); // an empty folder
     std::fs::rename(&partial.0, out).map_err(|e| io(out, e))?;

@@ -1,6 +1,6 @@
 //! Parquet: a file a table, `arrival_ns` and `stamp_ns` as whole numbers, units in the metadata of the columns.
 
-use super::{Instants, Table, Writer};
+use super::{Instants, LogWriter, RowWriter, Table, failed};
 use crate::io;
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::basic::{Compression, ZstdLevel};
@@ -9,6 +9,7 @@ use arrow::array::{ArrayRef, Float64Builder, Int64Array};
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
 use arrow::record_batch::RecordBatch;
 use monorig_sim::error::Error;
+use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,10 +17,41 @@ use std::sync::Arc;
 /// Rows of a batch.
 const ROWS: usize = 8192;
 
-/// The files, by the index of their table.
-pub(super) struct Files(Vec<Option<File>>);
+/// The writer of Parquet.
+pub(super) struct ParquetWriter;
 
-struct File {
+impl LogWriter for ParquetWriter {
+    fn name(&self) -> &'static str {
+        "parquet"
+    }
+
+    fn files(&self) -> &'static str {
+        "A Parquet file for each instrument"
+    }
+
+    fn create(
+        &self,
+        folder: &Path,
+        _: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error> {
+        let file = |table: &Table| match table.columns.is_empty() {
+            true => Ok(None),
+            false => TableFile::create(folder, table).map(Some),
+        };
+        let files: Result<_, Error> = tables.iter().map(file).collect();
+        Ok(Box::new(ParquetFiles(files?)))
+    }
+
+    fn adapt(&self, map: &mut Value, _: &str) {
+        map["time"]["column"] = "arrival_ns".into();
+    }
+}
+
+/// The files, by the index of their table.
+struct ParquetFiles(Vec<Option<TableFile>>);
+
+struct TableFile {
     path: PathBuf,
     writer: ArrowWriter<std::fs::File>,
     schema: SchemaRef,
@@ -27,21 +59,7 @@ struct File {
     columns: Vec<Vec<f64>>,
 }
 
-impl Files {
-    /// A file in `folder` for each table with columns.
-    pub fn create(folder: &Path, tables: &[Table]) -> Result<Self, Error> {
-        let mut files = Vec::new();
-        for table in tables {
-            files.push(match table.columns.is_empty() {
-                true => None,
-                false => Some(File::create(folder, table)?),
-            });
-        }
-        Ok(Self(files))
-    }
-}
-
-impl File {
+impl TableFile {
     fn create(folder: &Path, table: &Table) -> Result<Self, Error> {
         let path = folder.join(format!("{}.parquet", table.name));
         let time = |name| Field::new(name, DataType::Int64, false);
@@ -51,7 +69,7 @@ impl File {
             fields.push(Field::new(name, DataType::Float64, true).with_metadata(unit));
         }
         let schema = Arc::new(Schema::new(fields));
-        let failed = |e: &dyn std::fmt::Display| io(&path, std::io::Error::other(e.to_string()));
+        let failed = |e: &dyn std::fmt::Display| failed(&path)(e);
         let level = ZstdLevel::try_new(3).map_err(|e| failed(&e))?;
         let properties = WriterProperties::builder()
             .set_dictionary_enabled(false)
@@ -69,8 +87,7 @@ impl File {
     }
 
     fn flush(&mut self) -> Result<(), Error> {
-        let failed =
-            |e: &dyn std::fmt::Display| io(&self.path, std::io::Error::other(e.to_string()));
+        let failed = failed(&self.path);
         let mut arrays: Vec<ArrayRef> = Vec::new();
         for times in &mut self.times {
             arrays.push(Arc::new(Int64Array::from(std::mem::take(times))));
@@ -87,7 +104,7 @@ impl File {
     }
 }
 
-impl Writer for Files {
+impl RowWriter for ParquetFiles {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
         let Some(file) = self.0.get_mut(table).and_then(Option::as_mut) else {
             return Ok(());
@@ -107,9 +124,8 @@ impl Writer for Files {
     fn finish(self: Box<Self>) -> Result<u64, Error> {
         for mut file in self.0.into_iter().flatten() {
             file.flush()?;
-            let path = file.path;
             let closed = file.writer.close();
-            closed.map_err(|e| io(&path, std::io::Error::other(e.to_string())))?;
+            closed.map_err(|e| failed(&file.path)(&e))?;
         }
         Ok(0)
     }

@@ -1,7 +1,7 @@
-//! `samples.parquet` of a run: for each step in which a sample arrived or the command changed, what the estimators were given and the truth
-//! beside it. Written while the run goes on, read step by step.
+//! `samples.parquet` of a run: the samples that the estimators were given and the truth beside them, for each step in
+//! which a sample arrived or the command changed. Written while the run goes on, read step by step.
 
-use crate::drive::vehicle_file::VehicleFile;
+use crate::drive::VehicleFile;
 use crate::{io, wrong};
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -23,23 +23,23 @@ use std::sync::Arc;
 
 /// Name of the file in the folder of a run.
 pub const NAME: &str = "samples.parquet";
-/// Key of what is said about the file, in its metadata.
+/// Key of the description of the file, in its metadata.
 const ABOUT: &str = "samples";
 /// Rows of a batch.
 const ROWS: usize = 8192;
 
-/// What is said about the file.
+/// The description of the file.
 #[derive(Serialize, Deserialize)]
 struct About {
     /// Length of a step, ns.
     step_ns: i64,
-    /// The vehicle as the estimators were told it.
+    /// The vehicle that the estimators were given.
     vehicle: VehicleFile,
 }
 
 /// A step of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct KeptStep {
+pub(super) struct KeptStep {
     /// Its end, when its samples arrived, ns since the start.
     pub arrival_ns: i64,
     /// The samples.
@@ -54,7 +54,8 @@ pub struct KeptStep {
     pub effective_slope_rad: f64,
 }
 
-/// All columns, in their order: a stamp and the values of every slot that a vehicle with so many drive units has, the command, the truth.
+/// All columns, in their order: a stamp and the values of every slot that a vehicle with so many drive units has,
+/// the command, the truth.
 fn columns(drives: usize) -> Vec<Column> {
     let mut all = vec![Column::Arrival];
     let on_vehicle = |s: &Slot| s.measurand.shape() != Shape::PerDrive || s.index < drives;
@@ -306,10 +307,10 @@ pub struct Samples {
     path: PathBuf,
     /// Length of a step, ns.
     pub step_ns: i64,
-    /// The vehicle as the estimators were told it.
-    pub vehicle: Vehicle,
+    /// The vehicle that the estimators were given.
+    pub(super) vehicle: Vehicle,
     /// The same as a file.
-    pub vehicle_file: VehicleFile,
+    pub(super) vehicle_file: VehicleFile,
 }
 
 impl Samples {
@@ -333,8 +334,21 @@ impl Samples {
         })
     }
 
+    /// Reads all steps; how many there are.
+    pub fn count(&self) -> Result<u64, Error> {
+        let mut steps = 0;
+        self.each(&mut |_| {
+            steps += 1;
+            Ok(())
+        })?;
+        Ok(steps)
+    }
+
     /// All steps, one after the other.
-    pub fn each(&self, sink: &mut dyn FnMut(&KeptStep) -> Result<(), Error>) -> Result<(), Error> {
+    pub(super) fn each(
+        &self,
+        sink: &mut dyn FnMut(&KeptStep) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let columns = columns(self.vehicle.drives);
         let batches = builder(&self.path)?.with_batch_size(ROWS).build();
         for batch in batches.map_err(|e| broken_read(&self.path, &e))? {

@@ -17,9 +17,10 @@ pub(super) struct Table {
     pub units: Vec<&'static str>,
     /// Step of each in CAN signals, in its unit.
     pub steps: Vec<f64>,
-    /// Whether all columns are of one sample; else each column is a channel of its own, and a row has those that were taken at its time.
+    /// True if all columns are of one sample; else each column is a channel of its own, and a row has those that were
+    /// taken at its time.
     pub is_vector: bool,
-    /// Whether the run has a row of it.
+    /// True if the run has a row of it.
     pub is_used: bool,
 }
 

@@ -1,5 +1,6 @@
-//! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance, lean and bias of the
-//! accelerometer, noise, and with a reference of the way the radius of the wheels. The force balance of Liu et al. (2023, §2.2) regressed over windows of a second.
+//! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance,
+//! lean and bias of the accelerometer, noise, and with a reference of the way the radius of the wheels. The force
+//! balance of Liu et al. (2023, §2.2) regressed over windows of a second.
 
 mod noise;
 mod standing;
@@ -10,6 +11,7 @@ pub use standing::{Instrument, StandingAxis, standing};
 
 use crate::drive::{Drive, Plan, Reference, Way, calibrate};
 use crate::map::Map;
+use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use crate::wrong;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::error::Error;
@@ -23,8 +25,6 @@ const WINDOW_S: f64 = 1.0;
 const MIN_SPEED_MPS: f64 = 0.2;
 /// Fewest windows of a regression.
 const MIN_WINDOWS: usize = 20;
-/// Standard gravity, m/s².
-pub(crate) const G: f64 = 9.80665;
 
 /// A parameter that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,17 +33,18 @@ pub struct Parameter {
     pub name: String,
     /// Its value.
     pub value: f64,
-    /// Its standard deviation: residuals, their correlation from window to window, and that of the known mass and slope.
+    /// Its standard deviation: residuals, their correlation from window to window, and that of the known mass and
+    /// slope.
     pub sd: f64,
     /// Unit of both.
     pub unit: &'static str,
-    /// What it stands for in a map or a vehicle.
+    /// Its key in a map, or its meaning for the vehicle.
     pub meaning: &'static str,
 }
 
 /// Means of a window, and the speeds at its ends.
 #[derive(Clone, Copy, Debug)]
-struct Window {
+struct ForceWindow {
     /// Mean acceleration from the speeds at both ends, m/s².
     acceleration: f64,
     speed: f64,
@@ -55,27 +56,14 @@ struct Window {
     mass_kg: f64,
 }
 
-/// What the parameters of a log are.
+/// Finds the parameters of a log.
 pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
     let mut plan = Plan::new(map)?;
     calibrate(map, &mut plan)?;
     let mut seen = Seen::default();
     let mut windows = windows(map, &plan, &mut seen)?;
-    let Seen {
-        noise,
-        slope_sd,
-        mass_sd,
-        rolled,
-    } = seen;
     let mut found = Vec::new();
-    let radius = match &rolled {
-        None => None,
-        Some(rolled) => Some(rolled.ratio().ok_or_else(|| {
-            let help = "a reference that covers at least four times 5 m of the way in one stretch";
-            let why = "too little of the way has both wheel speeds and a reference";
-            map.error("reference", why, help)
-        })?),
-    };
+    let radius = radius_ratio(map, &seen)?;
     if let Some((ratio, sd)) = radius {
         let nominal_m = plan.vehicle.wheel_radius_m;
         found.push(Parameter {
@@ -92,79 +80,9 @@ pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
             w.force_n /= ratio;
         }
     }
-    let moving: Vec<Window> = windows
-        .iter()
-        .copied()
-        .filter(|w| w.speed.abs() > MIN_SPEED_MPS)
-        .collect();
-    let balance = |w: &Window| {
-        let m = w.mass_kg;
-        let (sin, cos) = w.effective_slope_rad.sin_cos();
-        let y = (m + plan.vehicle.rotating_mass_kg) * w.acceleration + m * G * sin;
-        (Vector2::new(w.force_n, -m * G * cos * w.speed.signum()), y)
-    };
-    match regression(moving.iter().map(balance)) {
-        Some(fit) => {
-            let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
-            let [gain, resistance] = fit.value;
-            found.push(Parameter {
-                name: "torque gain".into(),
-                value: gain,
-                sd: fit.sd[0]
-                    .hypot(gain * mass_sd / mean_mass)
-                    .hypot(gain * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
-                unit: "1",
-                meaning: match radius {
-                    Some(_) => "force at the rims over that of the radius found and the nominal gear and efficiency",
-                    None => "force at the rims over that of the nominal radius, gear and efficiency",
-                },
-            });
-            found.push(Parameter {
-                name: "running resistance".into(),
-                value: resistance,
-                sd: fit.sd[1].hypot(slope_sd),
-                unit: "1",
-                meaning: "nominal.running_resistance",
-            });
-        }
-        None => {
-            let file = map.files.values().next().cloned().unwrap_or_default();
-            return Err(wrong(
-                &file,
-                None,
-                format!(
-                    "of this log {} windows of a second have speed, traction, mass and slope while the vehicle moves",
-                    moving.len()
-                ),
-                format!(
-                    "at least {MIN_WINDOWS}, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope"
-                ),
-            ));
-        }
-    }
-    let inertial = windows.iter().filter(|w| w.specific_force_x.is_finite());
-    let inertial = inertial.map(|w| {
-        let f = w.acceleration + G * w.slope_rad.sin();
-        (Vector2::new(f, 1.0), w.specific_force_x)
-    });
-    if let Some(fit) = regression(inertial) {
-        let to_deg = 180.0 / std::f64::consts::PI;
-        found.push(Parameter {
-            name: "lean".into(),
-            value: (fit.value[0] - 1.0) * to_deg,
-            sd: fit.sd[0] * to_deg,
-            unit: "deg/g",
-            meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
-        });
-        found.push(Parameter {
-            name: "accelerometer bias".into(),
-            value: fit.value[1],
-            sd: fit.sd[1].hypot(G * slope_sd),
-            unit: "m/s2",
-            meaning: "forward; with the pitch of its mount times g",
-        });
-    }
-    found.extend(noise.figures().into_iter().map(|figure| Parameter {
+    found.extend(drive_parameters(map, &plan, &windows, &seen, radius)?);
+    found.extend(accelerometer_parameters(&windows, &seen));
+    found.extend(seen.noise.figures().into_iter().map(|figure| Parameter {
         name: format!("noise of the {}", figure.channel),
         value: figure.sd,
         sd: figure.sd_of_sd,
@@ -174,7 +92,103 @@ pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
     Ok(found)
 }
 
-/// What is seen of a log beside its windows.
+/// The radius of the wheels over the nominal one, and its standard deviation; none without a reference of the way.
+fn radius_ratio(map: &Map, seen: &Seen) -> Result<Option<(f64, f64)>, Error> {
+    let Some(rolled) = &seen.rolled else {
+        return Ok(None);
+    };
+    rolled.ratio().map(Some).ok_or_else(|| {
+        let help = "a reference that covers at least four times 5 m of the way in one stretch";
+        let why = "too little of the way has both wheel speeds and a reference";
+        map.error("reference", why, help)
+    })
+}
+
+/// Torque gain and running resistance, by the force balance along the track while the vehicle moves.
+fn drive_parameters(
+    map: &Map,
+    plan: &Plan,
+    windows: &[ForceWindow],
+    seen: &Seen,
+    radius: Option<(f64, f64)>,
+) -> Result<[Parameter; 2], Error> {
+    let moves = |w: &&ForceWindow| w.speed.abs() > MIN_SPEED_MPS;
+    let moving: Vec<&ForceWindow> = windows.iter().filter(moves).collect();
+    let balance = |w: &&ForceWindow| {
+        let m = w.mass_kg;
+        let (sin, cos) = w.effective_slope_rad.sin_cos();
+        let y = (m + plan.vehicle.rotating_mass_kg) * w.acceleration + m * G * sin;
+        (Vector2::new(w.force_n, -m * G * cos * w.speed.signum()), y)
+    };
+    let Some(fit) = regression(moving.iter().map(balance)) else {
+        let file = map.files.values().next().cloned().unwrap_or_default();
+        return Err(wrong(
+            &file,
+            None,
+            format!(
+                "of this log {} windows of a second have speed, traction, mass and slope while the vehicle moves",
+                moving.len()
+            ),
+            format!(
+                "at least {MIN_WINDOWS}, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope"
+            ),
+        ));
+    };
+    let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
+    let [gain, resistance] = fit.value;
+    let gain = Parameter {
+        name: "torque gain".into(),
+        value: gain,
+        sd: fit.sd[0]
+            .hypot(gain * seen.mass_sd / mean_mass)
+            .hypot(gain * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
+        unit: "1",
+        meaning: match radius {
+            Some(_) => {
+                "force at the rims over that of the radius found and the nominal gear and efficiency"
+            }
+            None => "force at the rims over that of the nominal radius, gear and efficiency",
+        },
+    };
+    let resistance = Parameter {
+        name: "running resistance".into(),
+        value: resistance,
+        sd: fit.sd[1].hypot(seen.slope_sd),
+        unit: "1",
+        meaning: "nominal.running_resistance",
+    };
+    Ok([gain, resistance])
+}
+
+/// Lean and bias of the accelerometer, by its specific force along the vehicle; none of a log that does not show them.
+fn accelerometer_parameters(windows: &[ForceWindow], seen: &Seen) -> Vec<Parameter> {
+    let inertial = windows.iter().filter(|w| w.specific_force_x.is_finite());
+    let inertial = inertial.map(|w| {
+        let f = w.acceleration + G * w.slope_rad.sin();
+        (Vector2::new(f, 1.0), w.specific_force_x)
+    });
+    let Some(fit) = regression(inertial) else {
+        return Vec::new();
+    };
+    let to_deg = 180.0 / std::f64::consts::PI;
+    let lean = Parameter {
+        name: "lean".into(),
+        value: (fit.value[0] - 1.0) * to_deg,
+        sd: fit.sd[0] * to_deg,
+        unit: "deg/g",
+        meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
+    };
+    let bias = Parameter {
+        name: "accelerometer bias".into(),
+        value: fit.value[1],
+        sd: fit.sd[1].hypot(G * seen.slope_sd),
+        unit: "m/s2",
+        meaning: "forward; with the pitch of its mount times g",
+    };
+    vec![lean, bias]
+}
+
+/// Figures of a log beside its windows.
 #[derive(Default)]
 struct Seen {
     noise: Noise,
@@ -186,13 +200,13 @@ struct Seen {
 }
 
 /// Windows in which all that the force balance needs is known.
-fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<Window>, Error> {
+fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<ForceWindow>, Error> {
     let mut drive = Drive::open(map, plan)?;
     let mut reference = Reference::load(map, drive.origin_ns())?;
     (seen.slope_sd, seen.mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
     seen.rolled = Way::load(map, drive.origin_ns())?.map(Rolled::new);
     let mut windows = Vec::new();
-    let mut sums = Sums::default();
+    let mut sums = WindowSums::default();
     let mut last = LastValues::default();
     while let Some(step) = drive.next(map)? {
         seen.noise.see(&step.z);
@@ -204,7 +218,7 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<Window>, Error
         let effective = reference.effective_at(step.t_ns).unwrap_or(slope);
         let t_s = step.t_ns as f64 * 1e-9;
         if sums.segment != step.segment {
-            sums = Sums::default();
+            sums = WindowSums::default();
             sums.segment = step.segment;
         }
         sums.add(t_s, [last.speed(), last.force_n, slope, effective, mass]);
@@ -214,10 +228,10 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<Window>, Error
         if sums.from.is_some_and(|(from, _)| t_s - from >= WINDOW_S) {
             windows.extend(sums.window(t_s, last.speed()));
             // the end of a window is the beginning of the next one
-            sums = Sums {
+            sums = WindowSums {
                 segment: step.segment,
                 from: Some((t_s, last.speed())),
-                ..Sums::default()
+                ..WindowSums::default()
             };
         }
     }
@@ -278,9 +292,9 @@ fn mean(all: &[Option<f64>]) -> f64 {
     sum / n
 }
 
-/// Sums of a window: speed, force, slope, effective slope, mass.
+/// WindowSums of a window: speed, force, slope, effective slope, mass.
 #[derive(Default)]
-struct Sums {
+struct WindowSums {
     segment: u32,
     from: Option<(f64, f64)>,
     n: f64,
@@ -288,7 +302,7 @@ struct Sums {
     inertial: (f64, f64),
 }
 
-impl Sums {
+impl WindowSums {
     fn add(&mut self, t_s: f64, values: [f64; 5]) {
         self.from.get_or_insert((t_s, values[0]));
         self.n += 1.0;
@@ -298,11 +312,11 @@ impl Sums {
     }
 
     /// The window that ends now; none if something of it is not known.
-    fn window(&self, t_s: f64, end_speed: f64) -> Option<Window> {
+    fn window(&self, t_s: f64, end_speed: f64) -> Option<ForceWindow> {
         let (from_s, from_speed) = self.from?;
         let [speed, force_n, slope_rad, effective_slope_rad, mass_kg] =
             self.sum.map(|sum| sum / self.n);
-        let window = Window {
+        let window = ForceWindow {
             acceleration: (end_speed - from_speed) / (t_s - from_s),
             speed,
             force_n,
@@ -329,8 +343,8 @@ struct Fit {
     sd: [f64; 2],
 }
 
-/// Least squares; residuals that hang together from row to row count as fewer. None of too few rows, or of rows that do not tell the two
-/// apart.
+/// Least squares; correlated residuals of successive rows count as fewer. None of too few rows, and none where the two
+/// columns are nearly proportional.
 fn regression(rows: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Fit> {
     let rows: Vec<_> = rows.collect();
     if rows.len() < MIN_WINDOWS {
@@ -341,7 +355,7 @@ fn regression(rows: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Fit> {
         normal += h * h.transpose();
         right += h * *y;
     }
-    // scaled to ones in the diagonal, so that the determinant tells how alike the two are
+    // scaled to ones in the diagonal, so that the determinant shows how alike the two are
     let alike = normal[(0, 1)].powi(2) / (normal[(0, 0)] * normal[(1, 1)]);
     if alike.is_nan() || alike >= 1.0 - 1e-9 {
         return None;
@@ -373,8 +387,8 @@ mod tests {
     use super::*;
     use monorig_sim::sensors::stream::Stream;
 
-    /// A drive up and down with noise: gain, resistance, lean and bias that were planted are found within three standard deviations, which
-    /// are small against the values.
+    /// A drive up and down with noise: gain, resistance, lean and bias that were planted are found within three
+    /// standard deviations, which are small against the values.
     #[test]
     fn planted_values_are_found() {
         let dir = tempfile::tempdir().unwrap();
@@ -428,9 +442,9 @@ reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_k
         near("noise of the wheel speed 1", 0.003, 1e-4);
     }
 
-    /// A vehicle whose wheels are 2.5 % smaller than is said, along marks every 7 m that were surveyed to 5 mm, or beside a laser that says the
-    /// speed: the radius is found within two standard deviations, which are below a thousandth of it, and the torque gain is then that
-    /// of gear and efficiency alone.
+    /// A vehicle whose wheels are 2.5 % smaller than the map has them, along marks every 7 m that were surveyed to 5
+    /// mm, or beside a laser that measures the speed: the radius is found within two standard deviations, which are
+    /// below a thousandth of it, and the torque gain is then that of gear and efficiency alone.
     #[test]
     fn the_radius_is_found_by_marks_and_by_a_laser() {
         let (said, radius, gain, resistance, mass) = (0.2, 0.195, 0.97, 0.018, 10_000.0);

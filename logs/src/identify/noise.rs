@@ -9,16 +9,16 @@ use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
 use std::collections::BTreeMap;
 
-/// Noise of the channels: standard deviation of a sample by the second differences of successive ones (after von Neumann 1941), which motion
-/// that is slow against the rate of the samples does not touch, and vibration does.
+/// Noise of the channels: standard deviation of a sample by the second differences of successive ones (after von
+/// Neumann 1941), which motion that is slow against the rate of the samples does not touch, and vibration does.
 #[derive(Clone, Debug, Default)]
-pub struct Noise {
-    channels: Vec<Channel>,
+pub(crate) struct Noise {
+    channels: Vec<SecondDifferences>,
 }
 
 #[derive(Clone, Debug)]
-struct Channel {
-    kind: Kinds,
+struct SecondDifferences {
+    kind: NoisySensor,
     index: usize,
     /// The last sample, and the one before it.
     last: f64,
@@ -27,9 +27,9 @@ struct Channel {
     squares: f64,
 }
 
-/// What is measured.
+/// A sensor whose noise is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kinds {
+enum NoisySensor {
     Force,
     Rate,
     Wheel,
@@ -38,16 +38,16 @@ enum Kinds {
 
 /// Noise of a channel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ChannelNoise {
-    /// Which, such as `wheel speed 2`.
+pub(crate) struct ChannelNoise {
+    /// Its name, such as `wheel speed 2`.
     pub channel: String,
-    /// Standard deviation of a sample, and that of this figure.
+    /// Standard deviation of a sample.
     pub sd: f64,
-    /// See above.
+    /// Standard deviation of that figure.
     pub sd_of_sd: f64,
     /// Unit of both.
     pub unit: &'static str,
-    kind: Kinds,
+    kind: NoisySensor,
     index: usize,
 }
 
@@ -65,16 +65,16 @@ impl Noise {
     /// Takes the samples of a step.
     pub fn see(&mut self, z: &Measurements) {
         for (kind, sample) in [
-            (Kinds::Force, z.specific_force_mps2),
-            (Kinds::Rate, z.angular_rate_radps),
+            (NoisySensor::Force, z.specific_force_mps2),
+            (NoisySensor::Rate, z.angular_rate_radps),
         ] {
             for (axis, x) in sample.iter().flat_map(|s| s.value).enumerate() {
                 self.push(kind, axis, x);
             }
         }
         for (kind, slots) in [
-            (Kinds::Wheel, &z.wheel_speed_mps),
-            (Kinds::Torque, &z.motor_torque_nm),
+            (NoisySensor::Wheel, &z.wheel_speed_mps),
+            (NoisySensor::Torque, &z.motor_torque_nm),
         ] {
             for (i, sample) in slots.iter().enumerate() {
                 if let Some(sample) = sample {
@@ -84,7 +84,7 @@ impl Noise {
         }
     }
 
-    fn push(&mut self, kind: Kinds, index: usize, x: f64) {
+    fn push(&mut self, kind: NoisySensor, index: usize, x: f64) {
         let mut channels = self.channels.iter_mut();
         match channels.find(|c| c.kind == kind && c.index == index) {
             Some(channel) => {
@@ -95,7 +95,7 @@ impl Noise {
                 channel.before = Some(channel.last);
                 channel.last = x;
             }
-            None => self.channels.push(Channel {
+            None => self.channels.push(SecondDifferences {
                 kind,
                 index,
                 last: x,
@@ -108,15 +108,15 @@ impl Noise {
 
     /// The figures of all channels with three samples.
     pub fn figures(&self) -> Vec<ChannelNoise> {
-        let figure = |c: &Channel| {
+        let figure = |c: &SecondDifferences| {
             let (name, unit) = match c.kind {
-                Kinds::Force => ("specific force", "m/s2"),
-                Kinds::Rate => ("angular rate", "rad/s"),
-                Kinds::Wheel => ("wheel speed", "m/s"),
-                Kinds::Torque => ("motor torque", "Nm"),
+                NoisySensor::Force => ("specific force", "m/s2"),
+                NoisySensor::Rate => ("angular rate", "rad/s"),
+                NoisySensor::Wheel => ("wheel speed", "m/s"),
+                NoisySensor::Torque => ("motor torque", "Nm"),
             };
             let which = match c.kind {
-                Kinds::Force | Kinds::Rate => ["forward", "left", "up"]
+                NoisySensor::Force | NoisySensor::Rate => ["forward", "left", "up"]
                     .get(c.index)
                     .copied()
                     .unwrap_or_default()
@@ -128,7 +128,8 @@ impl Noise {
             ChannelNoise {
                 channel: format!("{name} {which}"),
                 sd,
-                // neighbours share samples (correlations −2/3 and 1/6): the variance of the variance is 2 (1 + 2 · 17/36) σ⁴ / n
+                // neighbours share samples (correlations −2/3 and 1/6): the variance of the variance is 2 (1 + 2 ·
+                // 17/36) σ⁴ / n
                 sd_of_sd: sd * (35.0 / (36.0 * c.n)).sqrt(),
                 unit,
                 kind: c.kind,
@@ -142,7 +143,8 @@ impl Noise {
             .collect()
     }
 
-    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set. What was set.
+    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set. What
+    /// was set.
     pub fn give(
         &self,
         estimators: &mut BTreeMap<String, Settings>,
@@ -167,7 +169,7 @@ impl Noise {
                 // along the vehicle of the IMU, the mean of the wheels
                 let of_kind = figures.iter().filter(|f| f.kind == *kind);
                 let used: Vec<_> = of_kind
-                    .filter(|f| *kind == Kinds::Wheel || f.index == 0)
+                    .filter(|f| *kind == NoisySensor::Wheel || f.index == 0)
                     .collect();
                 if used.is_empty() || settings.values.contains_key(*parameter) {
                     continue;
@@ -192,7 +194,7 @@ impl Noise {
 }
 
 /// Parameters of estimators that are the standard deviation of a sample.
-const NAMES: &[(&str, Kinds)] = &[
-    ("wheel_speed_sd_mps", Kinds::Wheel),
-    ("accel_sd_mps2", Kinds::Force),
+const NAMES: &[(&str, NoisySensor)] = &[
+    ("wheel_speed_sd_mps", NoisySensor::Wheel),
+    ("accel_sd_mps2", NoisySensor::Force),
 ];

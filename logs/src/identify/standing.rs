@@ -1,6 +1,7 @@
-//! What the IMU of a log measures while the vehicle stands: what its noise by averaging time (Allan deviation) is computed from.
+//! Samples of a log's IMU while the vehicle stands: its noise by averaging time (Allan deviation) is computed from
+//! them.
 
-use crate::drive::{Drive, Plan};
+use crate::drive::{Drive, Plan, calibrate};
 use crate::map::{Many, Map};
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Sample};
@@ -9,7 +10,7 @@ use monorig_sim::error::Error;
 
 /// Faster than this is not standing, m/s.
 const STANDING_MPS: f64 = 0.02;
-/// So long after it has come to rest and before it starts samples do not count, s.
+/// Samples do not count this long after the vehicle has come to rest, and this long before it starts, s.
 const SETTLING_S: f64 = 1.0;
 /// Shortest stretch, s.
 const SHORTEST_S: f64 = 10.0;
@@ -32,7 +33,7 @@ pub enum Instrument {
 /// An axis of an instrument while the vehicle stands.
 #[derive(Clone, Debug)]
 pub struct StandingAxis {
-    /// Which instrument.
+    /// The instrument.
     pub instrument: Instrument,
     /// `forward`, `left` or `up`.
     pub axis: &'static str,
@@ -101,11 +102,13 @@ fn seconds(from: Time, to: Time) -> f64 {
 }
 
 /// The axes of the IMU while all wheels stand, of stretches of 10 s and more; none where there is no such stretch.
-pub fn standing(map: &Map, plan: &Plan) -> Result<Vec<StandingAxis>, Error> {
+pub fn standing(map: &Map) -> Result<Vec<StandingAxis>, Error> {
+    let mut plan = Plan::new(map)?;
+    calibrate(map, &mut plan)?;
     let mut each = map.clone();
     each.file.step.rate_hz = Positive::new(RATE_HZ);
     each.file.step.many = Many::Newest;
-    let mut drive = Drive::open(&each, plan)?;
+    let mut drive = Drive::open(&each, &plan)?;
     let (mut wheels, mut turned_at): ([Option<f64>; MAX_DRIVES], Option<Time>) = Default::default();
     let (mut force, mut rate) = (Stretches::default(), Stretches::default());
     let (mut segment, mut last) = (0, Time::from_ns(0));

@@ -7,7 +7,7 @@ const INTERVAL_M: f64 = 5.0;
 /// Fewest intervals.
 const MIN_INTERVALS: usize = 4;
 
-/// What the wheels have gone when the reference was taken.
+/// The way by the wheels at each sample of the reference.
 pub(crate) struct Rolled {
     way: Way,
     next: usize,
@@ -71,7 +71,8 @@ impl Rolled {
         self.last = Some((t_ns, speed_mps));
     }
 
-    /// The way by the reference over that by the wheels, and its standard deviation; none of fewer than four intervals of 5 m.
+    /// The way by the reference over that by the wheels, and its standard deviation; none of fewer than four intervals
+    /// of 5 m.
     pub fn ratio(&self) -> Option<(f64, f64)> {
         let mut rows: Vec<(f64, f64, f64)> = Vec::new();
         let mut from: Option<&Mark> = None;

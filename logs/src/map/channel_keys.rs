@@ -6,10 +6,10 @@ use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where an axis of an instrument points.
+/// The direction of an instrument's axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Axis {
+pub(crate) enum Axis {
     /// Towards growing chainage.
     Forward,
     /// Against it.
@@ -24,10 +24,10 @@ pub enum Axis {
     Down,
 }
 
-/// How an instrument is turned against the vehicle, degrees: first rolled, then pitched, then yawed.
+/// The turn of an instrument against the vehicle, degrees: first rolled, then pitched, then yawed.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Mount {
+pub(crate) struct Mount {
     /// + right side down.
     pub roll: Finite,
     /// + nose up.
@@ -46,12 +46,12 @@ impl Default for Mount {
     }
 }
 
-/// What is found from the first seconds of the log, in which the vehicle stands.
+/// Calibration in the first seconds of the log, while the vehicle stands.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Calibrate {
-    /// How long it stands from the first row on, s. Of the angular rate the bias is found; of the specific force the roll and pitch of the
-    /// mount.
+pub(crate) struct Calibrate {
+    /// Time for which it stands from the first row on, s. Of the angular rate the bias is found; of the specific force
+    /// the roll and pitch of the mount.
     pub standing_s: Positive,
     /// Slope on which it stands meanwhile, degrees, + uphill; of the specific force only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,7 +61,7 @@ pub struct Calibrate {
 /// Three columns of an instrument on three axes.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct VectorChannel {
+pub(crate) struct VectorChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -69,29 +69,29 @@ pub struct VectorChannel {
     pub columns: [Formula; 3],
     /// Their unit.
     pub unit: UnitName,
-    /// Where the axes point; none = forward, left, up.
+    /// Directions of the axes; none = forward, left, up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<[Axis; 3]>,
-    /// How it is turned against these directions.
+    /// The turn of the instrument against these directions.
     #[serde(default)]
     pub mount_deg: Mount,
-    /// How much the sprung body that carries it pitches nose up for each g of specific force along the vehicle, degrees; taken out of the
-    /// specific force.
+    /// Pitch nose up of the sprung body that carries it for each g of specific force along the vehicle, degrees; taken
+    /// out of the specific force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lean_deg_per_g: Option<Finite>,
     /// Bias of the three columns, in their unit, taken off first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias: Option<[Finite; 3]>,
-    /// Standard deviation of the bias that is left, in the SI unit; estimators are told it.
+    /// Standard deviation of the bias that is left, in the SI unit; estimators are given it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sd: Option<Positive>,
-    /// What is found while the vehicle stands.
+    /// Values that are found while the vehicle stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibrate: Option<Calibrate>,
     /// Samples count only where this is true, such as `status == 1`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
+    /// Delay of samples on their way to the estimators, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
@@ -99,7 +99,7 @@ pub struct VectorChannel {
 /// A column of one value.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ScalarChannel {
+pub(crate) struct ScalarChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -113,7 +113,7 @@ pub struct ScalarChannel {
     /// Samples count only where this is true.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
+    /// Delay of samples on their way to the estimators, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
@@ -121,7 +121,7 @@ pub struct ScalarChannel {
 /// Columns of wheel speeds.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WheelChannel {
+pub(crate) struct WheelChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -129,7 +129,7 @@ pub struct WheelChannel {
     pub columns: Vec<Formula>,
     /// Their unit.
     pub unit: UnitName,
-    /// Whether these wheels are driven: where some are not, only those that are not are used, because they do not slip.
+    /// True for driven wheels. Where some wheels are not driven only those are used, because they do not slip.
     #[serde(default = "yes")]
     pub driven: bool,
     /// 1, or −1 where the log counts the other way.
@@ -138,15 +138,15 @@ pub struct WheelChannel {
     /// Samples count only where this is true.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
+    /// Delay of samples on their way to the estimators, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
-/// What drives the vehicle: one of `torque`, `force` and `power`.
+/// Torque, force or power that drives the vehicle: one of the three.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Traction {
+pub(crate) struct Traction {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -161,7 +161,8 @@ pub struct Traction {
     pub power: Option<Formula>,
     /// Unit of it.
     pub unit: UnitName,
-    /// Of a torque: revolutions of the shaft it is measured at per wheel revolution, a constant or a column; none = the vehicle's.
+    /// Of a torque: revolutions of the shaft it is measured at per wheel revolution, a constant or a column; none = the
+    /// vehicle's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear_ratio: Option<Formula>,
     /// Of a power: share of it that reaches the rims; none = all.
@@ -173,15 +174,15 @@ pub struct Traction {
     /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
-    /// How much later than their time samples reach the estimators, ms.
+    /// Delay of samples on their way to the estimators, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
-/// What the controller asked for: in a step the last command that was recorded until its end.
+/// The command of the controller: in a step the last one that was recorded until its end.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CommandChannel {
+pub(crate) struct CommandChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,

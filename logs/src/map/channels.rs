@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 /// Columns of a measured quantity.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(untagged)]
-pub enum MeasuredChannel {
+pub(crate) enum MeasuredChannel {
     /// Of three axes.
     Vector(VectorChannel),
     /// Of one value.
@@ -26,7 +26,7 @@ pub enum MeasuredChannel {
 
 /// What the columns of a log measure. What is not there, estimators do without.
 #[derive(Clone, Debug, Default)]
-pub struct Channels {
+pub(crate) struct Channels {
     /// Measured quantities, but for wheel speed and motor torque.
     pub measured: BTreeMap<Measurand, MeasuredChannel>,
     /// Speeds of wheels at their circumference.

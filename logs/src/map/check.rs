@@ -1,4 +1,4 @@
-//! What a map file must keep to beyond the type of each value: key, what is wrong, what would be right.
+//! Checks of a map file beyond the type of each value.
 
 use super::channel_keys::{ScalarChannel, Traction, VectorChannel};
 use super::channels::{Channels, MeasuredChannel, key, quantity};

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 /// A channel that a fault can be put on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultedChannel {
+pub(crate) enum FaultedChannel {
     /// Specific force and angular rate.
     Imu,
     /// Torque, force or power.

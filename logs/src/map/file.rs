@@ -18,58 +18,58 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct MapFile {
     /// Format version, 1.
-    pub version: Version1,
-    /// What the recording is, and what it shows.
+    pub(crate) version: Version1,
+    /// Description of the recording, and of its purpose.
     #[serde(default)]
-    pub why: String,
-    /// Where the recording is from.
+    pub(crate) why: String,
+    /// Source of the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub source: Option<Provenance>,
+    pub(crate) source: Option<Provenance>,
     /// The files of the log by a name of one's own, relative to this file; one alone can be given on the command line.
     #[serde(default)]
-    pub files: BTreeMap<String, String>,
+    pub(crate) files: BTreeMap<String, String>,
     /// Database of CAN messages (DBC), relative to this file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dbc: Option<String>,
+    pub(crate) dbc: Option<String>,
     /// The column of time and its unit, unless a file has its own under `clocks`.
     #[serde(default)]
-    pub time: TimeSettings,
+    pub(crate) time: TimeSettings,
     /// Clocks of single files, by the names of `files`.
     #[serde(default)]
-    pub clocks: BTreeMap<String, Clock>,
+    pub(crate) clocks: BTreeMap<String, Clock>,
     /// The steps of the estimators.
     #[serde(default)]
-    pub step: StepSettings,
-    /// Train file, car file or file of nominal values (as `monorig export` writes it), relative to this file: what estimators are told about
-    /// the vehicle.
+    pub(crate) step: StepSettings,
+    /// Train file, car file or file of nominal values (as `monorig export` writes it), relative to this file: the
+    /// nominal vehicle, which estimators are given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub vehicle: Option<String>,
+    pub(crate) vehicle: Option<String>,
     /// Nominal values where they differ from the vehicle's file, or all there is without one.
     #[serde(default)]
-    pub nominal: Nominal,
-    /// What the columns measure.
-    pub channels: Channels,
+    pub(crate) nominal: Nominal,
+    /// The measurements in the columns.
+    pub(crate) channels: Channels,
     /// Faults put on the channels, as events of a scenario put them on sensors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub faults: Vec<LogFault>,
-    /// What estimates are held against.
+    pub(crate) faults: Vec<LogFault>,
+    /// The references that estimates are held against.
     #[serde(default)]
-    pub reference: References,
+    pub(crate) reference: References,
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
-    pub estimators: BTreeMap<String, Settings>,
-    /// Where the noise of the measurements is from that estimators are told; none = their defaults.
+    pub(crate) estimators: BTreeMap<String, Settings>,
+    /// Source of the measurement noise that estimators are given; none = their defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise: Option<NoiseSource>,
+    pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
     #[serde(default)]
-    pub expect: Vec<Expectation>,
+    pub(crate) expect: Vec<Expectation>,
     /// Shares of the time in which estimates must be marked valid, as in a scenario.
     #[serde(default)]
-    pub availability: Availability,
-    /// When an estimate marked valid is misleading, as in a scenario.
+    pub(crate) availability: Availability,
+    /// Limits beyond which an estimate marked valid is misleading, as in a scenario.
     #[serde(default)]
-    pub integrity: Integrity,
+    pub(crate) integrity: Integrity,
     /// Bounds that do not hold, for reasons of physics, as in a scenario.
     #[serde(
         default,
@@ -77,25 +77,25 @@ pub struct MapFile {
         deserialize_with = "known_failures"
     )]
     #[schemars(with = "Vec<KnownFailureEntry>")]
-    pub known_failures: Vec<KnownFailure>,
+    pub(crate) known_failures: Vec<KnownFailure>,
     /// Recording rates.
     #[serde(default)]
-    pub record: Record,
+    pub(crate) record: Record,
 }
 
-/// Where the noise of the measurements is from that estimators are told.
+/// Source of the measurement noise that estimators are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
-    /// From the log: `wheel_speed_sd_mps` and `accel_sd_mps2` of estimators whose parameters do not say them.
+    /// From the log: `wheel_speed_sd_mps` and `accel_sd_mps2` of estimators whose parameters do not set them.
     FromLog,
 }
 
-/// Where a recording is from.
+/// The source of a recording.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Provenance {
-    /// Who recorded what.
+pub(crate) struct Provenance {
+    /// Author and name of the recording.
     pub name: String,
     /// Its licence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -105,20 +105,21 @@ pub struct Provenance {
 /// The time of a log.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct TimeSettings {
-    /// Column of the time (CSV, Parquet); without it one that is called like a time. The other formats have their own time.
+pub(crate) struct TimeSettings {
+    /// Column of the time (CSV, Parquet); without it one that is called like a time. The other formats have their own
+    /// time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
     /// Unit of that column; without it by its name or type, else seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<TimeUnit>,
-    /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53 ns), where the time
-    /// above is when they were recorded.
+    /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53
+    /// ns), where the time above is when they were recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
     /// By which time samples are given to the estimators.
     pub order: Order,
-    /// What is time zero.
+    /// Time zero of the replay.
     pub origin: Origin,
     /// Column of text (CSV) whose change begins a new run, in which time begins anew: a new segment.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -131,18 +132,19 @@ pub struct TimeSettings {
 /// By which time samples are given to the estimators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Order {
-    /// When they were taken.
+pub(crate) enum Order {
+    /// The time at which they were taken.
     #[default]
     Stamp,
-    /// When they were recorded: MCAP has this time beside the stamp, and so has a log with `stamp`; elsewhere it is the stamp.
+    /// The time at which they were recorded: MCAP has it beside the stamp, and so has a log with `stamp`; elsewhere it
+    /// is the stamp.
     Arrival,
 }
 
-/// What is time zero of a replay.
+/// Time zero of a replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Origin {
+pub(crate) enum Origin {
     /// The first row of the log.
     #[default]
     First,
@@ -153,7 +155,7 @@ pub enum Origin {
 /// The clock of a file.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// Column of the time, instead of that under `time`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
@@ -163,7 +165,7 @@ pub struct Clock {
     /// Added to its stamps, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_s: Option<Finite>,
-    /// How much the clock is too slow, parts per million: stamps grow by it from the file's first one on.
+    /// Rate by which the clock is too slow, parts per million: stamps grow by it from the file's first one on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drift_ppm: Option<Finite>,
 }
@@ -171,10 +173,10 @@ pub struct Clock {
 /// The steps of the estimators.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct StepSettings {
+pub(crate) struct StepSettings {
     /// Steps per second, Hz.
     pub rate_hz: Positive,
-    /// What is made of several samples of a channel in a step.
+    /// The sample that is made of several ones of a channel in a step.
     pub many: Many,
 }
 
@@ -187,10 +189,10 @@ impl Default for StepSettings {
     }
 }
 
-/// What is made of several samples of a channel in a step.
+/// The sample that is made of several ones of a channel in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Many {
+pub(crate) enum Many {
     /// Their mean, and the mean of their stamps.
     #[default]
     Mean,
@@ -203,7 +205,7 @@ pub enum Many {
 /// Nominal values of the vehicle.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Nominal {
+pub(crate) struct Nominal {
     /// Mass of the empty vehicle, kg.
     pub tare_kg: Option<Positive>,
     /// Smallest and largest total mass thought possible, kg; none = half to twice the tare, or the vehicle's.
@@ -220,35 +222,35 @@ pub struct Nominal {
     pub rotating_mass_kg: Option<NonNegative>,
     /// Running-resistance coefficient.
     pub running_resistance: Option<NonNegative>,
-    /// How far the IMU sits ahead of the middle of its unit, m.
+    /// Distance of the IMU ahead of the middle of its unit, m.
     pub imu_arm_m: Option<Finite>,
 }
 
 /// A fault put on a channel of a log.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LogFault {
+pub(crate) struct LogFault {
     /// s of the replay.
     pub from_s: NonNegative,
     /// s; none = to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_s: Option<Positive>,
-    /// What it is put on.
+    /// The channel that it is put on.
     pub channel: FaultedChannel,
-    /// Which wheel, motor, … counted from 0; none = all of them.
+    /// Number of the wheel, motor, … from 0; none = all of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<usize>,
-    /// What fails.
+    /// Kind of fault.
     pub fault: LogFaultKind,
     /// Size of the fault, in the unit that it needs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<Finite>,
 }
 
-/// What can fail on a channel.
+/// A kind of fault of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LogFaultKind {
+pub(crate) enum LogFaultKind {
     /// No samples.
     Off,
     /// The last value again and again.

@@ -5,16 +5,17 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What a map file writes as `fx` (a column, its name taken as it is), `= fx - 2 * fy` (an expression) or `20` (a constant).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A formula of a map file: `fx` (a column, its name taken as it is), `= fx - 2 * fy` (an expression) or `20` (a
+/// constant).
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
-pub struct Formula {
+pub(crate) struct Formula {
     /// The expression.
     pub expression: Expression,
     written: Written,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "the name of a column, an expression that begins with `=`, or a number"
@@ -51,13 +52,6 @@ impl From<Formula> for Written {
     }
 }
 
-impl Formula {
-    /// Parses what a map file would write.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        Self::try_from(Written::Text(text.to_owned()))
-    }
-}
-
 impl JsonSchema for Formula {
     fn schema_name() -> Cow<'static, str> {
         "Formula".into()
@@ -71,9 +65,9 @@ impl JsonSchema for Formula {
 }
 
 /// An expression that is true or not, such as `engine_rpm / turbine_rpm < 1.1`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Condition(pub Expression);
+pub(crate) struct Condition(pub Expression);
 
 impl TryFrom<String> for Condition {
     type Error = String;

@@ -1,7 +1,7 @@
 //! From a map file to a checked map with its files found.
 
 use super::check;
-use super::file::{MapFile, Order};
+use super::file::{MapFile, NoiseSource, Order};
 use crate::notation::NS;
 use crate::read::ReadOptions;
 use crate::read::merge::{By, Source};
@@ -18,21 +18,21 @@ use std::path::{Path, PathBuf};
 pub struct Map {
     /// File name without its endings: `drive` of `drive.map.yaml`.
     pub name: String,
-    /// What the file says.
-    pub file: MapFile,
+    /// The keys of the file.
+    pub(crate) file: MapFile,
     /// The files of the log by name.
-    pub files: BTreeMap<String, PathBuf>,
+    pub(crate) files: BTreeMap<String, PathBuf>,
     /// The database of CAN messages.
-    pub dbc: Option<PathBuf>,
+    pub(crate) dbc: Option<PathBuf>,
     /// The file as it was read: errors are reported in it.
-    pub document: Document,
-    /// What was read so far.
-    pub inputs: InputFiles,
+    pub(crate) document: Document,
+    /// The files that were read so far.
+    pub(crate) inputs: InputFiles,
 }
 
 /// Name of the only file of a map that names none.
 const ONLY: &str = "log";
-/// A gap longer than this begins a new segment unless the map file says otherwise, s.
+/// A gap longer than this begins a new segment unless the map file has another length, s.
 const SEGMENT_GAP_S: f64 = 60.0;
 
 impl Map {
@@ -41,8 +41,8 @@ impl Map {
         Self::load_with(path, None, &[])
     }
 
-    /// The same with a log given: a folder in which the files of the map are found, or the one file of the map; and with changes such as
-    /// `("step.rate_hz", "200")`.
+    /// The same with a log given: a folder in which the files of the map are found, or the one file of the map; and
+    /// with changes such as `("step.rate_hz", "200")`.
     pub fn load_with(
         path: &Path,
         log: Option<&Path>,
@@ -109,6 +109,21 @@ impl Map {
         })
     }
 
+    /// The source of the noise that estimators are given.
+    pub fn noise(&self) -> Option<NoiseSource> {
+        self.file.noise
+    }
+
+    /// True if there is a reference of the mass.
+    pub fn has_mass(&self) -> bool {
+        self.file.reference.mass.is_some()
+    }
+
+    /// True if there is a reference of the slope.
+    pub fn has_slope(&self) -> bool {
+        self.file.reference.slope.is_some()
+    }
+
     /// An error at a key of the map file.
     pub fn error(
         &self,
@@ -120,7 +135,7 @@ impl Map {
     }
 
     /// The name of the file that a channel means: the one it names, else the only one.
-    pub fn file_of(&self, key: &str, named: Option<&str>) -> Result<usize, Error> {
+    pub(crate) fn file_of(&self, key: &str, named: Option<&str>) -> Result<usize, Error> {
         let all = || self.files.keys().cloned().collect::<Vec<_>>().join(", ");
         match named {
             Some(name) => self.files.keys().position(|n| n == name).ok_or_else(|| {
@@ -140,7 +155,7 @@ impl Map {
     }
 
     /// The files to be merged, with the columns that are wanted of each, in the order of their names.
-    pub fn sources(&self, wanted: &[BTreeSet<String>]) -> Vec<Source> {
+    pub(crate) fn sources(&self, wanted: &[BTreeSet<String>]) -> Vec<Source> {
         let time = &self.file.time;
         let each = self.files.iter().zip(wanted);
         let source = |((name, path), wanted): ((&String, &PathBuf), &BTreeSet<String>)| {
@@ -171,7 +186,7 @@ impl Map {
     }
 
     /// By which time rows are merged.
-    pub fn by(&self) -> By {
+    pub(crate) fn by(&self) -> By {
         match self.file.time.order {
             Order::Stamp => By::Stamp,
             Order::Arrival => By::Arrival,
@@ -179,7 +194,7 @@ impl Map {
     }
 
     /// A gap longer than this begins a new segment, ns.
-    pub fn segment_gap_ns(&self) -> i64 {
+    pub(crate) fn segment_gap_ns(&self) -> i64 {
         let s = self
             .file
             .time
@@ -189,7 +204,7 @@ impl Map {
     }
 
     /// Length of a step, ns.
-    pub fn step_ns(&self) -> i64 {
+    pub(crate) fn step_ns(&self) -> i64 {
         (NS as f64 / self.file.step.rate_hz.get()).round() as i64
     }
 }

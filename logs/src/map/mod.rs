@@ -1,4 +1,4 @@
-//! The map file: what a log's columns measure.
+//! The map file: the measurements in a log's columns.
 
 mod channel_keys;
 mod channels;
@@ -9,18 +9,14 @@ mod formula;
 mod load;
 mod reference_keys;
 
-pub use channel_keys::{
-    Axis, Calibrate, CommandChannel, Mount, ScalarChannel, Traction, VectorChannel, WheelChannel,
-};
-pub use channels::{Channels, MeasuredChannel};
-pub(crate) use channels::{key, quantity};
-pub use faulted_channel::FaultedChannel;
-pub use file::{
-    Clock, LogFault, LogFaultKind, Many, MapFile, NoiseSource, Nominal, Order, Origin, Provenance,
-    StepSettings, TimeSettings,
-};
-pub use formula::{Condition, Formula};
+pub use file::{MapFile, NoiseSource};
 pub use load::Map;
-pub use reference_keys::{
-    Altitude, MassReference, MassStep, References, SlopeReference, WayReference,
+
+pub(crate) use channel_keys::{
+    Axis, Calibrate, CommandChannel, Mount, ScalarChannel, Traction, VectorChannel,
 };
+pub(crate) use channels::{MeasuredChannel, key, quantity};
+pub(crate) use faulted_channel::FaultedChannel;
+pub(crate) use file::{Clock, LogFault, LogFaultKind, Many, Origin};
+pub(crate) use formula::{Condition, Formula};
+pub(crate) use reference_keys::{Altitude, SlopeReference, WayReference};

@@ -6,22 +6,22 @@ use monorig_sim::config::checked::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What estimates are held against, with its standard deviation.
+/// References that estimates are held against, with their standard deviations.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct References {
+pub(crate) struct References {
     /// The slope under the vehicle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<SlopeReference>,
-    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle where it is a point, else not
-    /// known.
+    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle
+    /// where it is a point, else not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_slope: Option<SlopeReference>,
     /// The total mass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<MassReference>,
-    /// The speed of the vehicle, by an instrument that does not roll with its wheels: of this or `distance` `monorig calibrate` finds the radius
-    /// of the wheels.
+    /// The speed of the vehicle, by an instrument that does not roll with its wheels: of this or `distance` `monorig
+    /// calibrate` finds the radius of the wheels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<WayReference>,
     /// The way along the track: marks that were surveyed, a laser, a measuring wheel.
@@ -32,7 +32,7 @@ pub struct References {
 /// A reference of the speed or of the distance.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WayReference {
+pub(crate) struct WayReference {
     /// File of the column, by its name under `files`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -50,7 +50,7 @@ pub struct WayReference {
 /// A reference of the slope: one of `deg`, `column` and `altitude`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SlopeReference {
+pub(crate) struct SlopeReference {
     /// A constant slope, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deg: Option<Finite>,
@@ -76,7 +76,7 @@ pub struct SlopeReference {
 /// The slope from altitude over distance: the regression over a stated window, centred.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Altitude {
+pub(crate) struct Altitude {
     /// Column of the altitude.
     pub column: Formula,
     /// Column of the distance along the way, in the same file.
@@ -90,7 +90,7 @@ pub struct Altitude {
 /// A reference of the mass: `kg`, or `steps`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct MassReference {
+pub(crate) struct MassReference {
     /// Total mass, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kg: Option<Positive>,
@@ -104,7 +104,7 @@ pub struct MassReference {
 /// The mass from a time on.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct MassStep {
+pub(crate) struct MassStep {
     /// From here on, s of the replay.
     pub at_s: NonNegative,
     /// Total mass, kg.

@@ -1,20 +1,20 @@
 //! Expressions of columns: `torque_nm * engine_rpm * 0.104720`, `engine_rpm / turbine_rpm < 1.1`.
 //!
-//! Numbers, names of columns (in backquotes where they are more than letters, digits, `_`, `.` and `/` at the front: `` `Acc X [g]` ``),
-//! `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A comparison is 1 or 0; whatever is not a number makes
-//! all that is computed from it not a number.
+//! Numbers, names of columns (in backquotes where they are more than letters, digits, `_`, `.` and `/` at the front: ``
+//! `Acc X [g]` ``), `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A comparison is
+//! 1 or 0; whatever is not a number makes all that is computed from it not a number.
 
 /// A parsed expression over columns by index.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Expression {
-    /// What it was parsed from.
+#[derive(Clone, Debug)]
+pub(crate) struct Expression {
+    /// The text that was parsed.
     pub text: String,
     /// The columns it names, each once, in the order in which they appear.
     pub columns: Vec<String>,
     root: Node,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 enum Node {
     Number(f64),
     Column(usize),
@@ -22,39 +22,49 @@ enum Node {
     Binary(Binary, Box<Node>, Box<Node>),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unary {
-    Minus,
-    Not,
-    Abs,
-    Sqrt,
-}
+type Unary = fn(f64) -> f64;
+/// Of two numbers: where one is not a number, no operator is asked.
+type Binary = fn(f64, f64) -> f64;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Equal,
-    NotEqual,
-    And,
-    Or,
-    Min,
-    Max,
-}
+/// Operators before a value.
+const SIGNS: [(&str, Unary); 2] = [("-", |a| -a), ("!", |a| truth(a == 0.0))];
+
+/// Operators between two values, and how strongly they bind.
+const OPERATORS: [(&str, u8, Binary); 12] = [
+    ("||", 0, |a, b| truth(a != 0.0 || b != 0.0)),
+    ("&&", 1, |a, b| truth(a != 0.0 && b != 0.0)),
+    ("<=", 2, |a, b| truth(a <= b)),
+    (">=", 2, |a, b| truth(a >= b)),
+    ("==", 2, |a, b| truth(a == b)),
+    ("!=", 2, |a, b| truth(a != b)),
+    ("<", 2, |a, b| truth(a < b)),
+    (">", 2, |a, b| truth(a > b)),
+    ("+", 3, |a, b| a + b),
+    ("-", 3, |a, b| a - b),
+    ("*", 4, |a, b| a * b),
+    ("/", 4, |a, b| a / b),
+];
+
+/// Functions of one value and of two.
+const OF_ONE: [(&str, Unary); 2] = [("abs", f64::abs), ("sqrt", f64::sqrt)];
+const OF_TWO: [(&str, Binary); 2] = [("min", f64::min), ("max", f64::max)];
+
+/// All marks; of those that begin alike the longer one first.
+const MARKS: [&str; 16] = [
+    "<=", ">=", "==", "!=", "&&", "||", "<", ">", "+", "-", "*", "/", "(", ")", ",", "!",
+];
 
 /// Deepest nesting.
 const MAX_DEPTH: usize = 64;
 /// Longest text.
 const MAX_LENGTH: usize = 4096;
 
+fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
 impl Expression {
-    /// Parses; an error says what is wrong and at which character, from 1.
+    /// Parses a text; an error names the mistake and its character, from 1.
     pub fn parse(text: &str) -> Result<Self, String> {
         if text.len() > MAX_LENGTH {
             return Err(format!(
@@ -68,7 +78,7 @@ impl Expression {
             columns: Vec::new(),
             end: text.chars().count() + 1,
         };
-        let root = parser.or(0)?;
+        let root = parser.terms(0, 0)?;
         match parser.tokens.get(parser.at) {
             None => Ok(Self {
                 text: text.to_owned(),
@@ -90,68 +100,37 @@ impl Expression {
         }
     }
 
-    /// Whether it is a column by itself.
+    /// True if it is a column by itself.
     pub fn is_column(&self) -> bool {
-        self.root == Node::Column(0)
+        matches!(self.root, Node::Column(0))
     }
 
     /// Its value, given those of [`Expression::columns`].
     pub fn value(&self, columns: &[f64]) -> f64 {
-        evaluate(&self.root, columns)
+        self.root.value(columns)
     }
 
-    /// Whether it is true: a number that is not zero.
+    /// True if its value is a number that is not zero.
     pub fn holds(&self, columns: &[f64]) -> bool {
         let x = self.value(columns);
         !x.is_nan() && x != 0.0
     }
 }
 
-fn evaluate(node: &Node, columns: &[f64]) -> f64 {
-    match node {
-        Node::Number(x) => *x,
-        Node::Column(i) => columns.get(*i).copied().unwrap_or(f64::NAN),
-        Node::Unary(op, a) => {
-            let a = evaluate(a, columns);
-            match op {
-                Unary::Minus => -a,
-                Unary::Abs => a.abs(),
-                Unary::Sqrt => a.sqrt(),
-                Unary::Not => truth(a, 0.0, a == 0.0),
-            }
+impl Node {
+    fn value(&self, columns: &[f64]) -> f64 {
+        match self {
+            Self::Number(x) => *x,
+            Self::Column(i) => columns.get(*i).copied().unwrap_or(f64::NAN),
+            Self::Unary(operator, a) => match a.value(columns) {
+                a if a.is_nan() => f64::NAN,
+                a => operator(a),
+            },
+            Self::Binary(operator, a, b) => match (a.value(columns), b.value(columns)) {
+                (a, b) if a.is_nan() || b.is_nan() => f64::NAN,
+                (a, b) => operator(a, b),
+            },
         }
-        Node::Binary(op, a, b) => {
-            let (a, b) = (evaluate(a, columns), evaluate(b, columns));
-            match op {
-                Binary::Add => a + b,
-                Binary::Subtract => a - b,
-                Binary::Multiply => a * b,
-                Binary::Divide => a / b,
-                Binary::Less => truth(a, b, a < b),
-                Binary::LessOrEqual => truth(a, b, a <= b),
-                Binary::Greater => truth(a, b, a > b),
-                Binary::GreaterOrEqual => truth(a, b, a >= b),
-                Binary::Equal => truth(a, b, a == b),
-                Binary::NotEqual => truth(a, b, a != b),
-                Binary::And => truth(a, b, a != 0.0 && b != 0.0),
-                Binary::Or => truth(a, b, a != 0.0 || b != 0.0),
-                Binary::Min => either(a, b, a.min(b)),
-                Binary::Max => either(a, b, a.max(b)),
-            }
-        }
-    }
-}
-
-/// 1 or 0, or not a number if one of the two is not.
-fn truth(a: f64, b: f64, holds: bool) -> f64 {
-    either(a, b, if holds { 1.0 } else { 0.0 })
-}
-
-fn either(a: f64, b: f64, x: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        x
     }
 }
 
@@ -172,10 +151,7 @@ impl std::fmt::Debug for Token {
     }
 }
 
-const MARKS: &[&str] = &[
-    "<=", ">=", "==", "!=", "&&", "||", "<", ">", "+", "-", "*", "/", "(", ")", ",", "!",
-];
-
+/// The tokens of a text, each with its character, from 1.
 fn tokens(text: &str) -> Result<Vec<(usize, Token)>, String> {
     let chars: Vec<char> = text.chars().collect();
     let (mut all, mut i) = (Vec::new(), 0);
@@ -186,62 +162,62 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, String> {
         let word = |from: usize, ok: &dyn Fn(char) -> bool| -> String {
             chars.iter().skip(from).take_while(|c| ok(**c)).collect()
         };
-        if c.is_whitespace() {
+        let topic = c == '/' && value_expected;
+        let (token, length) = if c.is_whitespace() {
             i += 1;
             continue;
-        }
-        if c == '`' {
+        } else if c == '`' {
             let name = word(i + 1, &|c| c != '`');
-            i += name.chars().count() + 2;
-            if i > chars.len() || name.is_empty() {
+            let length = name.chars().count() + 2;
+            if i + length > chars.len() || name.is_empty() {
                 return Err(format!(
                     "the name in backquotes at character {at} has no end, or is empty"
                 ));
             }
-            all.push((at, Token::Name(name)));
-            value_expected = false;
-            continue;
-        }
-        if c.is_ascii_digit() || c == '.' {
-            let mut number = word(i, &|c| c.is_ascii_digit() || c == '.');
-            let after = i + number.len();
-            if matches!(chars.get(after), Some('e' | 'E')) {
-                let sign = usize::from(matches!(chars.get(after + 1), Some('+' | '-')));
-                let digits = word(after + 1 + sign, &|c| c.is_ascii_digit());
-                if !digits.is_empty() {
-                    number.extend(chars.iter().skip(after).take(1 + sign));
-                    number += &digits;
-                }
-            }
-            let x = number
-                .parse::<f64>()
-                .map_err(|_| format!("`{number}` at character {at} is no number"))?;
-            i += number.len();
-            all.push((at, Token::Number(x)));
-            value_expected = false;
-            continue;
-        }
-        let topic = c == '/' && value_expected;
-        if c.is_alphabetic() || c == '_' || topic {
+            (Token::Name(name), length)
+        } else if c.is_ascii_digit() || c == '.' {
+            let number = number(&chars, i);
+            let x = number.parse::<f64>();
+            let x = x.map_err(|_| format!("`{number}` at character {at} is no number"))?;
+            (Token::Number(x), number.len())
+        } else if c.is_alphabetic() || c == '_' || topic {
             let name = word(i, &|c| {
                 c.is_alphanumeric() || c == '_' || c == '.' || (topic && c == '/')
             });
-            i += name.chars().count();
-            all.push((at, Token::Name(name)));
-            value_expected = false;
-            continue;
-        }
-        let rest: String = chars.iter().skip(i).take(2).collect();
-        let Some(mark) = MARKS.iter().find(|m| rest.starts_with(**m)) else {
-            return Err(format!(
-                "`{c}` at character {at} means nothing here; names with such characters go into backquotes"
-            ));
+            let length = name.chars().count();
+            (Token::Name(name), length)
+        } else {
+            let rest: String = chars.iter().skip(i).take(2).collect();
+            let Some(mark) = MARKS.into_iter().find(|m| rest.starts_with(m)) else {
+                return Err(format!(
+                    "`{c}` at character {at} means nothing here; names with such characters go into backquotes"
+                ));
+            };
+            (Token::Mark(mark), mark.len())
         };
-        i += mark.len();
-        all.push((at, Token::Mark(mark)));
-        value_expected = *mark != ")";
+        i += length;
+        value_expected = matches!(token, Token::Mark(mark) if mark != ")");
+        all.push((at, token));
     }
     Ok(all)
+}
+
+/// The digits, points and exponent from a character on.
+fn number(chars: &[char], from: usize) -> String {
+    let word = |from: usize, ok: fn(char) -> bool| -> String {
+        chars.iter().skip(from).take_while(|c| ok(**c)).collect()
+    };
+    let mut number = word(from, |c| c.is_ascii_digit() || c == '.');
+    let after = from + number.len();
+    if matches!(chars.get(after), Some('e' | 'E')) {
+        let sign = usize::from(matches!(chars.get(after + 1), Some('+' | '-')));
+        let digits = word(after + 1 + sign, |c| c.is_ascii_digit());
+        if !digits.is_empty() {
+            number.extend(chars.iter().skip(after).take(1 + sign));
+            number += &digits;
+        }
+    }
+    number
 }
 
 struct Parser<'a> {
@@ -252,90 +228,48 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    fn mark(&mut self, marks: &[&'static str]) -> Option<&'static str> {
-        match self.tokens.get(self.at) {
-            Some((_, Token::Mark(m))) if marks.contains(m) => {
-                self.at += 1;
-                Some(m)
-            }
-            _ => None,
-        }
-    }
-
-    fn levels(
+    /// Takes the next token if it is a mark of this table.
+    fn take<'t, T>(
         &mut self,
-        depth: usize,
-        ops: &[(&'static str, Binary)],
-        next: fn(&mut Self, usize) -> Result<Node, String>,
-    ) -> Result<Node, String> {
-        let mut left = next(self, depth)?;
-        let marks: Vec<&'static str> = ops.iter().map(|o| o.0).collect();
-        let mut height = 0;
-        while let Some(mark) = self.mark(&marks) {
-            height += 1;
-            if height > MAX_LENGTH / 8 {
-                return Err("this expression has too many terms".into());
-            }
-            let right = next(self, depth)?;
-            let op = ops
-                .iter()
-                .find(|o| o.0 == mark)
-                .map_or(Binary::Add, |o| o.1);
-            left = Node::Binary(op, Box::new(left), Box::new(right));
+        table: &'t [T],
+        mark_of: impl Fn(&T) -> &'static str,
+    ) -> Option<&'t T> {
+        let Some((_, Token::Mark(next))) = self.tokens.get(self.at) else {
+            return None;
+        };
+        let found = table.iter().find(|entry| mark_of(entry) == *next)?;
+        self.at += 1;
+        Some(found)
+    }
+
+    fn mark(&mut self, mark: &'static str) -> bool {
+        self.take(&[mark], |m| *m).is_some()
+    }
+
+    /// Values with operators between them that bind at least so strongly.
+    fn terms(&mut self, least: u8, depth: usize) -> Result<Node, String> {
+        let mut left = self.value(depth)?;
+        loop {
+            let is_here = |o: &(&'static str, u8, Binary)| if o.1 >= least { o.0 } else { "" };
+            let Some(&(_, strength, operator)) = self.take(&OPERATORS, is_here) else {
+                return Ok(left);
+            };
+            let right = self.terms(strength + 1, depth)?;
+            left = Node::Binary(operator, Box::new(left), Box::new(right));
         }
-        Ok(left)
-    }
-
-    fn or(&mut self, depth: usize) -> Result<Node, String> {
-        if depth > MAX_DEPTH {
-            return Err(format!("brackets are nested more than {MAX_DEPTH} deep"));
-        }
-        self.levels(depth, &[("||", Binary::Or)], Self::and)
-    }
-
-    fn and(&mut self, depth: usize) -> Result<Node, String> {
-        self.levels(depth, &[("&&", Binary::And)], Self::comparison)
-    }
-
-    fn comparison(&mut self, depth: usize) -> Result<Node, String> {
-        let ops = [
-            ("<=", Binary::LessOrEqual),
-            (">=", Binary::GreaterOrEqual),
-            ("==", Binary::Equal),
-            ("!=", Binary::NotEqual),
-            ("<", Binary::Less),
-            (">", Binary::Greater),
-        ];
-        self.levels(depth, &ops, Self::sum)
-    }
-
-    fn sum(&mut self, depth: usize) -> Result<Node, String> {
-        self.levels(
-            depth,
-            &[("+", Binary::Add), ("-", Binary::Subtract)],
-            Self::product,
-        )
-    }
-
-    fn product(&mut self, depth: usize) -> Result<Node, String> {
-        self.levels(
-            depth,
-            &[("*", Binary::Multiply), ("/", Binary::Divide)],
-            Self::value,
-        )
     }
 
     fn value(&mut self, depth: usize) -> Result<Node, String> {
         if depth > MAX_DEPTH {
-            return Err(format!("signs are nested more than {MAX_DEPTH} deep"));
+            return Err(format!(
+                "brackets or signs are nested more than {MAX_DEPTH} deep"
+            ));
         }
-        for (mark, op) in [("-", Unary::Minus), ("!", Unary::Not)] {
-            if self.mark(&[mark]).is_some() {
-                return Ok(Node::Unary(op, Box::new(self.value(depth + 1)?)));
-            }
+        if let Some((_, operator)) = self.take(&SIGNS, |s| s.0) {
+            return Ok(Node::Unary(*operator, Box::new(self.value(depth + 1)?)));
         }
-        if self.mark(&["("]).is_some() {
-            let inner = self.or(depth + 1)?;
+        if self.mark("(") {
+            let inner = self.terms(0, depth + 1)?;
             return self.closed(inner);
         }
         let Some((at, token)) = self.tokens.get(self.at).cloned() else {
@@ -344,7 +278,7 @@ impl Parser<'_> {
         self.at += 1;
         match token {
             Token::Number(x) => Ok(Node::Number(x)),
-            Token::Name(name) if self.mark(&["("]).is_some() => self.call(&name, at, depth),
+            Token::Name(name) if self.mark("(") => self.call(&name, at, depth),
             Token::Name(name) => {
                 let known = self.columns.iter().position(|c| *c == name);
                 let index = known.unwrap_or_else(|| {
@@ -360,37 +294,28 @@ impl Parser<'_> {
     }
 
     fn call(&mut self, name: &str, at: usize, depth: usize) -> Result<Node, String> {
-        let first = self.or(depth + 1)?;
-        let one = match name {
-            "abs" => Some(Unary::Abs),
-            "sqrt" => Some(Unary::Sqrt),
-            _ => None,
-        };
-        if let Some(op) = one {
-            return self.closed(Node::Unary(op, Box::new(first)));
+        let first = Box::new(self.terms(0, depth + 1)?);
+        if let Some((_, function)) = OF_ONE.iter().find(|f| f.0 == name) {
+            return self.closed(Node::Unary(*function, first));
         }
-        let two = match name {
-            "min" => Binary::Min,
-            "max" => Binary::Max,
-            _ => {
-                return Err(format!(
-                    "there is no function `{name}` (character {at}); there are abs, sqrt, min, max"
-                ));
-            }
+        let Some((_, function)) = OF_TWO.iter().find(|f| f.0 == name) else {
+            return Err(format!(
+                "there is no function `{name}` (character {at}); there are abs, sqrt, min, max"
+            ));
         };
-        if self.mark(&[","]).is_none() {
+        if !self.mark(",") {
             return Err(format!(
                 "`{name}` at character {at} takes two values with a comma between them"
             ));
         }
-        let second = self.or(depth + 1)?;
-        self.closed(Node::Binary(two, Box::new(first), Box::new(second)))
+        let second = Box::new(self.terms(0, depth + 1)?);
+        self.closed(Node::Binary(*function, first, second))
     }
 
     fn closed(&mut self, inner: Node) -> Result<Node, String> {
-        match self.mark(&[")"]) {
-            Some(_) => Ok(inner),
-            None => Err(format!(
+        match self.mark(")") {
+            true => Ok(inner),
+            false => Err(format!(
                 "a `)` is missing at character {}",
                 self.tokens.get(self.at).map_or(self.end, |t| t.0)
             )),

@@ -1,4 +1,4 @@
-//! How a log and its map write times, units and formulas of columns.
+//! The notation of times, units and formulas of columns in logs and map files.
 
 mod expression;
 mod time;
@@ -7,5 +7,5 @@ mod units;
 pub(crate) use expression::Expression;
 pub(crate) use time::NS;
 pub use time::TimeUnit;
-pub use units::UnitName;
-pub(crate) use units::{Quantity, UNITS, Unit};
+pub(crate) use units::UnitName;
+pub(crate) use units::{Quantity, STANDARD_GRAVITY_MPS2, UNITS, Unit};

@@ -1,10 +1,12 @@
 //! Stamps: whole nanoseconds, read from text without a detour over floating point.
 
+use chrono::format::{self, Item, Parsed, StrftimeItems, parse_and_remainder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 
 /// Nanoseconds of a second.
-pub const NS: i64 = 1_000_000_000;
+pub(crate) const NS: i64 = 1_000_000_000;
 
 /// Unit of a column of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -39,8 +41,8 @@ impl TimeUnit {
         }
     }
 
-    /// A stamp from text, ns; decimals beyond the nanosecond are rounded half away from zero.
-    pub fn parse(self, text: &str) -> Option<i64> {
+    /// A stamp from text, ns; decimals beyond the nanosecond are rounded half away from zero, and cut off in a date.
+    pub(crate) fn parse(self, text: &str) -> Option<i64> {
         match self.digits() {
             Some(digits) => decimal(text.trim(), digits),
             None => iso8601(text.trim()),
@@ -48,13 +50,13 @@ impl TimeUnit {
     }
 
     /// A stamp from a number, ns, rounded to the nearest.
-    pub fn of_f64(self, x: f64) -> Option<i64> {
+    pub(crate) fn of_f64(self, x: f64) -> Option<i64> {
         let ns = (x * 10f64.powi(self.digits()? as i32)).round();
         (ns.abs() < 9.2e18).then_some(ns as i64)
     }
 
     /// A stamp from a whole number, ns.
-    pub fn of_i64(self, x: i64) -> Option<i64> {
+    pub(crate) fn of_i64(self, x: i64) -> Option<i64> {
         x.checked_mul(10i64.pow(self.digits()?))
     }
 }
@@ -92,47 +94,22 @@ fn decimal(text: &str, digits: u32) -> Option<i64> {
     i64::try_from(if negative { -value } else { value }).ok()
 }
 
-/// Nanoseconds since 1970 of a date and time.
+/// Parts of a date and time as chrono takes them.
+type Items = LazyLock<Vec<Item<'static>>>;
+static DATE: Items = LazyLock::new(|| StrftimeItems::new("%Y-%m-%dT%H:%M:%S%.f").collect());
+static ZONE: Items = LazyLock::new(|| StrftimeItems::new("%#z").collect());
+
+/// Nanoseconds since 1970 of a date and time; `T` or a space between the two, a point or a comma before the decimals.
 fn iso8601(text: &str) -> Option<i64> {
-    let number = |from: usize, to: usize| -> Option<i64> {
-        let digits = text.get(from..to)?;
-        digits.bytes().all(|b| b.is_ascii_digit()).then_some(())?;
-        digits.parse().ok()
-    };
-    let mark =
-        |at: usize, any: &str| any.contains(text.as_bytes().get(at).map_or('?', |b| *b as char));
-    let separated =
-        mark(4, "-") && mark(7, "-") && mark(10, "T ") && mark(13, ":") && mark(16, ":");
-    separated.then_some(())?;
-    let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
-    let (hour, minute) = (number(11, 13)?, number(14, 16)?);
-    let tail = text.get(17..)?;
-    let zone_at = tail.find(['Z', 'z', '+', '-']).unwrap_or(tail.len());
-    let (seconds, zone) = tail.split_at(zone_at);
-    let seconds_ns = decimal(&seconds.replace(',', "."), 9)?;
-    let zone_min = match zone {
-        "" | "Z" | "z" => 0,
-        _ => {
-            let hours: i64 = zone.get(1..3)?.parse().ok()?;
-            let rest = zone.get(3..)?.trim_start_matches(':');
-            let minutes: i64 = if rest.is_empty() {
-                0
-            } else {
-                rest.parse().ok()?
-            };
-            (hours * 60 + minutes) * if zone.starts_with('-') { -1 } else { 1 }
+    let text = text.replacen(' ', "T", 1).replace(',', ".");
+    let mut parsed = Parsed::new();
+    match parse_and_remainder(&mut parsed, &text, DATE.iter()).ok()? {
+        "" => {
+            parsed.set_offset(0).ok()?;
         }
-    };
-    let possible = (1..=12).contains(&month) && (1..=31).contains(&day) && hour < 24 && minute < 60;
-    possible.then_some(())?;
-    // days since 1970 by the civil calendar (Hinnant 2014, days_from_civil)
-    let y = if month <= 2 { year - 1 } else { year };
-    let era = y.div_euclid(400);
-    let of_era = y.rem_euclid(400);
-    let of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468;
-    let minutes = (days * 24 + hour) * 60 + minute - zone_min;
-    minutes.checked_mul(60 * NS)?.checked_add(seconds_ns)
+        zone => format::parse(&mut parsed, zone, ZONE.iter()).ok()?,
+    }
+    parsed.to_datetime().ok()?.timestamp_nanos_opt()
 }
 
 #[cfg(test)]
@@ -179,10 +156,15 @@ mod tests {
             d("2023-11-15T00:13:20,25+02:00"),
             Some(1_700_000_000 * NS + NS / 4)
         );
+        for zone in ["+0200", "+02"] {
+            let there = d(&format!("2023-11-15 00:13:20.000000001{zone}"));
+            assert_eq!(there, Some(1_700_000_000 * NS + 1), "{zone}");
+        }
         assert_eq!(d("1970-01-01T00:00:00Z"), Some(0));
         assert_eq!(d("2000-02-29T00:00:00Z"), Some(951_782_400 * NS));
         for bad in [
             "2023-13-14T22:13:20Z",
+            "2023-02-30T22:13:20Z",
             "2023-11-14",
             "14.11.2023 22:13:20",
             "",

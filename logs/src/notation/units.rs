@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-/// What is measured: columns of another quantity cannot stand for it.
+/// A measured quantity: columns of another quantity cannot stand for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// Specific force or acceleration, m/s².
     Acceleration,
     /// Angular rate, rad/s.
@@ -32,7 +32,7 @@ pub enum Quantity {
     Number,
 }
 
-/// How a value becomes one in the SI unit.
+/// The way from a value to one in the SI unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum ToSi {
     /// Times a factor.
@@ -45,12 +45,12 @@ enum ToSi {
 
 /// A unit of the list.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit {
-    /// As map files write it.
+pub(crate) struct Unit {
+    /// Its name in map files.
     pub name: &'static str,
     /// Other ways logs write it.
     others: &'static [&'static str],
-    /// What it measures.
+    /// Its quantity.
     pub quantity: Quantity,
     to_si: ToSi,
 }
@@ -69,19 +69,24 @@ const fn unit(
     }
 }
 
-/// Standard gravity, m/s².
-const G: f64 = 9.80665;
+/// Standard gravity, m/s²: the unit `g`, and gravity where a log is held against it.
+pub(crate) const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
 
 /// All units; a name may stand for several quantities (`deg`: angle and slope).
-pub const UNITS: &[Unit] = &[
+pub(crate) const UNITS: &[Unit] = &[
     unit(
         "m/s2",
         &["m/s²", "m/s^2", "mps2"],
         Quantity::Acceleration,
         1.0,
     ),
-    unit("g", &[], Quantity::Acceleration, G),
-    unit("mg", &[], Quantity::Acceleration, G * 1e-3),
+    unit("g", &[], Quantity::Acceleration, STANDARD_GRAVITY_MPS2),
+    unit(
+        "mg",
+        &[],
+        Quantity::Acceleration,
+        STANDARD_GRAVITY_MPS2 * 1e-3,
+    ),
     unit("rad/s", &["radps"], Quantity::AngularRate, 1.0),
     unit("deg/s", &["°/s", "dps"], Quantity::AngularRate, PI / 180.0),
     unit("m/s", &["mps"], Quantity::Speed, 1.0),
@@ -173,7 +178,7 @@ impl Quantity {
 }
 
 impl Unit {
-    /// Whether logs or map files call it so.
+    /// True if logs or map files call it so.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || self.others.contains(&name)
     }
@@ -191,10 +196,10 @@ impl Unit {
 /// A unit as a map file names it: one of the list by its place, not yet of a certain quantity.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct UnitName(usize);
+pub(crate) struct UnitName(usize);
 
 impl UnitName {
-    /// As map files write it.
+    /// Its name in map files.
     pub fn as_str(&self) -> &'static str {
         UNITS.get(self.0).map_or("", |u| u.name)
     }

@@ -1,7 +1,8 @@
-//! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not separated by one;
-//! UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value. Lines that begin with `#` are comments.
+//! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not
+//! separated by one; UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value.
+//! Lines that begin with `#` are comments.
 
-use super::{Column, LogReader, Out, ReadOptions, Row, Section, text, time_column};
+use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, text, time_column};
 use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
@@ -14,9 +15,9 @@ use std::path::Path;
 const MAX_HEADER: u64 = 1 << 20;
 
 /// The reader of CSV; also of every text that no other reader recognises.
-pub(super) struct Csv;
+pub(super) struct CsvReader;
 
-impl LogReader for Csv {
+impl LogReader for CsvReader {
     fn name(&self) -> &'static str {
         "CSV"
     }
@@ -136,7 +137,7 @@ impl Titles {
         })
     }
 
-    fn columns(&self) -> Vec<Column> {
+    fn columns(&self) -> Vec<LogColumn> {
         let wanted = self.wanted.iter().filter_map(|i| self.names.get(*i));
         wanted.map(|n| titled(n)).collect()
     }
@@ -220,19 +221,20 @@ impl Line<'_> {
     }
 }
 
-/// The name and the unit of a title such as `Speed [km/h]` or `ax (m/s²)`; the name is the whole title, as the map file writes it.
-fn titled(title: &str) -> Column {
+/// The name and the unit of a title such as `Speed [km/h]` or `ax (m/s²)`; the name is the whole title, as the map file
+/// writes it.
+fn titled(title: &str) -> LogColumn {
     let unit = title
         .strip_suffix(']')
         .and_then(|t| t.rsplit_once('['))
         .or_else(|| title.strip_suffix(')').and_then(|t| t.rsplit_once('(')));
-    Column {
+    LogColumn {
         name: title.to_owned(),
         unit: unit.map_or(String::new(), |u| u.1.trim().to_owned()),
     }
 }
 
-/// A number; not a number where the field says that there is none.
+/// A number; not a number where the field stands for none.
 fn number(word: &[u8], comma: bool) -> Option<f64> {
     let word = std::str::from_utf8(word).ok()?;
     if word.is_empty()
@@ -249,7 +251,8 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-/// Skips a byte order mark, and finds what separates the values: of semicolon, tab and comma the one that is most often in the first line.
+/// Skips a byte order mark, and finds what separates the values: of semicolon, tab and comma the one that is most often
+/// in the first line.
 fn prepare(path: &Path, file: &mut File) -> Result<u8, Error> {
     let mut mark = [0u8; 3];
     let bom = file.read_exact(&mut mark).is_ok() && mark == [0xEF, 0xBB, 0xBF];

@@ -9,26 +9,26 @@ use std::path::Path;
 
 /// All formats: a line each, and one more of a format that a program can be built without.
 const FORMATS: &[&dyn LogReader] = &[
-    &super::csv::Csv,
-    &super::parquet::Parquet,
+    &super::csv::CsvReader,
+    &super::parquet::ParquetReader,
     #[cfg(feature = "mcap")]
-    &super::mcap::Mcap,
+    &super::mcap::McapReader,
     #[cfg(not(feature = "mcap"))]
     &Absent::new("MCAP", "mcap", b"\x89MCAP0"),
     #[cfg(feature = "mdf")]
-    &super::mdf::Mdf,
+    &super::mdf::MdfReader,
     #[cfg(not(feature = "mdf"))]
     &Absent::new("MDF4", "mdf", b"MDF     "),
     #[cfg(feature = "can")]
-    &super::can::candump::Candump,
+    &super::can::candump::CandumpReader,
     #[cfg(not(feature = "can"))]
     &Absent::new("candump", "can", b"("),
     #[cfg(feature = "blf")]
-    &super::can::vector::Asc,
+    &super::can::vector::AscReader,
     #[cfg(not(feature = "blf"))]
     &Absent::new("ASC", "blf", b""),
     #[cfg(feature = "blf")]
-    &super::can::vector::Blf,
+    &super::can::vector::BlfReader,
     #[cfg(not(feature = "blf"))]
     &Absent::new("BLF", "blf", b"LOGG"),
 ];
@@ -69,10 +69,10 @@ pub(super) fn reader_of(path: &Path) -> Result<&'static dyn LogReader, Error> {
             &all_formats(),
         );
     }
-    Ok(&super::csv::Csv)
+    Ok(&super::csv::CsvReader)
 }
 
-/// The error of a file that does not begin as its ending says.
+/// The error of a file that does not begin as its ending demands.
 fn not_as_promised(path: &Path, format: &dyn LogReader) -> Error {
     let magic = format.magics().first().copied().unwrap_or_default();
     let magic = magic.escape_ascii().to_string();

@@ -1,6 +1,7 @@
-//! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording plus the master channel.
+//! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording
+//! plus the master channel.
 
-use super::{Column, LogReader, Out, ReadOptions, Row, Section};
+use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section};
 use crate::notation::TimeUnit;
 use crate::wrong;
 use falcon_mdf::{Channel, ChannelGroup, Mf4File, OpenOptions};
@@ -9,7 +10,8 @@ use std::path::Path;
 
 /// Rows of a window.
 const WINDOW: usize = 4096;
-/// Largest block after decompression, bytes: above it the library truncates in silence, which the count of samples shows.
+/// Largest block after decompression, bytes: above it the library truncates in silence, which the count of samples
+/// shows.
 const MAX_BLOCK: u64 = 256 << 20;
 
 fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
@@ -40,9 +42,9 @@ fn open(path: &Path) -> Result<Mf4File, Error> {
 }
 
 /// The reader of MDF: its channel groups are sections.
-pub(super) struct Mdf;
+pub(super) struct MdfReader;
 
-impl LogReader for Mdf {
+impl LogReader for MdfReader {
     fn name(&self) -> &'static str {
         "MDF4"
     }
@@ -93,7 +95,7 @@ fn groups(file: &Mf4File) -> impl Iterator<Item = (usize, usize, &ChannelGroup)>
     })
 }
 
-/// Whether a channel holds numbers.
+/// True if a channel holds numbers.
 fn is_number(channel: &Channel) -> bool {
     use falcon_mdf::blocks::DataType::{FloatBe, FloatLe, IntBe, IntLe, UIntBe, UIntLe};
     matches!(
@@ -137,11 +139,11 @@ fn read_group(
     };
     let mut channels = vec![master];
     channels.extend(group.channels.iter().filter(is_wanted));
-    let columns = channels.iter().skip(1).map(|ch| Column {
+    let columns = channels.iter().skip(1).map(|ch| LogColumn {
         name: ch.name.clone(),
         unit: ch.unit.clone(),
     });
-    let columns: Vec<Column> = columns.collect();
+    let columns: Vec<LogColumn> = columns.collect();
     if columns.is_empty() {
         return Ok(true);
     }

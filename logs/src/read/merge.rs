@@ -1,6 +1,6 @@
 //! Rows of several files in the order of time: a thread reads each file, a heap chooses the earliest row.
 
-use super::{Chunk, LogReader, Part, ReadOptions, Row, Table, full_name};
+use super::{Chunk, LogReader, LogTable, Part, ReadOptions, Row, full_name};
 use crate::notation::{NS, TimeUnit};
 use crate::wrong;
 use monorig_sim::error::Error;
@@ -12,39 +12,40 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 /// Chunks that a reader may be ahead.
 const AHEAD: usize = 4;
-/// Rows of a bus or of several topics come in the order in which they were recorded; those within this time are put in order, ns.
+/// Rows of a bus or of several topics come in the order in which they were recorded; those within this time are put in
+/// order, ns.
 const REORDER_NS: i64 = NS;
 /// Most rows that are kept to be put in order.
 const MAX_WAITING: usize = 1 << 20;
 
 /// By which of its two times a row is given to the estimators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum By {
-    /// When the values were taken.
+pub(crate) enum By {
+    /// The time at which the values were taken.
     #[default]
     Stamp,
-    /// When they were recorded.
+    /// The time at which they were recorded.
     Arrival,
 }
 
 /// A file to be merged, and its clock.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub(crate) struct Source {
     /// The file.
     pub path: PathBuf,
-    /// How it is read.
+    /// Options of reading it.
     pub options: ReadOptions,
     /// Column of when the values were taken, and its unit, where the time of a row is when they were recorded.
     pub stamp: Option<(String, TimeUnit)>,
     /// Added to its stamps, ns.
     pub offset_ns: i64,
-    /// How much its clock is too slow, parts per million: stamps grow by it from its first one on.
+    /// Rate by which its clock is too slow, parts per million: stamps grow by it from its first one on.
     pub drift_ppm: f64,
 }
 
 /// A row of a file, on the common clock.
 #[derive(Clone, Debug, Default)]
-pub struct MergedRow {
+pub(crate) struct MergedRow {
     /// Index of its source.
     pub source: usize,
     /// Index of the part of the file in which the table is.
@@ -54,12 +55,12 @@ pub struct MergedRow {
     /// Its values.
     pub values: Vec<f64>,
     /// The tables of its part so far.
-    pub tables: Arc<Vec<Table>>,
+    pub tables: Arc<Vec<LogTable>>,
 }
 
 impl MergedRow {
     /// Its table.
-    pub fn table(&self) -> Option<&Table> {
+    pub fn table(&self) -> Option<&LogTable> {
         self.tables.get(self.row.table as usize)
     }
 }
@@ -89,8 +90,8 @@ struct Stream {
     count: u64,
 }
 
-/// A row that waits to be put in order; all are alike to the heap, which goes by time and number.
-struct WaitingRow(Row, Vec<f64>, Arc<Vec<Table>>);
+/// A row that waits to be put in order; all compare as equal, so that the heap goes by time and number.
+struct WaitingRow(Row, Vec<f64>, Arc<Vec<LogTable>>);
 
 impl PartialEq for WaitingRow {
     fn eq(&self, _: &Self) -> bool {
@@ -121,7 +122,7 @@ impl Stream {
             .spawn(move || {
                 let done = part.scan(&mut |chunk| send.send(Ok(chunk)).is_ok());
                 if let Err(e) = done {
-                    // whoever has gone needs no error
+                    // a receiver that has gone needs no error
                     let _ = send.send(Err(e));
                 }
             });
@@ -203,7 +204,7 @@ impl Stream {
             row.stamp_ns = ns;
         }
         if row.piece != self.piece {
-            // a piece begins a second after the one before it has ended, whatever its own clock says
+            // a piece begins a second after the one before it has ended, whatever the time of its own clock
             self.piece = row.piece;
             let raw = self.time(&row).saturating_add(self.offset_ns);
             self.piece_ns = self.last_ns.saturating_add(NS).saturating_sub(raw);
@@ -285,7 +286,7 @@ impl Stream {
 }
 
 /// All files, merged.
-pub struct Merged {
+pub(crate) struct Merged {
     streams: Vec<(Stream, MergedRow)>,
     order: BinaryHeap<Reverse<(i64, usize)>>,
 }
@@ -342,7 +343,7 @@ impl Merged {
         Ok(true)
     }
 
-    /// Whether a source has a column of this name; none if that shows only when it is read to its end.
+    /// True if a source has a column of this name; none if that shows only when it is read to its end.
     pub fn has_column(&self, source: usize, name: &str) -> Option<bool> {
         let mut of_source = self.streams.iter().filter(|s| s.0.source == source);
         let known = |(stream, row): &(Stream, MergedRow)| -> Option<bool> {

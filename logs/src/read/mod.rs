@@ -1,5 +1,5 @@
-//! Readers of logs: one file a format, all behind [`LogReader`]. A reader goes through its file once, in the order of the file, and hands on
-//! rows in chunks; it keeps no more than a chunk, and trusts no length that the file declares.
+//! Readers of logs: one file a format, all behind [`LogReader`]. A reader goes through its file once, in the order of
+//! the file, and hands on rows in chunks; it keeps no more than a chunk, and trusts no length that the file declares.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -26,7 +26,8 @@ mod time_column;
 pub use crate::notation::TimeUnit;
 #[cfg(feature = "can")]
 pub use can::dbc::Database;
-pub use rows::{Chunk, Column, Out, Row, Table};
+pub(crate) use rows::Out;
+pub use rows::{Chunk, LogColumn, LogTable, Row};
 
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
@@ -50,8 +51,8 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// Whether this column of this table is wanted.
-    pub fn wants(&self, table: &str, column: &str) -> bool {
+    /// True if this column of this table is wanted.
+    pub(crate) fn wants(&self, table: &str, column: &str) -> bool {
         self.wanted.as_ref().is_none_or(|wanted| {
             wanted.contains(column) || wanted.contains(&full_name(table, column))
         })
@@ -90,22 +91,22 @@ pub(crate) trait LogReader: Sync {
         &[]
     }
 
-    /// Whether a file without a magic is of this format, by its first bytes and its ending in lower case.
+    /// True if a file without a magic is of this format, by its first bytes and its ending in lower case.
     fn recognises(&self, _head: &[u8], _ending: &str) -> bool {
         false
     }
 
-    /// Whether it holds CAN frames, which a database of messages makes values of.
+    /// True if it holds CAN frames, which a database of messages makes values of.
     fn is_can(&self) -> bool {
         false
     }
 
-    /// Whether the rows of a section stand in the order of their time.
+    /// True if the rows of a section stand in the order of their time.
     fn is_in_order(&self) -> bool {
         true
     }
 
-    /// Whether the columns of a file are known before it is read to its end.
+    /// True if the columns of a file are known before it is read to its end.
     fn declares_columns(&self) -> bool {
         true
     }
@@ -115,7 +116,8 @@ pub(crate) trait LogReader: Sync {
         None
     }
 
-    /// The sections of a file that can be read side by side, each in the order of its own time; none if nothing in it is wanted.
+    /// The sections of a file that can be read side by side, each in the order of its own time; none if nothing in it
+    /// is wanted.
     fn sections(&self, _path: &Path, _options: &ReadOptions) -> Result<Vec<Section>, Error> {
         Ok(vec![Section::Whole])
     }
@@ -130,8 +132,8 @@ pub(crate) trait LogReader: Sync {
     ) -> Result<(), Error>;
 }
 
-/// Reads a whole file, chunk by chunk, until there is no more or `sink` wants none. Errors name the file and the place in it; decoders of
-/// other libraries that panic are errors.
+/// Reads a whole file, chunk by chunk, until its end or until `sink` returns false. Errors name the file and the place
+/// in it; decoders of other libraries that panic are errors.
 pub fn scan(
     path: &Path,
     options: &ReadOptions,
@@ -173,7 +175,7 @@ impl Part {
         Ok(sections.into_iter().map(part).collect())
     }
 
-    /// Reads it, chunk by chunk, until there is no more or `sink` wants none.
+    /// Reads it, chunk by chunk, until its end or until `sink` returns false.
     pub fn scan(&self, sink: &mut dyn FnMut(Chunk) -> bool) -> Result<(), Error> {
         let mut out = Out::new(sink);
         let Self {

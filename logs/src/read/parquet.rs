@@ -1,6 +1,6 @@
 //! Parquet: columns of numbers beside a column of time, by batches.
 
-use super::{Column, LogReader, Out, ReadOptions, Row, Section, time_column};
+use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, time_column};
 use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
@@ -16,15 +16,15 @@ use std::path::Path;
 /// Rows of a batch.
 const BATCH: usize = 4096;
 
-/// Whether a column holds numbers.
+/// True if a column holds numbers.
 fn is_number(field: &Field) -> bool {
     field.data_type().is_numeric() || *field.data_type() == DataType::Boolean
 }
 
 /// The reader of Parquet.
-pub(super) struct Parquet;
+pub(super) struct ParquetReader;
 
-impl LogReader for Parquet {
+impl LogReader for ParquetReader {
     fn name(&self) -> &'static str {
         "Parquet"
     }
@@ -54,7 +54,7 @@ impl LogReader for Parquet {
             |(i, f): &(usize, &FieldRef)| *i != time && is_number(f) && options.wants("", f.name());
         let wanted = schema.fields().iter().enumerate().filter(is_wanted);
         let wanted: Vec<usize> = wanted.map(|(i, _)| i).collect();
-        let columns = wanted.iter().map(|i| schema.field(*i)).map(|f| Column {
+        let columns = wanted.iter().map(|i| schema.field(*i)).map(|f| LogColumn {
             name: f.name().clone(),
             unit: f.metadata().get("unit").cloned().unwrap_or_default(),
         });

@@ -1,23 +1,23 @@
-//! Rows of a log: what a reader hands on.
+//! Rows of a log, as a reader hands them on.
 
 use std::sync::Arc;
 
 /// A column of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Column {
+pub struct LogColumn {
     /// Name in the file.
     pub name: String,
-    /// Unit as the file says it; empty if it does not.
+    /// Unit in the file; empty if there is none.
     pub unit: String,
 }
 
 /// Rows with the same columns: a CSV file, a channel group, a topic, a CAN message.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Table {
+pub struct LogTable {
     /// Its name; empty in a file of one table.
     pub name: String,
     /// Its columns that are wanted.
-    pub columns: Vec<Column>,
+    pub columns: Vec<LogColumn>,
 }
 
 /// A row: where its values are in the chunk, and when it was taken and recorded.
@@ -27,9 +27,9 @@ pub struct Row {
     pub table: u32,
     /// Piece of the log, from 0; time begins anew with each.
     pub piece: u32,
-    /// When the values were taken, ns.
+    /// The time at which the values were taken, ns.
     pub stamp_ns: i64,
-    /// When they were recorded, ns; the stamp where the format has no such time.
+    /// The time at which they were recorded, ns; the stamp where the format has no such time.
     pub arrival_ns: i64,
     /// Line, row or message in the file, from 1.
     pub place: u64,
@@ -50,11 +50,11 @@ impl Row {
     }
 }
 
-/// Some rows, in the order of the file.
+/// Some of the rows, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Chunk {
     /// All tables so far.
-    pub tables: Arc<Vec<Table>>,
+    pub tables: Arc<Vec<LogTable>>,
     /// The rows.
     pub rows: Vec<Row>,
     /// Their values, one row after the other; NaN where there is none.
@@ -78,15 +78,15 @@ const ROWS: usize = 1024;
 /// Values of a chunk, at most about so many.
 const VALUES: usize = 1 << 16;
 
-/// Where a reader puts its rows.
-pub struct Out<'a> {
+/// Takes the rows of a reader.
+pub(crate) struct Out<'a> {
     sink: &'a mut dyn FnMut(Chunk) -> bool,
     chunk: Chunk,
     go_on: bool,
 }
 
 impl<'a> Out<'a> {
-    /// Into this sink, which says whether it wants more.
+    /// Hands chunks to this sink, which returns false if it wants no more.
     pub fn new(sink: &'a mut dyn FnMut(Chunk) -> bool) -> Self {
         Self {
             sink,
@@ -96,9 +96,9 @@ impl<'a> Out<'a> {
     }
 
     /// A further table; its index.
-    pub fn table(&mut self, name: &str, columns: Vec<Column>) -> u32 {
+    pub fn table(&mut self, name: &str, columns: Vec<LogColumn>) -> u32 {
         let tables = Arc::make_mut(&mut self.chunk.tables);
-        tables.push(Table {
+        tables.push(LogTable {
             name: name.to_owned(),
             columns,
         });

@@ -1,24 +1,25 @@
-//! A ghost: the nominal vehicle on the drive of a log, with speed, slope and mass as measured, so that what it needs of traction and what its
-//! accelerometer shows follow; beside what was measured of both.
+//! A ghost: the nominal vehicle on the drive of a log, with speed, slope and mass as measured, so that what it needs of
+//! traction and what its accelerometer shows follow; beside what was measured of both.
 //!
-//! A simulation of the force balance that is turned round (inverse dynamics), over the last second: the acceleration is the slope of the
-//! regression of the wheel speeds over it, all else its mean.
+//! A simulation of the force balance that is turned round (inverse dynamics), over the last second: the acceleration is
+//! the slope of the regression of the wheel speeds over it, all else its mean.
 //!
 //! F = (m + m_rot) a + m g (sin θ_eff + f cos θ_eff sgn v),  f_x = a + g sin θ
 
-use crate::identify::{G, LastValues};
+use crate::identify::LastValues;
+use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::{Measurements, Vehicle};
 use monorig_sim::sensors::SensorChannel;
 use std::collections::VecDeque;
 
-/// What is averaged over, s.
+/// Time over which is averaged, s.
 const WINDOW_S: f64 = 1.0;
 /// Below this speed friction is not the running resistance, m/s.
 const MIN_SPEED_MPS: f64 = 0.05;
 
 /// A step of the log.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct DrivenStep {
     t_s: f64,
     speed: f64,
     torque_nm: f64,
@@ -29,9 +30,9 @@ struct Row {
     mass_kg: f64,
 }
 
-/// What is recorded of a ghost: its value, and the measured one minus it.
+/// A recorded channel of a ghost: its value, or the measured one minus it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
+enum GhostChannel {
     Traction,
     TractionDifference,
     Torque,
@@ -41,24 +42,28 @@ enum Quantity {
 }
 
 /// Paths and units of what is recorded.
-const QUANTITIES: [(&str, &str, Quantity); 6] = [
-    ("ghost/traction", "N", Quantity::Traction),
+const QUANTITIES: [(&str, &str, GhostChannel); 6] = [
+    ("ghost/traction", "N", GhostChannel::Traction),
     (
         "ghost/traction_difference",
         "N",
-        Quantity::TractionDifference,
+        GhostChannel::TractionDifference,
     ),
-    ("ghost/motor_torque", "N·m", Quantity::Torque),
+    ("ghost/motor_torque", "N·m", GhostChannel::Torque),
     (
         "ghost/motor_torque_difference",
         "N·m",
-        Quantity::TorqueDifference,
+        GhostChannel::TorqueDifference,
     ),
-    ("ghost/specific_force_x", "m/s²", Quantity::SpecificForce),
+    (
+        "ghost/specific_force_x",
+        "m/s²",
+        GhostChannel::SpecificForce,
+    ),
     (
         "ghost/specific_force_x_difference",
         "m/s²",
-        Quantity::SpecificForceDifference,
+        GhostChannel::SpecificForceDifference,
     ),
 ];
 
@@ -66,7 +71,7 @@ const QUANTITIES: [(&str, &str, Quantity); 6] = [
 pub(crate) struct Ghost {
     vehicle: Vehicle,
     last: LastValues,
-    rows: VecDeque<Row>,
+    rows: VecDeque<DrivenStep>,
     segment: u32,
     now: Option<[f64; 6]>,
 }
@@ -92,7 +97,7 @@ impl Ghost {
             self.segment = segment;
         }
         let [slope_rad, effective_rad] = slopes_rad;
-        self.rows.push_back(Row {
+        self.rows.push_back(DrivenStep {
             t_s,
             speed: self.last.speed(),
             torque_nm: self.last.torque(),
@@ -103,7 +108,7 @@ impl Ghost {
             mass_kg,
         });
         // a step more than a second: the window has both its ends
-        let too_old = |r: &Row| t_s - r.t_s > WINDOW_S + 1e-6;
+        let too_old = |r: &DrivenStep| t_s - r.t_s > WINDOW_S + 1e-6;
         while self.rows.front().is_some_and(too_old) {
             self.rows.pop_front();
         }
@@ -116,7 +121,7 @@ impl Ghost {
 
     fn values(&self) -> [f64; 6] {
         let n = self.rows.len() as f64;
-        let mean = |of: fn(&Row) -> f64| self.rows.iter().map(of).sum::<f64>() / n;
+        let mean = |of: fn(&DrivenStep) -> f64| self.rows.iter().map(of).sum::<f64>() / n;
         let (t, speed) = (mean(|r| r.t_s), mean(|r| r.speed));
         let (sxx, sxy) = self.rows.iter().fold((0.0, 0.0), |(a, b), r| {
             let dt = r.t_s - t;
@@ -152,18 +157,18 @@ impl Ghost {
         ]
     }
 
-    fn value(&self, quantity: Quantity) -> Option<f64> {
+    fn value(&self, quantity: GhostChannel) -> Option<f64> {
         let value = self.now?.get(quantity as usize).copied();
         value.filter(|x| x.is_finite())
     }
 }
 
-/// What is recorded of a ghost; `with` gives it to a closure.
+/// The recorded channels of a ghost; `with` gives the ghost to a closure.
 pub(crate) fn channels<W>(with: W) -> Vec<SensorChannel>
 where
     W: Fn(&dyn Fn(&Ghost) -> Option<f64>) -> Option<f64> + Clone + 'static,
 {
-    let channel = |(path, unit, quantity): (&str, &'static str, Quantity)| {
+    let channel = |(path, unit, quantity): (&str, &'static str, GhostChannel)| {
         let with = with.clone();
         SensorChannel {
             path: path.to_owned(),

@@ -1,4 +1,5 @@
-//! Estimates made elsewhere: a table of them as an estimator that plays it back, so that it is judged as those in the loop are.
+//! Estimates made elsewhere: a table of them as an estimator that plays it back, so that it is judged as those in the
+//! loop are.
 
 use crate::read::{self, ReadOptions};
 use crate::wrong;
@@ -10,12 +11,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 monorig_estimators::params! {
-    /// How estimates of a file are played.
+    /// Parameters of an estimator that plays a file.
     PlayedParams { max_age_s ["s"] = 1.0, 1e-3 => 3600.0, "An estimate counts until the next row, and is marked invalid when it is older than this."; }
 }
 
-/// A quantity of an estimate, the columns it may be in with their factors to SI units, and those of its standard deviation and validity.
-struct Quantity {
+/// A quantity of an estimate, the columns it may be in with their factors to SI units, and those of its standard
+/// deviation and validity.
+struct EstimatedQuantity {
     value: &'static [(&'static str, f64)],
     sd: &'static [(&'static str, f64)],
     valid: &'static [(&'static str, f64)],
@@ -25,8 +27,8 @@ struct Quantity {
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// All quantities; names as users write them, and as `channels.parquet` has them behind `estimates/NAME/`.
-const QUANTITIES: [Quantity; 4] = [
-    Quantity {
+const QUANTITIES: [EstimatedQuantity; 4] = [
+    EstimatedQuantity {
         value: &[
             ("mass_kg", 1.0),
             ("total_mass_kg", 1.0),
@@ -36,7 +38,7 @@ const QUANTITIES: [Quantity; 4] = [
         valid: &[("mass_valid", 1.0), ("total_mass_valid", 1.0)],
         place: |e| &mut e.total_mass_kg,
     },
-    Quantity {
+    EstimatedQuantity {
         value: &[("slope_deg", DEG), ("slope_rad", 1.0), ("grade", 1.0)],
         sd: &[
             ("slope_sd_deg", DEG),
@@ -46,7 +48,7 @@ const QUANTITIES: [Quantity; 4] = [
         valid: &[("slope_valid", 1.0), ("grade_valid", 1.0)],
         place: |e| &mut e.grade_rad,
     },
-    Quantity {
+    EstimatedQuantity {
         value: &[
             ("effective_slope_deg", DEG),
             ("effective_slope_rad", 1.0),
@@ -63,7 +65,7 @@ const QUANTITIES: [Quantity; 4] = [
         ],
         place: |e| &mut e.effective_grade_rad,
     },
-    Quantity {
+    EstimatedQuantity {
         value: &[("speed_mps", 1.0), ("speed", 1.0)],
         sd: &[("speed_sd_mps", 1.0), ("speed_sd", 1.0)],
         valid: &[("speed_valid", 1.0)],
@@ -81,8 +83,8 @@ pub struct EstimatesFile {
 }
 
 impl EstimatesFile {
-    /// Reads a table with a column of time and one of `mass_kg`, `slope_deg`, `effective_slope_deg`, `speed_mps` at least, each with
-    /// `…_sd_…` and `…_valid` if there are.
+    /// Reads a table with a column of time and one of `mass_kg`, `slope_deg`, `effective_slope_deg`, `speed_mps` at
+    /// least, each with `…_sd_…` and `…_valid` if there are.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let mut rows: Vec<(i64, Estimate)> = Vec::new();
         let (mut columns, mut backwards) = (Vec::new(), None);
@@ -106,7 +108,8 @@ impl EstimatesFile {
             let message = format!("the time goes back in row {place}");
             return Err(wrong(path, None, message, "rows in the order of time"));
         }
-        let has = |q: &Quantity| columns.iter().any(|c| q.value.iter().any(|(n, _)| n == c));
+        let has =
+            |q: &EstimatedQuantity| columns.iter().any(|c| q.value.iter().any(|(n, _)| n == c));
         if !QUANTITIES.iter().any(has) {
             let known: Vec<&str> = QUANTITIES
                 .iter()
@@ -126,7 +129,7 @@ impl EstimatesFile {
     }
 
     /// Adds it to a registry under a name; `origin_ns` is time zero of the replay on the clock of the log.
-    pub fn add(
+    pub(super) fn add(
         &self,
         registry: &mut Registry,
         name: &str,

@@ -1,4 +1,5 @@
-//! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play back.
+//! A log and its map as a simulation: the loop of every run, with a plant, an instrument and a controller that play
+//! back.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -37,23 +38,24 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU32;
 use std::sync::{Arc, Mutex};
 
-/// What is asked for beside what the map says.
+/// Options of a replay, beside those of the map.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayOptions {
     /// Estimators by their names in the registry, instead of those of the map.
     pub estimators: Vec<String>,
     /// Estimates made elsewhere, by the name under which they are judged.
     pub judged: Vec<(String, EstimatesFile)>,
-    /// Give estimators the noise of the log where the map does not set it: a parameter so given is among what was found.
+    /// Gives estimators the noise of the log where the map does not set it: a parameter so given is among the values
+    /// found.
     pub noise_from_log: bool,
-    /// Record the vehicle of the map on the same drive beside the log: what it needs of traction with the speed that was measured on the
-    /// reference slope with the reference mass.
+    /// Records the vehicle of the map on the same drive beside the log: the traction that it needs, with the speed that
+    /// was measured on the reference slope with the reference mass.
     pub ghost: bool,
-    /// What was found of the log beforehand, to be kept in the results with what is found now.
+    /// Values that were found of the log beforehand; they are kept in the results with those found now.
     pub found: Vec<Found>,
 }
 
-/// A simulation that plays the log of a map, and what was found by calibration.
+/// A simulation that plays the log of a map.
 pub fn simulation(
     map: &Map,
     options: &ReplayOptions,
@@ -62,7 +64,7 @@ pub fn simulation(
     build(map, options, registry).map(|(simulation, _)| simulation)
 }
 
-/// The same, with what was found by calibration and of noise.
+/// A simulation that plays the log of a map, and the values found by calibration and of noise.
 pub fn build(
     map: &Map,
     options: &ReplayOptions,
@@ -89,20 +91,8 @@ pub fn build(
             "a log with rows, and columns that the map file names",
         ));
     };
-    let estimators = match options.estimators.is_empty() {
-        true => map.file.estimators.clone(),
-        false => options
-            .estimators
-            .iter()
-            .map(|name| (name.clone(), Settings::default()))
-            .collect(),
-    };
-    let (mut estimators, mut registry) = (estimators, registry.clone());
-    for (name, file) in &options.judged {
-        let added = file.add(&mut registry, name, drive.origin_ns());
-        added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
-        estimators.insert(name.clone(), Settings::default());
-    }
+    let mut registry = registry.clone();
+    let mut estimators = estimators(map, options, &mut registry, drive.origin_ns())?;
     if options.noise_from_log || map.file.noise.is_some() {
         found.extend(Noise::of_log(map, &plan)?.give(&mut estimators, &registry));
     }
@@ -113,27 +103,77 @@ pub fn build(
             "`estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
         ));
     }
+    let scenario = scenario(map, options, estimators, &found)?;
+    let recorded = recorded(map, &plan, drive, reference, first, scenario, options.ghost);
+    Ok((Simulation::recorded(recorded, &registry)?, found))
+}
+
+/// The estimators to be run, with their settings; those of files are added to the registry.
+fn estimators(
+    map: &Map,
+    options: &ReplayOptions,
+    registry: &mut Registry,
+    origin_ns: i64,
+) -> Result<BTreeMap<String, Settings>, Error> {
+    let named = options.estimators.iter();
+    let mut estimators = match options.estimators.is_empty() {
+        true => map.file.estimators.clone(),
+        false => named.map(|n| (n.clone(), Settings::default())).collect(),
+    };
+    for (name, file) in &options.judged {
+        let added = file.add(registry, name, origin_ns);
+        added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
+        estimators.insert(name.clone(), Settings::default());
+    }
+    Ok(estimators)
+}
+
+/// The scenario of a log, with the check sum of each of its files.
+fn scenario(
+    map: &Map,
+    options: &ReplayOptions,
+    estimators: BTreeMap<String, Settings>,
+    found: &[Found],
+) -> Result<LogScenario, Error> {
     let mut digests = BTreeMap::new();
     let judged = options.judged.iter().map(|(_, file)| &file.path);
     for path in map.files.values().chain(&map.dbc).chain(judged) {
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        digests.insert(name, sum(path)?);
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        digests.insert(name.into_owned(), sum(path)?);
     }
-    let (slope_sd, mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
+    Ok(LogScenario {
+        name: map.name.clone(),
+        why: map.file.why.clone(),
+        estimators,
+        expect: map.file.expect.clone(),
+        availability: map.file.availability,
+        integrity: map.file.integrity.clone(),
+        known_failures: map.file.known_failures.clone(),
+        record: map.file.record,
+        log: json!({ "map": map.file, "calibrated": found }),
+        digests,
+    })
+}
+
+/// The parts of the loop that play the log back; `first` is its first step.
+fn recorded(
+    map: &Map,
+    plan: &Plan,
+    drive: Drive,
+    reference: Reference,
+    first: Step,
+    scenario: LogScenario,
+    with_ghost: bool,
+) -> RecordedDrive {
     let vehicle = plan.vehicle;
     let point = vehicle.tare_span_m == [0.0; 2]
         && vehicle.load_span_m == [0.0; 2]
         && vehicle.imu_arm_m == 0.0;
     let step_s = map.step_ns() as f64 * 1e-9;
-    let targets = plan.targets().collect();
     // the loop begins a step before the first one
     let mut truth = Truth::unknown((first.t_ns - map.step_ns()) as f64 * 1e-9);
-    truth.sd.total_mass_kg = mass_sd;
-    truth.sd.grade_rad = slope_sd;
+    truth.sd.total_mass_kg = reference.mass_sd_kg;
+    truth.sd.grade_rad = reference.slope_sd_rad;
     let shared: Shared = Arc::new(Mutex::new(Playback {
         drive,
         map: map.clone(),
@@ -141,39 +181,28 @@ pub fn build(
         steps: [first, Step::default()],
         now: 1,
         more: true,
-        ghost: options.ghost.then(|| Ghost::new(vehicle)),
+        ghost: with_ghost.then(|| Ghost::new(vehicle)),
         command: Command::default(),
     }));
     let segment = Arc::new(AtomicU32::new(0));
     let of_segment = segment.clone();
-    let recorded = RecordedDrive {
-        scenario: LogScenario {
-            name: map.name.clone(),
-            why: map.file.why.clone(),
-            estimators,
-            expect: map.file.expect.clone(),
-            availability: map.file.availability,
-            integrity: map.file.integrity.clone(),
-            known_failures: map.file.known_failures.clone(),
-            record: map.file.record,
-            log: json!({ "map": map.file, "calibrated": found }),
-            digests,
-        },
+    RecordedDrive {
+        scenario,
         document: map.document.clone(),
         inputs: map.inputs.clone(),
         vehicle,
         plant: Box::new(RecordedPlant {
             shared: shared.clone(),
-            segment: segment.clone(),
+            segment,
             truth,
             over: false,
             point,
         }),
         instrument: Box::new(RecordedInstrument {
             shared: shared.clone(),
-            targets,
+            targets: plan.targets().collect(),
             drives: vehicle.drives,
-            ghost: options.ghost,
+            ghost: with_ghost,
         }),
         controller: Box::new(RecordedCommand(shared)),
         around: Box::new(move |inner| {
@@ -185,6 +214,5 @@ pub fn build(
             })
         }),
         dt_s: step_s,
-    };
-    Ok((Simulation::recorded(recorded, &registry)?, found))
+    }
 }

@@ -1,4 +1,4 @@
-//! What is played of a log: plant, controller and estimators of the loop read it from one place.
+//! A log being played: the plant and the controller of the loop, and the steps that they and the instrument share.
 
 use super::ghost::Ghost;
 use crate::drive::{Drive, Reference, Step};
@@ -10,16 +10,16 @@ use monorig_sim::plant::{Plant, Truth};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A log being played: shared by what says the time and what delivers the samples.
+/// A log being played: shared by the plant, which gives the time, and the instrument, which delivers the samples.
 pub(super) struct Playback {
     pub drive: Drive,
     pub map: Map,
     pub reference: Reference,
     /// The step that is played and the one after it: they are large, and stay where they are.
     pub steps: [Step; 2],
-    /// Which of the two is played; the other one comes next.
+    /// Index of the step that is played; the other one comes next.
     pub now: usize,
-    /// Whether there is a next one.
+    /// True if there is a next one.
     pub more: bool,
     /// The command of the next step; in a log without commands the last measured torques.
     pub command: Command,
@@ -48,7 +48,7 @@ pub(super) struct RecordedPlant {
     pub segment: Arc<AtomicU32>,
     pub truth: Truth,
     pub over: bool,
-    /// Whether the vehicle is a point, whose effective slope is that at the IMU.
+    /// True for a vehicle that is a point: its effective slope is that at the IMU.
     pub point: bool,
 }
 

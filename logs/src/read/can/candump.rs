@@ -1,4 +1,5 @@
-//! candump: a frame a line, `(1700000000.000125) can0 100#B2FF`, `##` for CAN FD, with or without a direction at the end.
+//! candump: a frame a line, `(1700000000.000125) can0 100#B2FF`, `##` for CAN FD, with or without a direction at the
+//! end.
 
 use super::{Frame, Frames};
 use crate::notation::TimeUnit;
@@ -13,9 +14,9 @@ use std::path::{Path, PathBuf};
 const MAX_LINE: u64 = 4096;
 
 /// The reader of candump.
-pub(in crate::read) struct Candump;
+pub(in crate::read) struct CandumpReader;
 
-impl LogReader for Candump {
+impl LogReader for CandumpReader {
     fn name(&self) -> &'static str {
         "candump"
     }

@@ -1,5 +1,5 @@
-//! DBC: messages and signals of a CAN bus, and how a signal is taken out of a frame: Intel and Motorola order, 11 and 29 bits, one level of
-//! multiplexing, floats.
+//! DBC: messages and signals of a CAN bus, and how a signal is taken out of a frame: Intel and Motorola order, 11 and
+//! 29 bits, one level of multiplexing, floats.
 
 use crate::read::text;
 use crate::wrong;
@@ -89,14 +89,14 @@ impl Database {
         Ok(Self { messages })
     }
 
-    /// How many messages there are.
+    /// The number of messages.
     pub fn count(&self) -> usize {
         self.messages.len()
     }
 }
 
 impl Message {
-    /// The case that a frame's multiplexer says; none of a message without.
+    /// The case of a frame by its multiplexer; none of a message without.
     pub fn switch(&self, data: &[u8]) -> Option<u64> {
         self.signals
             .iter()
@@ -150,7 +150,7 @@ impl Signal {
         })
     }
 
-    /// Whether it is in a frame of this case.
+    /// True if it is in a frame of this case.
     pub fn is_present(&self, switch: Option<u64>) -> bool {
         match self.presence {
             Presence::Case(case) => switch == Some(case),

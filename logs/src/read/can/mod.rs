@@ -5,7 +5,7 @@ pub(super) mod dbc;
 #[cfg(feature = "blf")]
 pub(super) mod vector;
 
-use crate::read::{Column, Out, ReadOptions, Row};
+use crate::read::{LogColumn, Out, ReadOptions, Row};
 use crate::wrong;
 use dbc::Database;
 use monorig_sim::error::Error;
@@ -15,11 +15,11 @@ use std::path::Path;
 /// A frame.
 #[derive(Clone, Debug, Default)]
 struct Frame {
-    /// When, ns.
+    /// Time, ns.
     ns: i64,
     /// Identifier of 11 or 29 bits.
     id: u32,
-    /// Whether it has 29 bits.
+    /// True for an identifier of 29 bits.
     extended: bool,
     /// Payload.
     data: Vec<u8>,
@@ -102,7 +102,7 @@ fn tables(
         if wanted.is_empty() {
             continue;
         }
-        let columns = wanted.iter().map(|(_, s)| Column {
+        let columns = wanted.iter().map(|(_, s)| LogColumn {
             name: s.name.clone(),
             unit: s.unit.clone(),
         });

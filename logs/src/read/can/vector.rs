@@ -3,16 +3,16 @@
 use super::{Frame, Frames};
 use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::wrong;
-use blf_asc::{AscReader, BlfError, BlfReader, Message};
+use blf_asc::{BlfError, Message};
 use monorig_sim::error::Error;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The reader of ASC.
-pub(in crate::read) struct Asc;
+pub(in crate::read) struct AscReader;
 
-impl LogReader for Asc {
+impl LogReader for AscReader {
     fn name(&self) -> &'static str {
         "ASC"
     }
@@ -36,16 +36,16 @@ impl LogReader for Asc {
         _: Section,
         out: &mut Out<'_>,
     ) -> Result<(), Error> {
-        let mut reader = AscReader::open(path).map_err(|e| broken(path, 0, &e))?;
+        let mut reader = blf_asc::AscReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));
         super::read(path, options, messages, out)
     }
 }
 
 /// The reader of BLF.
-pub(in crate::read) struct Blf;
+pub(in crate::read) struct BlfReader;
 
-impl LogReader for Blf {
+impl LogReader for BlfReader {
     fn name(&self) -> &'static str {
         "BLF"
     }
@@ -74,7 +74,7 @@ impl LogReader for Blf {
         out: &mut Out<'_>,
     ) -> Result<(), Error> {
         lengths_fit(path)?;
-        let mut reader = BlfReader::open(path).map_err(|e| broken(path, 0, &e))?;
+        let mut reader = blf_asc::BlfReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));
         super::read(path, options, messages, out)
     }
@@ -106,8 +106,8 @@ const MAX_OBJECT: u64 = 8 << 20;
 /// Magic, size, version and type in front of each object.
 const OBJECT_HEADER: u64 = 16;
 
-/// Refuses a BLF file with an object that is longer than the rest of the file. The library asks for as much memory as a file declares, and
-/// a damaged length would end the process. Only the headers of the objects are read.
+/// Refuses a BLF file with an object that is longer than the rest of the file. The library asks for as much memory as a
+/// file declares, and a damaged length would end the process. Only the headers of the objects are read.
 fn lengths_fit(path: &Path) -> Result<(), Error> {
     let failed = |e| crate::io(path, e);
     let mut file = BufReader::new(File::open(path).map_err(failed)?);

@@ -53,7 +53,7 @@ impl<'a> Cursor<'a> {
         Some(i64::from(s) * 1_000_000_000 + i64::from(ns))
     }
 
-    /// As many numbers as the sequence says, if there is room for them.
+    /// The numbers of a sequence, if the data has room for as many as it declares.
     fn numbers(&mut self) -> Option<Vec<f64>> {
         let count = self.u32()? as usize;
         (count <= self.data.len() / 8).then_some(())?;
@@ -71,14 +71,14 @@ impl<'a> Cursor<'a> {
 
 /// A decoded message.
 #[derive(Debug, Default)]
-pub(super) struct Message {
+pub(super) struct Decoded {
     /// Stamp of its header, ns; none if it has no header.
     pub stamp_ns: Option<i64>,
     /// Columns and values.
     pub values: Vec<(String, f64)>,
 }
 
-/// Whether messages of this schema are read.
+/// True if messages of this schema are read.
 pub(super) fn is_known(schema: &str) -> bool {
     [
         "sensor_msgs/msg/Imu",
@@ -90,10 +90,10 @@ pub(super) fn is_known(schema: &str) -> bool {
 }
 
 /// Decodes a message; none if it breaks off.
-pub(super) fn decode(schema: &str, data: &[u8]) -> Option<Message> {
+pub(super) fn decode(schema: &str, data: &[u8]) -> Option<Decoded> {
     let mut c = Cursor::new(data)?;
-    let mut m = Message::default();
-    let vector = |c: &mut Cursor<'_>, name: &str, m: &mut Message| -> Option<()> {
+    let mut m = Decoded::default();
+    let vector = |c: &mut Cursor<'_>, name: &str, m: &mut Decoded| -> Option<()> {
         for axis in ["x", "y", "z"] {
             let x = c.f64()?;
             if !name.is_empty() {

@@ -1,10 +1,10 @@
-//! MCAP: a table a topic; JSON, and CDR of the messages of ROS 2 that `cdr` knows. The stamp is that of the message's header, else the
-//! time of publication; the arrival is the time of logging.
+//! MCAP: a table a topic; JSON, and CDR of the messages of ROS 2 that `cdr` decodes. The stamp is that of the message's
+//! header, else the time of publication; the arrival is the time of logging.
 
 mod cdr;
 mod json;
 
-use crate::read::{Column, LogReader, Out, ReadOptions, Row, Section};
+use crate::read::{LogColumn, LogReader, Out, ReadOptions, Row, Section};
 use crate::{io, wrong};
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -28,7 +28,7 @@ struct Topic {
     table: Option<(u32, Vec<String>)>,
 }
 
-/// What is known while a file is read.
+/// The state while a file is read.
 struct Reading<'p, 'a, 'o> {
     path: &'p Path,
     options: &'p ReadOptions,
@@ -39,9 +39,9 @@ struct Reading<'p, 'a, 'o> {
 }
 
 /// The reader of MCAP.
-pub(super) struct Mcap;
+pub(super) struct McapReader;
 
-impl LogReader for Mcap {
+impl LogReader for McapReader {
     fn name(&self) -> &'static str {
         "MCAP"
     }
@@ -109,7 +109,8 @@ impl LogReader for Mcap {
     }
 }
 
-/// Fields of a record one after the other. (The library's own parser makes room for strings by the length that they declare.)
+/// Fields of a record one after the other. (The library's own parser makes room for strings by the length that they
+/// declare.)
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -296,14 +297,14 @@ impl Reading<'_, '_, '_> {
 }
 
 /// The values of a message; none of an encoding that is not read.
-fn decode(topic: &Topic, data: &[u8]) -> Result<Option<cdr::Message>, String> {
+fn decode(topic: &Topic, data: &[u8]) -> Result<Option<cdr::Decoded>, String> {
     match topic.encoding.as_str() {
         "json" => {
             let value = serde_json::from_slice(data)
                 .map_err(|e| format!("a message of {} is no JSON: {e}", topic.name))?;
             let mut values = Vec::new();
             json::flatten(&value, "", &mut values);
-            Ok(Some(cdr::Message {
+            Ok(Some(cdr::Decoded {
                 stamp_ns: None,
                 values,
             }))
@@ -342,7 +343,7 @@ fn table_of<'a>(
         );
         let columns = names
             .iter()
-            .map(|n| Column {
+            .map(|n| LogColumn {
                 name: n.clone(),
                 unit: String::new(),
             })
