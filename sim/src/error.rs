@@ -86,7 +86,7 @@ impl DataError {
     }
 
     /// The same of one item of a larger whole: `key` becomes `parent.key`.
-    pub fn under(self, parent: &str) -> Self {
+    pub(crate) fn under(self, parent: &str) -> Self {
         let key = match self.key.is_empty() {
             true => parent.to_owned(),
             false => format!("{parent}.{}", self.key),

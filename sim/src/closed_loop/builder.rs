@@ -54,7 +54,7 @@ impl SimulationBuilder {
         Ok(Self::new(scenario, rail, moving, Some(sensors)))
     }
 
-    pub(super) fn new(
+    fn new(
         scenario: Scenario,
         rail: Rail,
         moving: Moving,

@@ -23,11 +23,11 @@ pub struct StepFrame<'a> {
     /// What was asked of the controller.
     pub reference: &'a Reference,
     /// What the controller saw.
-    pub perception: &'a Perception,
+    pub(crate) perception: &'a Perception,
     /// The estimators and their last estimates.
     pub estimators: &'a [RunningEstimator],
     /// Events of this step.
-    pub events: &'a [String],
+    pub(crate) events: &'a [String],
 }
 
 /// Observer of a run: called after every step.

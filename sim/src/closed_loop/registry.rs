@@ -43,15 +43,15 @@ use std::sync::Arc;
 /// An estimator as a run holds it.
 pub type BoxedEstimator = Box<dyn Estimator + Send>;
 /// A controller as a run holds it.
-pub type BoxedController = Box<dyn Controller + Send>;
+pub(crate) type BoxedController = Box<dyn Controller + Send>;
 /// Values of parameters by name; those that are not there have their defaults.
-pub type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
+pub(crate) type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
 
 /// Builds an estimator for a nominal vehicle.
-pub type BuildEstimator =
+pub(crate) type BuildEstimator =
     dyn Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, ParamError> + Send + Sync;
 /// Builds a controller for a nominal vehicle.
-pub type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
+pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
     + Send
     + Sync;
 
@@ -66,7 +66,7 @@ pub struct PartType<B: ?Sized> {
 /// A type of estimator.
 pub type EstimatorType = PartType<BuildEstimator>;
 /// A type of controller.
-pub type ControllerType = PartType<BuildController>;
+pub(crate) type ControllerType = PartType<BuildController>;
 
 /// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
 #[derive(Clone, Debug)]
@@ -195,13 +195,13 @@ impl Registry {
 
     /// Whether this type of estimator is a published method as it stands in its source, without supervision: one that has a `…_robust`
     /// beside it, or that is `…_printed`. It is shown beside the others, and not for use.
-    pub fn is_reference(&self, name: &str) -> bool {
+    pub(crate) fn is_reference(&self, name: &str) -> bool {
         let robust = format!("{name}_robust");
         name.ends_with("_printed") || self.estimators.iter().any(|e| e.name == robust)
     }
 
     /// The type of controller of this name.
-    pub fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
+    pub(crate) fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
         find(&self.controllers, name, "controller")
     }
 }
@@ -221,11 +221,6 @@ impl<B: ?Sized> PartType<B> {
     /// What it is, in one sentence; empty if nobody said.
     pub fn description(&self) -> &str {
         &self.about
-    }
-
-    /// Its parameters, in groups.
-    pub fn key_groups(&self) -> &'static [&'static [Key]] {
-        self.groups
     }
 
     /// Its parameters.

@@ -39,21 +39,21 @@ pub struct Simulation {
     /// Index of the estimator whose output the controller uses.
     pub in_loop: Option<usize>,
     /// The drive cycle.
-    pub cycle: Cycle,
+    pub(crate) cycle: Cycle,
     /// What the controller sees.
-    pub perception: PerceptionModel,
+    pub(crate) perception: PerceptionModel,
     /// The controller.
-    pub controller: BoxedController,
+    pub(crate) controller: BoxedController,
     /// Events still to come.
-    pub events: EventSchedule,
+    pub(crate) events: EventSchedule,
     /// When the run ends.
-    pub end: EndCondition,
+    pub(crate) end: EndCondition,
     /// Step, s.
     pub dt_s: f64,
     /// Chainage of the IMU minus that of the front, m.
     pub imu_offset_m: f64,
     /// Obstacles and roadway walls.
-    pub obstacles: Vec<ObstacleBox>,
+    pub(crate) obstacles: Vec<ObstacleBox>,
 }
 
 impl Simulation {

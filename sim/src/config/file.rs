@@ -5,7 +5,7 @@
 //! files meet, is reported with [`input_error`], which looks up the line of a key path.
 
 mod error_messages;
-pub mod limits;
+pub(crate) mod limits;
 mod locate;
 mod set;
 mod sets;
@@ -178,7 +178,7 @@ pub fn name_of(path: &Path) -> Result<String, Error> {
 }
 
 /// Read a YAML file into a checked type.
-pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+pub(crate) fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()
 }
 
@@ -224,7 +224,7 @@ pub fn input_error(
 
 impl DataError {
     /// The error with the file that the data came from; line and column of the key are looked up in it.
-    pub fn in_file(self, file: &Path) -> Error {
+    pub(crate) fn in_file(self, file: &Path) -> Error {
         input_error(file, self.key, self.message, self.help)
     }
 }

@@ -41,7 +41,7 @@ impl Drop for Restore {
 
 impl InputFiles {
     /// A part of a larger whole: files come from there, and are listed in both.
-    pub fn part_of(whole: Self) -> Self {
+    pub(crate) fn part_of(whole: Self) -> Self {
         let part = Self::default();
         part.lock().whole = Some(whole);
         part
@@ -55,7 +55,7 @@ impl InputFiles {
     }
 
     /// Those that this thread reads into at the moment; none outside of [`InputFiles::during`].
-    pub fn current() -> Option<Self> {
+    pub(crate) fn current() -> Option<Self> {
         CURRENT.with(|current| current.borrow().clone())
     }
 
@@ -65,7 +65,7 @@ impl InputFiles {
     }
 
     /// Whether a file of this path was read.
-    pub fn contains(&self, path: &Path) -> bool {
+    pub(crate) fn contains(&self, path: &Path) -> bool {
         let shared = self.lock();
         let whole = shared.whole.as_ref();
         shared.files.contains_key(path) || whole.is_some_and(|whole| whole.contains(path))
@@ -78,7 +78,7 @@ impl InputFiles {
     }
 
     /// SHA-256 and bytes of every file, each once.
-    pub fn contents(&self) -> Vec<(String, Arc<[u8]>)> {
+    pub(crate) fn contents(&self) -> Vec<(String, Arc<[u8]>)> {
         let all: Vec<Arc<[u8]>> = self.lock().contents.values().cloned().collect();
         all.into_iter().map(|b| (sha256(&b), b)).collect()
     }
@@ -146,12 +146,12 @@ impl PartialEq for InputFiles {
 }
 
 /// SHA-256 as `sha256sum` prints it.
-pub fn sha256(bytes: &[u8]) -> String {
+pub(crate) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
 /// Bytes as lower-case hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 

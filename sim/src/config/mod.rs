@@ -16,12 +16,12 @@
 pub mod checked;
 pub mod file;
 pub mod input_files;
-pub mod motor_file;
+pub(crate) mod motor_file;
 pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;
 pub mod sensor_sheet_file;
-pub mod sensor_world_file;
+pub(crate) mod sensor_world_file;
 pub mod track;
 pub mod train;
-pub mod urdf;
+pub(crate) mod urdf;

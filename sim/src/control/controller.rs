@@ -21,5 +21,5 @@ pub struct ControllerSetup {
     /// m/s².
     pub gravity_mps2: f64,
     /// Speed at the start, m/s.
-    pub start_speed_mps: f64,
+    pub(crate) start_speed_mps: f64,
 }

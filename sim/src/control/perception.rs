@@ -19,11 +19,11 @@ pub struct Perception {
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
     /// Whether grade and mass are known now, and not held or nominal values.
-    pub valid: bool,
+    pub(crate) valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
-    pub slip_mps: [f64; MAX_DRIVES],
+    pub(crate) slip_mps: [f64; MAX_DRIVES],
     /// The last estimate of the estimator in the loop as it is, if there is one.
-    pub estimate: Option<Estimate>,
+    pub(crate) estimate: Option<Estimate>,
 }
 
 /// Where slope and mass of the feed-forward come from.

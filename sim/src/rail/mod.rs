@@ -8,8 +8,8 @@
 
 pub(crate) mod alignment;
 mod check;
-pub mod joints;
-pub mod mesh;
+pub(crate) mod joints;
+pub(crate) mod mesh;
 mod nodes;
 pub mod profile;
 pub(crate) mod spline;
@@ -139,12 +139,12 @@ impl Rail {
     }
 
     /// Its end as messages give it, m: whole millimetres, never beyond it.
-    pub fn end_m(&self) -> f64 {
+    pub(crate) fn end_m(&self) -> f64 {
         libm::floor(self.length() * 1e3 + 1e-6) / 1e3
     }
 
     /// Chainages of its joints, ascending, m.
-    pub fn joint_chainages(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn joint_chainages(&self) -> impl Iterator<Item = f64> + '_ {
         self.joints.iter().flat_map(Joints::chainages)
     }
 
@@ -154,7 +154,7 @@ impl Rail {
     }
 
     /// The I-beam; none on a road.
-    pub fn profile(&self) -> Option<&Profile> {
+    pub(crate) fn profile(&self) -> Option<&Profile> {
         match &self.section {
             Section::Rail(profile) => Some(profile),
             Section::Road(_) => None,
@@ -162,7 +162,7 @@ impl Rail {
     }
 
     /// Closed outline of what is seen of it in (l, u), m, around the line.
-    pub fn outline(&self) -> &[[f64; 2]] {
+    pub(crate) fn outline(&self) -> &[[f64; 2]] {
         match &self.section {
             Section::Rail(profile) => &profile.outline,
             Section::Road(outline) => outline,
@@ -170,7 +170,8 @@ impl Rail {
     }
 
     /// The rail joints, if the track has any.
-    pub fn joints(&self) -> Option<&Joints> {
+    #[cfg(test)]
+    pub(crate) fn joints(&self) -> Option<&Joints> {
         self.joints.as_ref()
     }
 
@@ -225,7 +226,7 @@ impl Rail {
     }
 
     /// Frames every `step_m` from 0, and at the end. A step that is not above zero gives the two ends only.
-    pub fn samples(&self, step_m: f64) -> Vec<RailFrame> {
+    pub(crate) fn samples(&self, step_m: f64) -> Vec<RailFrame> {
         let pieces = pieces(self.length, step_m);
         let mut cursor = Cursor::default();
         let mut frames = Vec::with_capacity(pieces + 1);

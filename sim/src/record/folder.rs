@@ -35,7 +35,7 @@ impl RunFolder {
     }
 
     /// Where the folder will be.
-    pub fn place(&self) -> &Path {
+    pub(crate) fn place(&self) -> &Path {
         &self.place
     }
 

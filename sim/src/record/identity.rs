@@ -13,15 +13,15 @@ use std::sync::OnceLock;
 #[serde(deny_unknown_fields)]
 pub struct Identity {
     /// Version of monorig.
-    pub version: String,
+    pub(crate) version: String,
     /// Git revision of monorig's source, with `-dirty` behind it if a file of the source was changed since; `unknown` if it was
     /// built from a source without git.
-    pub revision: String,
+    pub(crate) revision: String,
     /// SHA-256 of the program file: another compiler, another flag or an estimator of one's own makes another program.
-    pub program: String,
+    pub(crate) program: String,
     /// Probe of the machine's elementary functions: machines with another may compute other bits with the same program.
     #[serde(default)]
-    pub arithmetic: String,
+    pub(crate) arithmetic: String,
 }
 
 impl Identity {

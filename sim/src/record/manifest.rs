@@ -21,7 +21,7 @@ const VERSION: u32 = 2;
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Format version, 2.
-    pub version: u32,
+    pub(crate) version: u32,
     /// Scenario name (file stem); of a variant `NAME@VARIANT`.
     pub scenario: String,
     /// Seed of the run.

@@ -135,12 +135,12 @@ mod testing {
     use super::*;
 
     /// A train without bodies: what a sink of columns needs.
-    pub fn sample_train() -> Train {
+    pub(crate) fn sample_train() -> Train {
         Train::default()
     }
 
     /// A layout with these channels.
-    pub fn layout_of<'a>(channels: &'a [Channel], train: &'a Train) -> Layout<'a> {
+    pub(crate) fn layout_of<'a>(channels: &'a [Channel], train: &'a Train) -> Layout<'a> {
         Layout {
             scenario: "hill",
             seed: 7,
@@ -155,7 +155,7 @@ mod testing {
     }
 
     /// Noise-like values with gaps (NaN), an infinity and a negative zero, at 50 Hz.
-    pub fn sample_chunk(columns: usize, first_row: usize, rows: usize) -> Chunk {
+    pub(crate) fn sample_chunk(columns: usize, first_row: usize, rows: usize) -> Chunk {
         let mut state = first_row as u64 + 1;
         let mut noise = || {
             state = state

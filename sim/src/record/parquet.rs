@@ -23,11 +23,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Key of a column's unit in the Arrow field metadata.
-pub const UNIT: &str = "unit";
+pub(crate) const UNIT: &str = "unit";
 /// Key of the events in the file metadata.
-pub const EVENTS: &str = "events";
+pub(crate) const EVENTS: &str = "events";
 /// Key under which pandas keeps the attributes of a table, as JSON, in the schema's metadata.
-pub const PANDAS: &str = "PANDAS_ATTRS";
+pub(crate) const PANDAS: &str = "PANDAS_ATTRS";
 
 /// Writes a Parquet file under a temporary name beside its place, and moves it there when it is whole.
 ///

@@ -96,13 +96,8 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Rows recorded so far.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
     /// Note something that happened.
-    pub fn event(&mut self, time_ns: i64, text: String) {
+    pub(crate) fn event(&mut self, time_ns: i64, text: String) {
         self.chunk.events.push((time_ns, text));
     }
 
@@ -157,7 +152,7 @@ impl<'a> Recorder<'a> {
 }
 
 /// Channels of a simulation, in the order of the columns.
-pub fn channels(simulation: &Simulation) -> Vec<Channel> {
+pub(crate) fn channels(simulation: &Simulation) -> Vec<Channel> {
     channels::channels(&RowSource {
         truth: simulation.plant.truth(),
         sensors: &simulation.sensors.channels(),

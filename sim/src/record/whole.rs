@@ -21,7 +21,7 @@ pub fn unique() -> &'static str {
 
 /// Identifies the machine since its last start, and the container, in which process ids count: the same process id elsewhere is
 /// another process.
-pub fn processes() -> &'static str {
+pub(crate) fn processes() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
     NAME.get_or_init(|| {
         let boot = std::fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();

@@ -14,29 +14,29 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 pub struct CarFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Name of the car.
-    pub name: String,
+    pub(crate) name: String,
     /// Where the figures come from.
-    pub source: String,
+    pub(crate) source: String,
     /// Mass and size.
-    pub body: BodyFile,
+    pub(crate) body: BodyFile,
     /// Axles and wheels.
     pub wheels: WheelsFile,
     /// Tyres.
     pub tyres: TyresFile,
     /// Motors and gears.
-    pub motors: MotorsFile,
+    pub(crate) motors: MotorsFile,
     /// Friction brakes.
-    pub brakes: BrakesFile,
+    pub(crate) brakes: BrakesFile,
     /// Air drag.
-    pub air: AirFile,
+    pub(crate) air: AirFile,
     /// Springs and dampers of the body.
     pub suspension: SuspensionFile,
     /// Who steers.
-    pub driver: DriverFile,
+    pub(crate) driver: DriverFile,
     /// What the car can run on.
-    pub limits: CarLimits,
+    pub(crate) limits: CarLimits,
 }
 
 /// Mass and size.
@@ -180,7 +180,7 @@ impl Car {
     }
 
     /// The same with changes made to the file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let file: CarFile = read_yaml_with(path, sets)?;
         Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
     }

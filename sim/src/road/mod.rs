@@ -16,16 +16,16 @@
 //! | `car` | constants of the equations of motion and nominal vehicle that follow from it |
 //! | `shapes` | its visible shapes |
 
-pub mod body;
-pub mod car;
-pub mod car_file;
-pub mod driver;
-pub mod loads;
-pub mod plant;
+pub(crate) mod body;
+pub(crate) mod car;
+pub(crate) mod car_file;
+pub(crate) mod driver;
+pub(crate) mod loads;
+pub(crate) mod plant;
 mod shapes;
-pub mod surface;
-pub mod tyre;
-pub mod wheel;
+pub(crate) mod surface;
+pub(crate) mod tyre;
+pub(crate) mod wheel;
 
 pub use car::Car;
 pub use car_file::CarFile;

@@ -8,7 +8,7 @@ pub type MassSpan = [f64; 2];
 impl Train {
     /// Spans over which tare and load rest on the rail, behind a place `at_m` from the train's front (≤ 0 like all `start_s`). Each is
     /// the even spread that has the mean and the variance of the masses.
-    pub fn spans_behind(&self, at_m: f64) -> (MassSpan, MassSpan) {
+    pub(crate) fn spans_behind(&self, at_m: f64) -> (MassSpan, MassSpan) {
         let load = |i: usize| {
             if Some(i) == self.load {
                 self.payload.map_or(self.bodies[i].mass_kg, |p| p.mass_kg)

@@ -1,9 +1,9 @@
 //! Data model of the train: rigid bodies, connections, drives, mounts, limits.
 
-pub mod inertia;
-pub mod mass_distribution;
-pub mod step_check;
-pub mod support_tree;
+pub(crate) mod inertia;
+pub(crate) mod mass_distribution;
+pub(crate) mod step_check;
+pub(crate) mod support_tree;
 
 use crate::error::DataError;
 use inertia::MassProperties;
@@ -60,21 +60,21 @@ pub struct Station {
     /// Place along the body, m.
     pub x_m: f64,
     /// Distance of the running-wheel contacts left and right of the rail's line, m.
-    pub half_gauge_m: f64,
+    pub(crate) half_gauge_m: f64,
     /// Radius of the running wheels, m.
     pub wheel_radius_m: f64,
     /// Stiffness and damping of one running wheel, N/m and N·s/m.
     pub wheel_k: f64,
     /// See above.
-    pub wheel_c: f64,
+    pub(crate) wheel_c: f64,
     /// Play of the hold-down side, m.
-    pub holddown_play_m: f64,
+    pub(crate) holddown_play_m: f64,
     /// Stiffness and damping of the guide wheels, N/m and N·s/m.
-    pub guide_k: f64,
+    pub(crate) guide_k: f64,
     /// See above.
-    pub guide_c: f64,
+    pub(crate) guide_c: f64,
     /// Height of the guide wheels' contact in the body frame, m.
-    pub guide_z_m: f64,
+    pub(crate) guide_z_m: f64,
 }
 
 /// A spring-damper between two bodies.
@@ -113,16 +113,16 @@ pub enum ConnectionKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Payload {
     /// Mass of the payload now, kg; 0 = empty hook.
-    pub mass_kg: f64,
+    pub(crate) mass_kg: f64,
     /// The payload at its nominal mass, in the body frame; another mass has the same shape and centre.
     pub nominal: MassProperties,
     /// Spreader, hooks and chains, in the body frame.
-    pub gear: MassProperties,
+    pub(crate) gear: MassProperties,
 }
 
 impl Payload {
     /// The load's body with this payload mass, in the body frame.
-    pub fn body_with(&self, mass_kg: f64) -> MassProperties {
+    pub(crate) fn body_with(&self, mass_kg: f64) -> MassProperties {
         self.gear.plus(&self.nominal.scaled_to(mass_kg))
     }
 }
@@ -134,7 +134,7 @@ impl Train {
     }
 
     /// Mass of the payload, kg.
-    pub fn load_mass_kg(&self) -> f64 {
+    pub(crate) fn load_mass_kg(&self) -> f64 {
         self.payload.map_or(0.0, |p| p.mass_kg)
     }
 
@@ -188,7 +188,7 @@ impl Train {
     }
 
     /// Index of a mount by its full name `unit/link`; a bare `link` means the first that has it.
-    pub fn mount(&self, name: &str) -> Option<usize> {
+    pub(crate) fn mount(&self, name: &str) -> Option<usize> {
         let full = self.mounts.iter().position(|m| m.name == name);
         full.or_else(|| {
             self.mounts
@@ -251,11 +251,11 @@ pub struct Drive {
 #[derive(Clone, Debug)]
 pub struct Mount {
     /// `unit/link`.
-    pub name: String,
+    pub(crate) name: String,
     /// Index of the body.
-    pub body: usize,
+    pub(crate) body: usize,
     /// Pose of the mount frame in the body frame.
-    pub pose: Isometry3<f64>,
+    pub(crate) pose: Isometry3<f64>,
 }
 
 /// What the train can run on.

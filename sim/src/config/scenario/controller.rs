@@ -17,11 +17,11 @@ pub const DEFAULT_CONTROLLER: &str = "pi";
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSettings {
     /// Which controller, by its name in the registry.
-    pub kind: String,
+    pub(crate) kind: String,
     /// Where slope and mass of the feed-forward come from.
     pub feedforward: FeedForward,
     /// Its parameters by name.
-    pub values: BTreeMap<String, ParameterValue>,
+    pub(crate) values: BTreeMap<String, ParameterValue>,
 }
 
 impl Default for ControllerSettings {
@@ -50,7 +50,7 @@ impl ControllerSettings {
     }
 
     /// The parameters as a build function takes them.
-    pub fn named(&self) -> Vec<(&str, Setting<'_>)> {
+    pub(crate) fn named(&self) -> Vec<(&str, Setting<'_>)> {
         let values = self.values.iter();
         values.map(|(k, v)| (k.as_str(), v.setting())).collect()
     }

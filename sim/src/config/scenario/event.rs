@@ -126,7 +126,7 @@ impl FaultKind {
     }
 
     /// Its name in a scenario.
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         let name = serde_json::to_value(self);
         name.ok()
             .and_then(|v| v.as_str().map(str::to_owned))
@@ -164,7 +164,7 @@ impl FaultKind {
 
 impl Event {
     /// Its name, if it has one.
-    pub fn name(&self) -> Option<&str> {
+    pub(crate) fn name(&self) -> Option<&str> {
         match self {
             Event::LoadMass { name, .. }
             | Event::Adhesion { name, .. }
@@ -175,7 +175,7 @@ impl Event {
     }
 
     /// When it first happens or begins, and when it ends, if it does, s; none for what happens at a place.
-    pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
+    pub(crate) fn times_s(&self) -> Option<(f64, Option<f64>)> {
         match self {
             Event::LoadMass { at_s, .. }
             | Event::ClampPressure { at_s, .. }

@@ -80,16 +80,16 @@ pub struct KnownFailure {
     pub metric: String,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub after_s: Option<NonNegative>,
+    pub(crate) after_s: Option<NonNegative>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub after: Option<Moment>,
+    pub(crate) after: Option<Moment>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub until: Option<Moment>,
+    pub(crate) until: Option<Moment>,
     /// Why physics or the method does not allow it.
     pub why: String,
 }
@@ -101,23 +101,23 @@ pub struct KnownFailure {
 pub struct KnownFailureEntry {
     /// The estimator of the bound, or a list of them.
     #[serde(default)]
-    pub estimator: Option<OneOrMore>,
+    pub(crate) estimator: Option<OneOrMore>,
     /// The metric of the bound, or a list of them: of each of the estimators.
-    pub metric: OneOrMore,
+    pub(crate) metric: OneOrMore,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
     #[serde(default)]
-    pub after_s: Option<NonNegative>,
+    pub(crate) after_s: Option<NonNegative>,
     /// See above.
     #[serde(default)]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// See above.
     #[serde(default)]
-    pub after: Option<Moment>,
+    pub(crate) after: Option<Moment>,
     /// See above.
     #[serde(default)]
-    pub until: Option<Moment>,
+    pub(crate) until: Option<Moment>,
     /// Why physics or the method does not allow it.
-    pub why: String,
+    pub(crate) why: String,
 }
 
 /// A name, or a list of names.

@@ -11,17 +11,17 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Integrity {
     /// Protection level over reported standard deviation.
-    pub k: Positive,
+    pub(crate) k: Positive,
     /// Alert limit of the slope, °; none = 3 times the least slope RMSE in `published`, 1° if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope_alert_deg: Option<Positive>,
+    pub(crate) slope_alert_deg: Option<Positive>,
     /// Alert limit of the effective slope, °; none = that of the slope.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub effective_slope_alert_deg: Option<Positive>,
+    pub(crate) effective_slope_alert_deg: Option<Positive>,
     /// Alert limit of the mass, as a share of it.
-    pub mass_alert_rel: Positive,
+    pub(crate) mass_alert_rel: Positive,
     /// Most that may be misleading of the samples that an estimator marks valid, over all seeds.
-    pub max_misleading_share: Fraction,
+    pub(crate) max_misleading_share: Fraction,
     /// Estimators that are shown beside the others and not judged by this; besides them published methods without supervision.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reference_only: Vec<String>,

@@ -23,10 +23,10 @@ pub struct Scenario {
     pub file: ScenarioFile,
     /// The track file, found from the scenario's folder.
     #[serde(skip)]
-    pub track: PathBuf,
+    pub(crate) track: PathBuf,
     /// The train or car file, found from the scenario's folder.
     #[serde(skip)]
-    pub vehicle: PathBuf,
+    pub(crate) vehicle: PathBuf,
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
@@ -295,7 +295,7 @@ impl Scenario {
     }
 
     /// An error at a parameter of an estimator: where the scenario or the parameter file gives it.
-    pub fn parameter_error(
+    pub(crate) fn parameter_error(
         &self,
         estimator: &str,
         key: &str,

@@ -21,31 +21,31 @@ use std::fmt;
 pub struct Moment {
     /// The front of the vehicle comes to the beginning of this place.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub front_enters: Option<String>,
+    pub(crate) front_enters: Option<String>,
     /// The front comes to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub front_leaves: Option<String>,
+    pub(crate) front_leaves: Option<String>,
     /// The IMU comes to its beginning.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu_enters: Option<String>,
+    pub(crate) imu_enters: Option<String>,
     /// The IMU comes to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu_leaves: Option<String>,
+    pub(crate) imu_leaves: Option<String>,
     /// The rear comes to its beginning: all of the vehicle is on it, or beyond.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rear_enters: Option<String>,
+    pub(crate) rear_enters: Option<String>,
     /// The rear comes to its end: all of the vehicle has passed it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rear_leaves: Option<String>,
+    pub(crate) rear_leaves: Option<String>,
     /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come to.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub event: Option<String>,
+    pub(crate) event: Option<String>,
     /// This event ends.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub event_end: Option<String>,
+    pub(crate) event_end: Option<String>,
     /// So much later, s; negative = earlier.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plus_s: Option<Finite>,
+    pub(crate) plus_s: Option<Finite>,
 }
 
 /// A part of the vehicle.

@@ -18,7 +18,7 @@ impl Train {
     }
 
     /// The same with changes made to the train file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         load(path, sets).map_err(|e| with_sets(e, sets))
     }
 }

@@ -20,23 +20,23 @@ pub struct ForceBalance {
     /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still in it.
     pub drive_n: f64,
     /// Rolling of the clamped friction wheels.
-    pub clamped_rolling_n: f64,
+    pub(crate) clamped_rolling_n: f64,
     /// Rolling of the running wheels.
-    pub running_rolling_n: f64,
+    pub(crate) running_rolling_n: f64,
     /// Rolling of the guide wheels: the resistance of curves.
-    pub guide_rolling_n: f64,
+    pub(crate) guide_rolling_n: f64,
     /// Bearings.
-    pub bearing_n: f64,
+    pub(crate) bearing_n: f64,
     /// Air drag.
-    pub air_n: f64,
+    pub(crate) air_n: f64,
     /// Clamp brakes.
-    pub brake_n: f64,
+    pub(crate) brake_n: f64,
     /// Weight, −Σ mᵢ g tᵢ·z.
-    pub grade_n: f64,
+    pub(crate) grade_n: f64,
     /// What a bend, crest or sag does to the momentum along the rail without resistance: wheels of one body that stand on different
     /// tangents, couplings between bodies of different direction, and the momentum that the rail turns, Σ mᵢ vᵢ·ṫᵢ. Nothing on a
     /// straight rail of constant grade.
-    pub curve_n: f64,
+    pub(crate) curve_n: f64,
     /// Contact with obstacles and with the rail's flanges, while such contact is possible.
     pub contact_n: f64,
     /// M_eff v̇, from the bodies' velocities before and after the step and from no force.
@@ -72,7 +72,7 @@ impl ForceBalance {
 
 /// Directions of the rail at the bodies in the last step.
 #[derive(Clone, Debug, Default)]
-pub struct Directions {
+pub(crate) struct Directions {
     now: Vec<Vector3<f64>>,
     /// Supports of each suspended body, those that hang from nothing suspended first; nothing for rail-bound bodies.
     suspended: Vec<(usize, Vec<usize>)>,

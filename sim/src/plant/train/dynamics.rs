@@ -220,7 +220,7 @@ impl Dynamics {
     }
 
     /// Directions of the rail at the bodies in the last step.
-    pub fn directions(&self) -> &Directions {
+    pub(crate) fn directions(&self) -> &Directions {
         &self.directions
     }
 
