@@ -1,5 +1,5 @@
-//! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents. Its tables are
-//! whole, and those of the parameters say what the program says.
+//! The documentation leads nowhere that is not there: links, headings, files named in examples, the table of contents.
+//! Its tables are whole, and those of the parameters say what the program says.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -176,7 +176,8 @@ fn quoted(names: impl Iterator<Item = String>) -> String {
     once.join(", ")
 }
 
-/// Known failures of every scenario, an entry a row: scenario, estimators, metrics, why. They are rows of the page, and the page has no others.
+/// Known failures of every scenario, an entry a row: scenario, estimators, metrics, why. They are rows of the page, and
+/// the page has no others.
 #[test]
 fn the_page_of_known_failures_is_what_the_scenarios_say() {
     let mut known = BTreeSet::new();

@@ -116,7 +116,8 @@ fn an_emergency_brake_stops_the_train_within_the_distance_its_force_allows() {
         "from {v} to {}",
         end.speed_mps
     );
-    // 20 % of 140 kN and 4 kN of running resistance on 19 t and what turns with it; the brake needs some lags of 0.3 s to come on.
+    // 20 % of 140 kN and 4 kN of running resistance on 19 t and what turns with it; the brake needs some lags of 0.3 s
+    // to come on.
     let slowest = v * v / 2.0 * 20_300.0 / 28_000.0 + v * 3.0 * 0.3;
     let way = end.chainage_m - start;
     assert!(way > 0.1 && way < slowest, "{way} m, at most {slowest} m");
@@ -262,7 +263,8 @@ fn a_cycle_and_its_loads_start_over() {
     }
 }
 
-/// The methods as printed stand beside the others in a scenario, whole or with some slips mended; what they say stays finite, however wrong.
+/// The methods as printed stand beside the others in a scenario, whole or with some slips mended; what they say stays
+/// finite, however wrong.
 #[test]
 fn methods_as_printed_can_be_named_beside_the_others() {
     let bank = "{dffrls_aekf_robust: {}, dffrls_aekf_printed: {}, resistance_dffrls_printed: {eq14: corrected}, \

@@ -1,5 +1,5 @@
-//! The laws the rapier world must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a record of
-//! what the code happened to give.
+//! The laws the rapier world must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a
+//! record of what the code happened to give.
 
 use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
@@ -120,7 +120,8 @@ impl Rim for monorig_sim::train::Drive {
 
 #[test]
 fn break_away_traction_is_twice_adhesion_times_clamp_force_per_unit() {
-    // Wheels spun up against a train that is held by nothing but its inertia: full slip gives µN per wheel, two per unit.
+    // Wheels spun up against a train that is held by nothing but its inertia: full slip gives µN per wheel, two per
+    // unit.
     let train = train("dx80_176y");
     let rail = slope(0.0);
     let mu = 0.05;
@@ -149,7 +150,8 @@ fn break_away_traction_is_twice_adhesion_times_clamp_force_per_unit() {
 #[test]
 fn sliding_on_locked_brakes_down_8_degrees_covers_the_distance_of_a_sliding_block() {
     let mut train = train("dx80_176y").with_load_mass(0.0).unwrap();
-    // A brake that carries less than the slope asks for, and no running resistance: what is left is gravity and the shoes.
+    // A brake that carries less than the slope asks for, and no running resistance: what is left is gravity and the
+    // shoes.
     train.resistance = monorig_sim::train::Resistance {
         clamped_wheel: 0.0,
         running_wheel: 0.0,
@@ -200,7 +202,8 @@ fn static_wheel_loads_carry_the_weight_on_any_slope() {
         };
         run(&mut w, &hold, 10.0, 2e-3);
         let f = rail.frame(60.0);
-        // All wheel forces of one step: running wheels carry the part across the rail, shoes and friction wheels the part along it.
+        // All wheel forces of one step: running wheels carry the part across the rail, shoes and friction wheels the
+        // part along it.
         let normal = w.sums().external.dot(&f.u);
         let expected = mass * G * libm::cos(deg.to_radians());
         assert!(
@@ -218,8 +221,8 @@ fn static_wheel_loads_carry_the_weight_on_any_slope() {
 
 #[test]
 fn the_load_swings_with_the_period_of_its_pendulum() {
-    // Empty hook: the gear is light, its chains do not give, T = 2π √(L/g). Full load: chains, hangers and wheels give, and
-    // the period is that of the linearised model below, written from the drawing and not from the code.
+    // Empty hook: the gear is light, its chains do not give, T = 2π √(L/g). Full load: chains, hangers and wheels give,
+    // and the period is that of the linearised model below, written from the drawing and not from the code.
     for payload in [0.0, 20_000.0] {
         let train = train("dx80_176y").with_load_mass(payload).unwrap();
         let load = train.load.unwrap();
@@ -252,8 +255,8 @@ fn the_load_swings_with_the_period_of_its_pendulum() {
     }
 }
 
-/// Longest period of beam and load along the rail, trolleys held, s. Coordinates: beam shift and pitch, load shift (of its
-/// chain anchors) and pitch; springs: hangers on wheels, chains; geometric stiffness of the weights.
+/// Longest period of beam and load along the rail, trolleys held, s. Coordinates: beam shift and pitch, load shift (of
+/// its chain anchors) and pitch; springs: hangers on wheels, chains; geometric stiffness of the weights.
 fn swing_period(train: &monorig_sim::train::Train) -> f64 {
     let load = train.load.unwrap();
     let beam = train.supports(load)[0];
@@ -460,7 +463,8 @@ fn halving_the_step_halves_the_error() {
     let rail = asset_track("liu2023_section1");
     let at = |dt: f64| {
         let mut w = world(&train, &rail, 22.0, 1.0);
-        // Rolling from the start (standing start and stop are not smooth), smooth torque by time, across the transition.
+        // Rolling from the start (standing start and stop are not smooth), smooth torque by time, across the
+        // transition.
         let d = train.drives[0];
         let steps = (16.0 / dt).round() as usize;
         for k in 0..steps {
@@ -509,8 +513,8 @@ fn specific_force_is_smooth_at_constant_speed() {
 
 #[test]
 fn a_point_mass_and_the_train_agree_where_they_should() {
-    // Same track, same torque, adhesion plenty: the train's centre of mass is what the point mass computes, apart from the
-    // length of the train, which does not matter on a constant slope.
+    // Same track, same torque, adhesion plenty: the train's centre of mass is what the point mass computes, apart from
+    // the length of the train, which does not matter on a constant slope.
     let train = train("dx80_176y");
     let rail = slope(4.0);
     let mut w = world(&train, &rail, 60.0, 0.0);
@@ -555,8 +559,8 @@ fn a_world_is_the_same_whoever_builds_it_and_however_often() {
 
 #[test]
 fn a_rolling_start_in_a_bend_gives_every_body_its_speed_along_the_rail_where_it_is() {
-    // 18 m of train round three quarters of a circle of R = 4 m: front and rear point in different directions, and the rail
-    // nearest to one end is not that under it.
+    // 18 m of train round three quarters of a circle of R = 4 m: front and rear point in different directions, and the
+    // rail nearest to one end is not that under it.
     let train = train("dx80_176y");
     let rail = track(
         "horizontal: [{kind: line, length_m: 25}, {kind: arc, radius_m: 4, angle_deg: 270}, {kind: line, length_m: 60}]\n",

@@ -1,5 +1,5 @@
-//! The running-resistance coefficient as in Liu et al. 2023, section 2.2: identified with 50 t on a climb of 1 200 m, verified by
-//! predicting the speed on a descent of 1 200 m from motor torque and surveyed grade.
+//! The running-resistance coefficient as in Liu et al. 2023, section 2.2: identified with 50 t on a climb of 1 200 m,
+//! verified by predicting the speed on a descent of 1 200 m from motor torque and surveyed grade.
 
 use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
@@ -35,8 +35,8 @@ fn rig(name: &str) -> Simulation {
     Simulation::build(scenario(name, &[]), &Registry::default(), 1).expect("rig")
 }
 
-/// What the climb gives: the coefficient from the accelerometer and from the survey, each with its standard deviation, and the true
-/// one (mean over the way) with the largest force, N.
+/// What the climb gives: the coefficient from the accelerometer and from the survey, each with its standard deviation,
+/// and the true one (mean over the way) with the largest force, N.
 struct Climb {
     accelerometer: (f64, f64),
     survey: (f64, f64),
@@ -79,7 +79,8 @@ fn climb() -> Climb {
     }
 }
 
-/// One step of the descent, measured: step s, speed m/s, sum of the motor torques N·m, surveyed grade (mean over the train) rad.
+/// One step of the descent, measured: step s, speed m/s, sum of the motor torques N·m, surveyed grade (mean over the
+/// train) rad.
 type Row = [f64; 4];
 
 fn descent() -> (Vec<Row>, Vehicle, f64) {
@@ -112,7 +113,8 @@ fn prediction_error(rows: &[Row], vehicle: &Vehicle, coefficient: f64) -> f64 {
     let n = stretches.len() as f64;
     let squares: f64 = stretches
         .map(|stretch| {
-            // The measured speed has noise of 5 mm/s a unit; a tenth of a second of it starts the prediction, and another ends it.
+            // The measured speed has noise of 5 mm/s a unit; a tenth of a second of it starts the prediction, and
+            // another ends it.
             let mean = |rows: &[Row]| rows.iter().map(|r| r[1]).sum::<f64>() / rows.len() as f64;
             let (start, rest) = stretch.split_at(20);
             let mut p = SpeedPrediction::new(vehicle, MASS_KG, coefficient, mean(start));
@@ -139,17 +141,18 @@ fn the_coefficient_of_the_climb_predicts_the_speed_on_the_descent() {
         "true {:.5}; accelerometer {mu:.5} ± {sd:.5}; survey {:.5} ± {:.5}",
         climb.truth, climb.survey.0, climb.survey.1
     );
-    // By the accelerometer: within three of its own standard deviations, in which its bias and the torque's scale are counted.
+    // By the accelerometer: within three of its own standard deviations, in which its bias and the torque's scale are
+    // counted.
     assert!((mu - climb.truth).abs() < 3.0 * sd, "{mu} ± {sd}");
 
-    // By the survey, as in the paper: what is left is the torque's scale, 3 σ of it times the force over the weight, and 1 % of the
-    // coefficient for what varies along the way (the load swings, guide wheels, speed).
+    // By the survey, as in the paper: what is left is the torque's scale, 3 σ of it times the force over the weight,
+    // and 1 % of the coefficient for what varies along the way (the load swings, guide wheels, speed).
     let bound = 3.0 * TORQUE_SD * climb.force_n / weight + 0.01 * climb.truth;
     let off = (climb.survey.0 - climb.truth).abs();
     assert!(off < bound, "off by {off}, {bound} allowed");
 
-    // Speed on the descent: an error of μ and one of the torque grow with time; a tenth of a second of wheel speed of eight units at
-    // both ends adds 2 mm/s.
+    // Speed on the descent: an error of μ and one of the torque grow with time; a tenth of a second of wheel speed of
+    // eight units at both ends adds 2 mm/s.
     let gone = prediction_error(&rows, &vehicle, climb.survey.0);
     let law = (bound * G + 3.0 * TORQUE_SD * descent_n / MASS_KG) * RESTART_S + 0.002;
     println!("speed after {RESTART_S} s off by {gone:.4} m/s, {law:.4} allowed");

@@ -1,5 +1,5 @@
-//! The laws a car on a road must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a record of what
-//! the code happened to give.
+//! The laws a car on a road must obey. Each bound is a law of mechanics with the accuracy the rig promises, not a
+//! record of what the code happened to give.
 
 use monorig_estimators::api::signals::{Command, MAX_DRIVES};
 use monorig_sim::config::checked::NonNegative;
@@ -183,9 +183,9 @@ fn torque_on_a_grade_accelerates_as_newton_says() {
     }
 }
 
-/// δ = L/R + K a, β = b/R − a m v²/(C_r L R) (Rajamani 2012, section 3.3), with the slip angles of a brush tyre: 1 + γ times the
-/// linear ones, γ = a/(3 µ g), 3.8 % at 1 m/s². Without rolling resistance, which is more on the loaded outer wheels and turns the
-/// car outwards a little.
+/// δ = L/R + K a, β = b/R − a m v²/(C_r L R) (Rajamani 2012, section 3.3), with the slip angles of a brush tyre: 1 + γ
+/// times the linear ones, γ = a/(3 µ g), 3.8 % at 1 m/s². Without rolling resistance, which is more on the loaded outer
+/// wheels and turns the car outwards a little.
 #[test]
 fn steady_circles_are_those_of_the_single_track_model() {
     let (mut car, radius) = (car(), 100.0);
@@ -367,7 +367,8 @@ fn no_tyre_leaves_its_friction_ellipse_and_ice_limits_the_acceleration() {
     );
 }
 
-/// What an accelerometer on a rigid car feels is what tyres, air and road do to its mass: two separate ways through the code.
+/// What an accelerometer on a rigid car feels is what tyres, air and road do to its mass: two separate ways through the
+/// code.
 #[test]
 fn the_accelerometer_reads_the_forces_on_the_mass() {
     let rail = winding(1.0);

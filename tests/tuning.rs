@@ -254,8 +254,9 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
     );
 }
 
-/// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least squares with
-/// forgetting is a filter of gain 1 − λ, and the best gain is Kalman's: K = (√(q² + 4 q) − q)/2. So the best λ is known.
+/// A parameter that walks at random (variance q a step), seen with noise of variance 1. In the steady state least
+/// squares with forgetting is a filter of gain 1 − λ, and the best gain is Kalman's: K = (√(q² + 4 q) − q)/2. So the
+/// best λ is known.
 #[test]
 fn finds_the_best_forgetting_factor_for_a_known_random_walk() {
     let q: f64 = 1e-3;

@@ -11,7 +11,7 @@ pub struct RunningEstimator {
     pub name: String,
     /// The last estimate.
     pub estimate: Estimate,
-    /// Whether it is a published method without supervision, shown beside the others and not for use.
+    /// Marks a published method without supervision. It is shown beside the others and is not for use.
     pub reference: bool,
     estimator: BoxedEstimator,
     refused: u64,
@@ -88,7 +88,7 @@ impl RunningEstimator {
         self.estimator.aid_sources()
     }
 
-    /// What became of the last measurement of each source, in that order.
+    /// Status of the last measurement of each source, in that order.
     pub(crate) fn aid_status(&self) -> Vec<AidStatus> {
         let mut status = vec![AidStatus::default(); self.aid_sources().len()];
         self.estimator.aid_status(&mut status);

@@ -1,7 +1,7 @@
 //! Registry: the estimators and controllers that a scenario can name, each with its parameters.
 //!
-//! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a scenario then names
-//! them like ours, and their parameters are checked like ours.
+//! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a
+//! scenario then names them like ours, and their parameters are checked like ours.
 //!
 //! ```
 //! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
@@ -79,13 +79,13 @@ pub struct Registry {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}; {help}")]
 pub struct Refusal {
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
 }
 
-/// Why a type cannot be added to a registry.
+/// Reason for which a type cannot be added to a registry.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegistryError {
@@ -193,8 +193,8 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// Whether this type of estimator is a published method as it stands in its source, without supervision: one that has a `…_robust`
-    /// beside it, or that is `…_printed`. It is shown beside the others, and not for use.
+    /// True for a published method without supervision: one with a `…_robust` beside it, or a `…_printed`. It is shown
+    /// beside the others, and is not for use.
     pub(crate) fn is_reference(&self, name: &str) -> bool {
         let robust = format!("{name}_robust");
         name.ends_with("_printed") || self.estimators.iter().any(|e| e.name == robust)
@@ -218,7 +218,7 @@ impl<B: ?Sized> PartType<B> {
         &self.name
     }
 
-    /// What it is, in one sentence; empty if nobody said.
+    /// Description in one sentence; empty if there is none.
     pub fn description(&self) -> &str {
         &self.about
     }
@@ -239,7 +239,7 @@ impl<B: ?Sized> PartType<B> {
         })
     }
 
-    /// Whether a parameter of this name can have this value.
+    /// Refuses a parameter that does not exist, and a value out of its range.
     pub fn check(&self, key: &str, value: Setting<'_>) -> Result<(), Refusal> {
         let key = self.key(key)?;
         key.check(value).map_err(|_| Refusal {
@@ -352,7 +352,7 @@ fn find<'a, B: ?Sized>(
     })
 }
 
-/// What may have been meant, and all there is.
+/// Help: the nearest name, and the list of all.
 fn suggestion(word: &str, known: &[&str], title: &str) -> String {
     let list = format!("{title}: {}", known.join(", "));
     match nearest(word, known.iter().copied()) {

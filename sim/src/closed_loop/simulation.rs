@@ -26,11 +26,11 @@ pub struct Simulation {
     pub rail: Arc<Rail>,
     /// The train as it starts; a car as [`Car::consist`](crate::road::Car::consist) describes it.
     pub train: Train,
-    /// What moves.
+    /// The train or the car in motion.
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
-    /// What the instruments are made after; of a recorded drive nothing is known.
+    /// Specifications of the instruments; empty for a recorded drive.
     pub instruments: InstrumentSpecs,
     /// Nominal vehicle given to estimators and controller.
     pub vehicle: Vehicle,
@@ -40,7 +40,7 @@ pub struct Simulation {
     pub in_loop: Option<usize>,
     /// The drive cycle.
     pub(crate) cycle: Cycle,
-    /// What the controller sees.
+    /// Makes the input of the controller.
     pub(crate) perception: PerceptionModel,
     /// The controller.
     pub(crate) controller: BoxedController,

@@ -1,7 +1,9 @@
-//! Input files, each read once: a run or a study is made from what was read then, whatever happens to the files meanwhile.
+//! Input files, each read once: a run or a study is made from what was read then, whatever happens to the files
+//! meanwhile.
 //!
 //! Everything that reads an input file goes through [`read_text`](super::file::read_text) or
-//! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read before.
+//! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read
+//! before.
 
 use crate::error::{Error, InputError};
 use sha2::{Digest, Sha256};
@@ -18,11 +20,11 @@ pub struct InputFiles {
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// Which file each path leads to, links followed when it was first read.
+    /// File that each path leads to, links followed when it was first read.
     files: BTreeMap<PathBuf, PathBuf>,
     contents: BTreeMap<PathBuf, Arc<[u8]>>,
     sealed: bool,
-    /// Where files come from that are not here yet; else from disk.
+    /// Source of files that are not here yet; none: the disk.
     whole: Option<InputFiles>,
 }
 
@@ -40,7 +42,7 @@ impl Drop for Restore {
 }
 
 impl InputFiles {
-    /// A part of a larger whole: files come from there, and are listed in both.
+    /// Makes a part of a larger whole: files are taken from the whole, and are listed in both.
     pub(crate) fn part_of(whole: Self) -> Self {
         let part = Self::default();
         part.lock().whole = Some(whole);
@@ -59,12 +61,12 @@ impl InputFiles {
         CURRENT.with(|current| current.borrow().clone())
     }
 
-    /// Nothing may be read from disk from now on: a file that is not here is an error.
+    /// Forbids reading from disk from now on: a file that is not here is an error.
     pub fn seal(&self) {
         self.lock().sealed = true;
     }
 
-    /// Whether a file of this path was read.
+    /// True if a file of this path was read.
     pub(crate) fn contains(&self, path: &Path) -> bool {
         let shared = self.lock();
         let whole = shared.whole.as_ref();

@@ -11,7 +11,7 @@
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
 //! | `urdf` | URDF files and the meshes they name |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
-//! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking it |
+//! | `sensor_sheet_file` `sensor_world_file` `sensor_sheet` | the data sheet of the sensors: its format; reading and checking |
 
 pub mod checked;
 pub mod file;

@@ -16,7 +16,7 @@ pub struct ProfileFile {
     pub(crate) version: Version1,
     /// Name, such as `I140E`.
     pub(crate) name: String,
-    /// Where the figures come from.
+    /// Source of the figures.
     #[serde(default)]
     pub(crate) about: String,
     /// Height over all, m.

@@ -42,7 +42,7 @@ use std::collections::BTreeMap;
 pub struct ScenarioFile {
     /// Format version, 1.
     pub(crate) version: Version1,
-    /// Why the scenario exists and what it shows.
+    /// Purpose of the scenario: the effect it shows.
     pub why: String,
     /// Track file, relative to this file.
     pub(crate) track: String,
@@ -55,7 +55,7 @@ pub struct ScenarioFile {
     /// Load on the hook.
     #[serde(default)]
     pub load: Load,
-    /// Where and how the train starts.
+    /// Chainage and speed at the start.
     #[serde(default)]
     pub(crate) start: Start,
     /// When the run ends.
@@ -70,7 +70,8 @@ pub struct ScenarioFile {
     /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
     pub(crate) vehicle: NominalVehicle,
-    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a parameter file.
+    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a
+    /// parameter file.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
     /// The estimator whose output the controller gets, by its name in `estimators`.
@@ -94,7 +95,8 @@ pub struct ScenarioFile {
     /// Bounds to hold (checked by `monorig test`).
     #[serde(default)]
     pub expect: Vec<Expectation>,
-    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says nothing else.
+    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says
+    /// nothing else.
     #[serde(default)]
     pub availability: Availability,
     /// When an estimate marked valid is misleading, which no estimator may be.
@@ -117,11 +119,11 @@ pub struct ScenarioFile {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// kg; none = what the load's URDF says.
+    /// Mass, kg; none = that of the load's URDF.
     pub mass_kg: Option<NonNegative>,
 }
 
-/// Where and how the train starts.
+/// Chainage and speed at the start.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Start {
@@ -145,7 +147,7 @@ pub(crate) struct Stop {
 }
 
 impl ScenarioFile {
-    /// What moves: the plant asked for, else that of a car, or rapier.
+    /// Plant of the run: the one that is named, else that of a car, else rapier.
     pub fn plant(&self) -> PlantKind {
         self.physics.plant.unwrap_or(match self.car {
             Some(_) => PlantKind::Road,
@@ -155,7 +157,7 @@ impl ScenarioFile {
 }
 
 impl Stop {
-    /// How long a run without `after_s` may take, s of simulated time.
+    /// Longest run without `after_s`, s of simulated time.
     pub const PATIENCE_S: f64 = 3600.0;
 
     /// The run does not go on beyond this time, s.
@@ -174,13 +176,13 @@ fn zero() -> Finite {
 pub struct Physics {
     /// Step, ms.
     pub dt_ms: Positive,
-    /// Which plant moves the train; a car has its own. Filled in when the scenario is loaded.
+    /// Plant of the train; a car has its own. Filled in when the scenario is loaded.
     pub plant: Option<PlantKind>,
     /// m/s².
     pub gravity_mps2: Positive,
 }
 
-/// Which plant moves train or car.
+/// The plant of a train or a car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {

@@ -12,8 +12,9 @@
 //!   - {kind: transition, to_grade_deg: 8, length_m: 6}
 //! ```
 //!
-//! Both lists begin at chainage 0. When one ends before the other, the rail goes on straight (horizontal list) or at the
-//! grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail: dψ/ds = 1/R.
+//! Both lists begin at chainage 0. When one ends before the other, the rail goes on straight (horizontal list) or at
+//! the grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail:
+//! dψ/ds = 1/R.
 
 pub(crate) mod elements;
 mod points;
@@ -41,7 +42,7 @@ pub struct TrackFile {
     pub(crate) version: Version1,
     /// Name.
     pub(crate) name: String,
-    /// What the track is for, and where its figures come from.
+    /// Purpose of the track, and the source of its figures.
     #[serde(default)]
     pub(crate) about: String,
     /// Rail profile file, relative to this file; not for a road.
@@ -50,7 +51,7 @@ pub struct TrackFile {
     /// Width of the lane, m: makes the track a road for a car.
     #[serde(default)]
     pub(crate) road_width_m: Option<Positive>,
-    /// Where the rail begins.
+    /// Begin of the rail.
     #[serde(default)]
     pub(crate) start: TrackStart,
     /// Horizontal alignment from chainage 0.
@@ -67,7 +68,7 @@ pub struct TrackFile {
     pub(crate) joints: Option<JointsFile>,
 }
 
-/// Where the rail begins, in the world (z up).
+/// Begin of the rail in the world (z up).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Start")] // the name in the JSON schema
@@ -186,7 +187,8 @@ impl Rail {
         rail.map_err(|e| with_sets(e, sets))
     }
 
-    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
+    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to
+    /// it.
     pub(crate) fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
         let section = match (&track.profile, track.road_width_m) {
             (Some(profile), None) => {

@@ -1,5 +1,5 @@
-//! Control: drive cycle, perception and controller. Uses estimates and measurements, never the truth (except where a scenario has
-//! `feedforward: truth`, an upper limit).
+//! Control: drive cycle, perception and controller. Uses estimates and measurements, never the truth (except where a
+//! scenario has `feedforward: truth`, an upper limit).
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -16,8 +16,9 @@ pub struct RailMesh {
 }
 
 impl Rail {
-    /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most `step_m` apart where the
-    /// rail is curved (the chord is then step²/8R off), and only at the ends where it is straight.
+    /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most
+    /// `step_m` apart where the rail is curved (the chord is then step²/8R off), and only at the ends where it is
+    /// straight.
     pub(crate) fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<RailMesh> {
         let Some(profile) = self.profile() else {
             return Vec::new();

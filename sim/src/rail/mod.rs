@@ -1,10 +1,11 @@
 //! The rail: an analytic curve in space and its I-beam profile.
 //!
-//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
-//! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
-//! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
-//! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
-//! as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
+//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the
+//! chainage s, the arc length in space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s),
+//! whose derivatives are the curvatures κ_h and κ_v. A surveyed track
+//! ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail
+//! joints ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin
+//! θ), kept as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
 
 pub(crate) mod alignment;
 mod check;
@@ -175,7 +176,8 @@ impl Rail {
         self.joints.as_ref()
     }
 
-    /// Grade angle θ of the alignment at s, rad, + uphill towards growing s. Kinks and steps of rail joints are not in it.
+    /// Grade angle θ of the alignment at s, rad, + uphill towards growing s. Kinks and steps of rail joints are not in
+    /// it.
     pub fn grade(&self, s: f64) -> f64 {
         self.vertical.value(s)
     }
@@ -208,14 +210,15 @@ impl Rail {
         RailFrame::new(s, at.p, at.t, at.k)
     }
 
-    /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by Newton's
-    /// method from the cursor, which is moved there. `p` must be nearer to the line than its radius of curvature.
+    /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by
+    /// Newton's method from the cursor, which is moved there. `p` must be nearer to the line than its radius of
+    /// curvature.
     pub fn project(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> f64 {
         self.nodes.project(p, cursor)
     }
 
-    /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9 m,
-    /// with one evaluation of the curve while `p` moves a few millimetres between calls.
+    /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9
+    /// m, with one evaluation of the curve while `p` moves a few millimetres between calls.
     pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         self.nodes.track(p, cursor)
     }
@@ -238,10 +241,10 @@ impl Rail {
     }
 }
 
-/// How thick a road is drawn, m.
+/// Thickness with which a road is drawn, m.
 const ROAD_THICKNESS_M: f64 = 0.1;
 
-/// How many pieces of at most `step` make up `length`: at least one, at most ten million.
+/// Number of pieces of at most `step` that make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {
     const MAX_PIECES: f64 = 1e7;
     if step > 0.0 && length > 0.0 {

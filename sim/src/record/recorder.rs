@@ -31,7 +31,7 @@ pub struct Recorder<'a> {
     pose_ns: i64,
     next_pose_ns: i64,
     sensors: Vec<SensorChannel>,
-    /// What arrived of each of them since the last row; not a number of what did not.
+    /// Last value of each since the last row; NaN where none arrived.
     latest: Vec<f64>,
     row: Vec<f64>,
     rows: usize,
@@ -54,8 +54,8 @@ impl Recorder<'static> {
 }
 
 impl<'a> Recorder<'a> {
-    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less often; and after
-    /// 360 000 rows it records at half the rate, and so on.
+    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less
+    /// often; and after 360 000 rows it records at half the rate, and so on.
     pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         Self {
             sinks,
@@ -162,7 +162,7 @@ pub(crate) fn channels(simulation: &Simulation) -> Vec<Channel> {
     })
 }
 
-/// Where adhesion is another one.
+/// Stretches of another adhesion.
 fn zones(events: &[Event]) -> Vec<MarkedStretch> {
     let zone = |event: &Event| match event {
         Event::Adhesion {

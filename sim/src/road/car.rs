@@ -16,9 +16,11 @@ use std::f64::consts::PI;
 
 /// Specific force for which the data sheet gives the lean, m/s².
 const LEAN_GIVEN_AT_MPS2: f64 = 9.81;
-/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the truth.
+/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the
+/// truth.
 const MASS_RANGE: [f64; 2] = [0.6, 1.6];
-/// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which is not modelled.
+/// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which
+/// is not modelled.
 const MAX_HEIGHT_RATIO: f64 = 1.0;
 
 /// A car of checked data.
@@ -128,8 +130,8 @@ impl Car {
         }
     }
 
-    /// The car as sensors, recording and viewer know vehicles: one rigid body, two driven axles, a place for the IMU at the centre
-    /// of gravity.
+    /// The car in the form that sensors, recording and viewer use: one rigid body, two driven axles, a place for the
+    /// IMU at the centre of gravity.
     pub(crate) fn consist(&self) -> Train {
         let d = &self.data;
         let (w, size) = (&d.wheels, d.body.size_m.map(f64::from));

@@ -17,7 +17,7 @@ pub struct CarFile {
     pub(crate) version: Version1,
     /// Name of the car.
     pub(crate) name: String,
-    /// Where the figures come from.
+    /// Source of the figures.
     pub(crate) source: String,
     /// Mass and size.
     pub(crate) body: BodyFile,
@@ -35,7 +35,7 @@ pub struct CarFile {
     pub suspension: SuspensionFile,
     /// Who steers.
     pub(crate) driver: DriverFile,
-    /// What the car can run on.
+    /// Limits of the road for this car.
     pub(crate) limits: CarLimits,
 }
 
@@ -151,7 +151,7 @@ pub struct SuspensionFile {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DriverFile {
-    /// How far ahead the driver looks, m.
+    /// Lookahead distance of the driver, m.
     pub lookahead_m: Positive,
     /// Steering per metre beside the middle, rad/m.
     pub gain_radpm: Positive,
@@ -159,7 +159,7 @@ pub struct DriverFile {
     pub lag_s: NonNegative,
 }
 
-/// What the car can run on.
+/// Limits of the road for this car.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CarLimits {

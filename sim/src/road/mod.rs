@@ -1,7 +1,9 @@
-//! A car on a road: the plant for experiments on road vehicles, behind the same [`Plant`](crate::plant::Plant) as the train.
+//! A car on a road: the plant for experiments on road vehicles, behind the same [`Plant`](crate::plant::Plant) as the
+//! train.
 //!
-//! Four wheels on a planar body that follows the road's surface. Along the track the surface has the track's grade, across it is
-//! level. The estimators know a point mass, or a single-track model with linear tyres; this is more than either.
+//! Four wheels on a planar body that follows the road's surface. Along the track the surface has the track's grade,
+//! across it is level. The models of the estimators are a point mass, or a single track with linear tyres; this is more
+//! than either.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -16,9 +16,9 @@ pub const DEFAULT_CONTROLLER: &str = "pi";
 /// The controller of a scenario and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSettings {
-    /// Which controller, by its name in the registry.
+    /// Name of the controller in the registry.
     pub(crate) kind: String,
-    /// Where slope and mass of the feed-forward come from.
+    /// Source of slope and mass for the feed-forward.
     pub feedforward: FeedForward,
     /// Its parameters by name.
     pub(crate) values: BTreeMap<String, ParameterValue>,

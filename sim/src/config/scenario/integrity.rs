@@ -5,8 +5,8 @@ use crate::config::checked::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Limits of integrity. A sample marked valid is misleading when its error exceeds both `k` reported standard deviations (the
-/// protection level) and the alert limit of its quantity.
+/// Limits of integrity. A sample marked valid is misleading when its error exceeds both `k` reported standard
+/// deviations (the protection level) and the alert limit of its quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Integrity {
@@ -22,12 +22,14 @@ pub struct Integrity {
     pub(crate) mass_alert_rel: Positive,
     /// Most that may be misleading of the samples that an estimator marks valid, over all seeds.
     pub(crate) max_misleading_share: Fraction,
-    /// Estimators that are shown beside the others and not judged by this; besides them published methods without supervision.
+    /// Estimators that are shown beside the others and not judged by this; besides them published methods without
+    /// supervision.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reference_only: Vec<String>,
 }
 
-/// Alert limit of the slope where nothing is published, °: three times the 0.328° of a real vehicle (Liu et al. 2023, table 4).
+/// Alert limit of the slope where nothing is published, °: three times the 0.328° of a real vehicle (Liu et al. 2023,
+/// table 4).
 const SLOPE_ALERT_DEG: f64 = 1.0;
 /// A published RMSE becomes an alert limit by this factor.
 const OVER_PUBLISHED: f64 = 3.0;

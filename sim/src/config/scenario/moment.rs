@@ -14,8 +14,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A moment of a run; exactly one key besides `plus_s`. A place is passed when it is first come to in the direction of growing
-/// chainage. Names of places are those of track elements and of stretches of another adhesion.
+/// A moment of a run; exactly one key besides `plus_s`. A place is passed when it is first come to in the direction of
+/// growing chainage. Names of places are those of track elements and of stretches of another adhesion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Moment {
@@ -37,7 +37,8 @@ pub struct Moment {
     /// The rear comes to its end: all of the vehicle has passed it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) rear_leaves: Option<String>,
-    /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come to.
+    /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come
+    /// to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) event: Option<String>,
     /// This event ends.
@@ -59,7 +60,7 @@ pub enum VehiclePart {
     Rear,
 }
 
-/// What a moment is, resolved against track and events.
+/// A moment, resolved against track and events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentOf {
     /// A part of the vehicle comes to a chainage, m; so many seconds later.
@@ -72,7 +73,7 @@ pub enum MomentOf {
 const KEYS: &str = "front_enters, front_leaves, imu_enters, imu_leaves, rear_enters, rear_leaves, event, event_end";
 
 impl Moment {
-    /// What is given: key and name.
+    /// The keys that are given, with their names.
     fn given(&self) -> Vec<(&'static str, &str)> {
         [
             ("front_enters", &self.front_enters),
@@ -89,7 +90,8 @@ impl Moment {
         .collect()
     }
 
-    /// What it is in a scenario on a track with these places; else the key below the moment's, what is wrong, and what would be right.
+    /// Resolves it in a scenario on a track with these places. The error is the key below the moment's, message and
+    /// help.
     pub fn find(
         &self,
         file: &ScenarioFile,

@@ -19,10 +19,10 @@ pub struct TrainFile {
     /// The load.
     #[serde(default)]
     pub(crate) load: Option<LoadEntry>,
-    /// What differs from the units' files on every drive unit of this train.
+    /// Changes to the units' files for every drive unit of this train.
     #[serde(default)]
     pub(crate) drive: DriveChange,
-    /// What the train can run on.
+    /// Limits of the track and of the load for this train.
     pub(crate) limits: LimitsFile,
     /// Running resistance.
     pub(crate) resistance: ResistanceFile,
@@ -63,7 +63,7 @@ pub(crate) struct LoadEntry {
     pub under: String,
 }
 
-/// What differs from the unit's file.
+/// Changes to the unit's file.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct DriveChange {
@@ -77,7 +77,7 @@ pub(crate) struct DriveChange {
     pub clamp_mpa: Option<NonNegative>,
 }
 
-/// What the train can run on.
+/// Limits of the track and of the load for this train.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LimitsFile {

@@ -132,7 +132,7 @@ pub(crate) struct CarriedBy {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ConnectionFile {
-    /// What it can carry.
+    /// Forces that the connection can carry.
     pub kind: KindOfConnection,
     /// One link.
     pub from: String,
@@ -144,7 +144,7 @@ pub(crate) struct ConnectionFile {
     pub damping_nspm: NonNegative,
 }
 
-/// What a connection can carry.
+/// The forces that a connection can carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "ConnectionKind")] // the name in the JSON schema
@@ -175,7 +175,7 @@ pub(crate) struct LoadFile {
     pub payload_link: String,
     /// Links where chains end; the unit above has links of the same names.
     pub chain_links: Vec<String>,
-    /// How far they are below those of the unit above, m.
+    /// Distance below those of the unit above, m.
     pub drop_m: Positive,
     /// One chain, N/m.
     pub stiffness_npm: Positive,

@@ -7,9 +7,9 @@
 //! M_eff = Σ mᵢ + Σ J / r²
 //! ```
 //!
-//! tᵢ is the direction of the rail at body i: the mean of the tangents under its stations; of a suspended body, the mean of the
-//! directions of the bodies that it hangs from. A swinging load is in the momentum, so that no term stands for its swing: the chains
-//! pull beam and load alike. All terms are positive forwards.
+//! tᵢ is the direction of the rail at body i: the mean of the tangents under its stations; of a suspended body, the
+//! mean of the directions of the bodies that it hangs from. A swinging load is in the momentum, so that no term stands
+//! for its swing: the chains pull beam and load alike. All terms are positive forwards.
 
 use nalgebra::Vector3;
 
@@ -17,7 +17,8 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ForceBalance {
-    /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still in it.
+    /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still
+    /// in it.
     pub drive_n: f64,
     /// Rolling of the clamped friction wheels.
     pub(crate) clamped_rolling_n: f64,
@@ -33,9 +34,9 @@ pub struct ForceBalance {
     pub(crate) brake_n: f64,
     /// Weight, −Σ mᵢ g tᵢ·z.
     pub(crate) grade_n: f64,
-    /// What a bend, crest or sag does to the momentum along the rail without resistance: wheels of one body that stand on different
-    /// tangents, couplings between bodies of different direction, and the momentum that the rail turns, Σ mᵢ vᵢ·ṫᵢ. Nothing on a
-    /// straight rail of constant grade.
+    /// Force of a bend, crest or sag on the momentum along the rail without resistance: wheels of one body that stand
+    /// on different tangents, couplings between bodies of different direction, and the momentum that the rail turns, Σ
+    /// mᵢ vᵢ·ṫᵢ. Nothing on a straight rail of constant grade.
     pub(crate) curve_n: f64,
     /// Contact with obstacles and with the rail's flanges, while such contact is possible.
     pub contact_n: f64,

@@ -1,4 +1,4 @@
-//! Forces between train and rail and inside the train, one law a file. None of them knows a physics engine.
+//! Forces between train and rail and inside the train, one law a file. None of them depends on a physics engine.
 
 pub mod adhesion;
 pub mod balance;
