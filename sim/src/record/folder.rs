@@ -34,11 +34,6 @@ impl RunFolder {
         &self.partial
     }
 
-    /// Place of the folder after `commit`.
-    pub(crate) fn place(&self) -> &Path {
-        &self.place
-    }
-
     /// Write a whole file into the folder.
     pub fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
         let path = self.partial.join(name);
@@ -206,7 +201,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.write("a", b"1").unwrap();
-        assert!(!folder.place().exists(), "visible before it is whole");
+        assert!(!folder.place.exists(), "visible before it is whole");
         drop(folder);
         assert_eq!(entries(root.path()), [""; 0]);
 
@@ -224,7 +219,7 @@ mod tests {
             let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
             folder.write(file, text.as_bytes()).unwrap();
             if file == "new" {
-                assert_eq!(entries(folder.place()), ["old"]);
+                assert_eq!(entries(&folder.place), ["old"]);
             }
             folder.commit().unwrap();
         }
