@@ -1,7 +1,8 @@
-//! How fast a run is, as multiples of real time, and where a step's time goes. `cargo bench -p monorig-sim --bench speed`
+//! Speed of a run, as multiples of real time, and the parts of a step's time. `cargo bench -p monorig-sim --bench
+//! speed`
 //!
-//! Every figure is the best of several rounds in one process. Words after `--` choose the rows whose names hold one of them, so that two
-//! builds can be run in turns: compare figures of such runs with each other, not across machines.
+//! Every figure is the best of several rounds in one process. Words after `--` choose the rows whose names hold one of
+//! them, so that two builds can be run in turns: compare figures of such runs with each other, not across machines.
 
 use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_sim::closed_loop::Simulation;
@@ -56,7 +57,7 @@ fn micros(n: usize, mut f: impl FnMut()) -> f64 {
     best
 }
 
-/// Where a step of the loaded train on the winding track goes, µs.
+/// Prints the parts of a step's time, µs: the loaded train on the winding track.
 fn parts() {
     let train = train("dx80_176y");
     let rail = asset_track("winding");

@@ -1,4 +1,5 @@
-//! Natural modes of the DX80/176Y, braked and driving at 1 m/s, for loads from the empty hook to 20 t: the table in `docs/src/physics.md`.
+//! Natural modes of the DX80/176Y, braked and driving at 1 m/s, for loads from the empty hook to 20 t: the table in
+//! `docs/src/physics.md`.
 //!
 //!     cargo run --release -p monorig-sim --example natural_modes
 

@@ -16,7 +16,7 @@ macro_rules! checked {
         impl $name {
             /// The number.
             pub const fn get(self) -> f64 { self.0 }
-            /// A number known to be right when the code is written (defaults).
+            /// A number that is right when the code is written (defaults).
             pub const fn new(x: f64) -> Self { Self(x) }
         }
         impl TryFrom<f64> for $name {

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-/// What can go wrong between a file on disk and a finished run.
+/// An error between a file on disk and a finished run.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file says something that cannot be used.
+    /// A file has a value that cannot be used.
     #[error(transparent)]
     Input(#[from] Box<InputError>),
     /// The operating system refused to read or write.
@@ -13,7 +13,7 @@ pub enum Error {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The simulation left the range in which it means anything.
@@ -21,12 +21,12 @@ pub enum Error {
     Broken {
         /// Simulated time, s.
         t_s: f64,
-        /// What was seen.
+        /// The observation.
         what: String,
     },
 }
 
-/// Where an input is wrong, what is wrong, and what would be right.
+/// A mistake in an input: its place, the message and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {message}\n  help: {help}", place = self.place())]
 pub struct InputError {
@@ -38,9 +38,9 @@ pub struct InputError {
     pub column: Option<usize>,
     /// Path of the key inside the file, such as `vertical[2].radius_m`; empty for the file as a whole.
     pub key: String,
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
 }
 
@@ -58,16 +58,16 @@ impl InputError {
     }
 }
 
-/// A value that a part of the simulation cannot be built from. It knows no file: what read the value from one says which
+/// A value from which a part of the simulation cannot be built. The reader of the value adds its file
 /// ([`DataError::in_file`]).
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: {message}\n  help: {help}")]
 pub struct DataError {
     /// Path of the value, such as `gyro.sampling.rate_hz`; empty for the data as a whole.
     pub key: String,
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
 }
 
@@ -86,7 +86,7 @@ impl DataError {
     }
 
     /// The same of one item of a larger whole: `key` becomes `parent.key`.
-    pub fn under(self, parent: &str) -> Self {
+    pub(crate) fn under(self, parent: &str) -> Self {
         let key = match self.key.is_empty() {
             true => parent.to_owned(),
             false => format!("{parent}.{}", self.key),

@@ -21,8 +21,9 @@
 //! # Ok::<(), monorig_sim::Error>(())
 //! ```
 //!
-//! A scenario file does the same: `Simulation::from_file("scenarios/minimal.yaml")?.build(1)?`. Estimators, controllers, plants, instruments
-//! and observers of another crate are boxes that the builder takes, or types that it adds to a [`Registry`] under a name that scenarios can use.
+//! A scenario file does the same: `Simulation::from_file("scenarios/minimal.yaml")?.build(1)?`. Estimators,
+//! controllers, plants, instruments and observers of another crate are boxes that the builder takes, or types that it
+//! adds to a [`Registry`] under a name that scenarios can use.
 //!
 //! | module | what it holds |
 //! |---|---|

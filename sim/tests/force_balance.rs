@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 const DT: f64 = 2e-3;
 
-/// Drive for so long and give the balance of every step to `look`, after holding it against the change of momentum: the sum of the
-/// forces is M_eff v̇ to 1e-6 of the largest term, v̇ from the speeds of two steps.
+/// Drive for so long and give the balance of every step to `look`, after holding it against the change of momentum: the
+/// sum of the forces is M_eff v̇ to 1e-6 of the largest term, v̇ from the speeds of two steps.
 fn closes(
     name: &str,
     plant: &mut dyn Plant,

@@ -1,4 +1,5 @@
-//! Bodies that nothing can touch are advanced without rapier's pipeline: the motion is that of the pipeline but for rounding.
+//! Bodies that nothing can touch are advanced without rapier's pipeline: the motion is that of the pipeline but for
+//! rounding.
 
 use monorig_sim::plant::obstacles::ObstacleBox;
 use monorig_sim::plant::rapier::World;

@@ -80,7 +80,8 @@ fn without_a_speed_the_load_goes_on_as_it_moved() {
 
 #[test]
 fn the_whole_train_is_slowed_by_a_standing_load_as_an_inelastic_collision_says() {
-    // Run on without torque or resistance until the swing has spread: the momentum of all that moves along the rail stays.
+    // Run on without torque or resistance until the swing has spread: the momentum of all that moves along the rail
+    // stays.
     let mut train = train("dx80_176y").with_load_mass(0.0).unwrap();
     train.resistance = Default::default();
     let mut w = world(&train, &slope(0.0), 40.0, SPEED);

@@ -1,4 +1,5 @@
-//! The train in rapier against the same train in MuJoCo, an independent model (`tests/reference/mujoco`): same assets, same torques.
+//! The train in rapier against the same train in MuJoCo, an independent model (`tests/reference/mujoco`): same assets,
+//! same torques.
 
 #![allow(clippy::unwrap_used)]
 
@@ -49,14 +50,14 @@ fn folder() -> &'static Path {
     ))
 }
 
-/// How a case is driven.
+/// Drive of a case.
 #[derive(Clone, Copy, PartialEq)]
 enum Drive {
     /// By the recorded torque alone.
     Open,
-    /// By the recorded torque and a servo to the recorded speed and place. Over a crest a train is unstable: one that is a centimetre
-    /// behind is held back by its weight and falls behind more, by a factor e each second. The force that the servo needs is in the
-    /// traction that is compared.
+    /// By the recorded torque and a servo to the recorded speed and place. Over a crest a train is unstable: one that
+    /// is a centimetre behind is held back by its weight and falls behind more, by a factor e each second. The force
+    /// that the servo needs is in the traction that is compared.
     Followed,
 }
 
@@ -115,7 +116,8 @@ fn simulated(rows: &[Row], track: &str, load_kg: f64, drive: Drive) -> Vec<Row> 
     out
 }
 
-/// Rows of both in which the train moves. At rest brakes and rolling resistance share the slope as their bristles happened to be.
+/// Rows of both in which the train moves. At rest brakes and rolling resistance share the slope as their bristles
+/// happened to be.
 fn moving(ours: &[Row], theirs: &[Row]) -> (Vec<Row>, Vec<Row>) {
     let both = ours.iter().zip(theirs);
     let moving = both.filter(|(_, r)| r.speed_mps.abs() > 0.1);

@@ -53,14 +53,16 @@ fn the_speed_is_the_rate_of_the_chainage_and_that_of_the_imu_is_less_on_a_crest(
             on_the_crest += 1;
         }
     });
-    // 0.25 m below the rail's line, R = 10 m: 2.5 % less; the body is a chord of 0.6 m, 4.5 mm nearer to the centre in its middle.
+    // 0.25 m below the rail's line, R = 10 m: 2.5 % less; the body is a chord of 0.6 m, 4.5 mm nearer to the centre in
+    // its middle.
     assert!(on_the_crest > 1000);
     assert!((least - 0.975).abs() < 1e-3, "{least}");
 }
 
 #[test]
 fn wheels_on_the_inside_of_a_bend_run_at_the_speed_of_the_web() {
-    // At steady speed without torque to speak of, a friction wheel's rim has the speed of its side of the web: v (1 ∓ κ · half the web).
+    // At steady speed without torque to speak of, a friction wheel's rim has the speed of its side of the web: v (1 ∓ κ
+    // · half the web).
     let mut train = train("dx80_176y").with_load_mass(0.0).unwrap();
     train.resistance = Default::default();
     let bend = track(
@@ -92,8 +94,8 @@ fn wheels_on_the_inside_of_a_bend_run_at_the_speed_of_the_web() {
 
 #[test]
 fn the_wheel_rate_is_that_of_the_same_instant() {
-    // Constant torque on the level: slip is creep, κ F/σ0 of the rim's speed, and what is left is the lag. One step of 2 ms at
-    // 0.5 m/s² would be 1 mm/s.
+    // Constant torque on the level: slip is creep, κ F/σ0 of the rim's speed, and what is left is the lag. One step of
+    // 2 ms at 0.5 m/s² would be 1 mm/s.
     let train = train("dx80_176y").with_load_mass(0.0).unwrap();
     let mut w = world(&train, &slope(0.0), 30.0, 0.0);
     let (d, dt) = (train.drives[0], 2e-3);

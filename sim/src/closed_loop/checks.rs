@@ -6,7 +6,7 @@ use crate::plant::train::adhesion::AdhesionZone;
 use crate::rail::Rail;
 use crate::train::Train;
 
-/// Room left behind the last wheel at the start when the scenario does not say where to start, m.
+/// Room left behind the last wheel at a start whose chainage is not given, m.
 const REAR_ROOM_M: f64 = 1.0;
 
 /// A car runs on a road, a train on a rail.

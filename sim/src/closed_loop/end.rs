@@ -19,7 +19,7 @@ pub struct EndCondition {
     pub track_length_m: f64,
 }
 
-/// How a run ended.
+/// Reason for which a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// The scenario's end was reached: its chainage if it names one, else its time.
@@ -30,7 +30,7 @@ pub enum Ended {
     Interrupted,
 }
 
-/// What came of a run.
+/// Result of a run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outcome {
@@ -38,9 +38,9 @@ pub struct Outcome {
     pub simulated_s: f64,
     /// Steps of the plant.
     pub steps: u64,
-    /// Whether the scenario's end was reached: its chainage if it names one, else its time.
+    /// True if the scenario's end was reached: its chainage if it names one, else its time.
     pub finished: bool,
-    /// Whether it was stopped from outside.
+    /// True if it was stopped from outside.
     pub interrupted: bool,
     /// Steps each estimator refused, by name, with the first reason.
     pub refusals: Vec<(String, u64, String)>,
@@ -53,8 +53,8 @@ const STEPS_PER_QUESTION: u64 = 512;
 const OFF_START_M: f64 = 0.1;
 
 impl EndCondition {
-    /// How the run has ended, with the front at `front_m` (m) at `t_s` (s) before the step of `dt_s` (s) number `step`; none while it
-    /// goes on. `go_on` is given the share done, 0…1, now and then, and says whether to go on.
+    /// Reason for the end of the run, with the front at `front_m` (m) at `t_s` (s), before step `step` of `dt_s` (s);
+    /// none while it goes on. `go_on` gets the share done, 0…1, now and then, and returns false to stop the run.
     pub fn reached(
         &self,
         (t_s, dt_s): (f64, f64),

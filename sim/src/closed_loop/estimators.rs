@@ -11,7 +11,7 @@ pub struct RunningEstimator {
     pub name: String,
     /// The last estimate.
     pub estimate: Estimate,
-    /// Whether it is a published method without supervision, shown beside the others and not for use.
+    /// Marks a published method without supervision. It is shown beside the others and is not for use.
     pub reference: bool,
     estimator: BoxedEstimator,
     refused: u64,
@@ -32,7 +32,7 @@ impl RunningEstimator {
     }
 
     /// The same with the estimator inside of another, such as one that resets it.
-    pub fn within(mut self, around: &dyn Fn(BoxedEstimator) -> BoxedEstimator) -> Self {
+    pub(crate) fn within(mut self, around: &dyn Fn(BoxedEstimator) -> BoxedEstimator) -> Self {
         self.estimator = around(self.estimator);
         self
     }
@@ -55,19 +55,13 @@ impl RunningEstimator {
     }
 
     /// Steps it refused, with the first reason, if any.
-    pub fn refusals(&self) -> Option<(String, u64, String)> {
+    pub(crate) fn refusals(&self) -> Option<(String, u64, String)> {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
     }
 
     /// Its internals, by name and unit.
     pub fn list_internals(&self) -> &[Internal] {
         self.estimator.internals()
-    }
-
-    /// One of its internals now; none if it has none of that name.
-    pub fn internal(&self, name: &str) -> Option<f64> {
-        let [value] = self.internals_named([name]);
-        value
     }
 
     /// Internals now, by their names; `None` for one that it does not have.
@@ -90,12 +84,12 @@ impl RunningEstimator {
     }
 
     /// The sources of measurements it uses.
-    pub fn aid_sources(&self) -> &[&'static str] {
+    pub(crate) fn aid_sources(&self) -> &[&'static str] {
         self.estimator.aid_sources()
     }
 
-    /// What became of the last measurement of each source, in that order.
-    pub fn aid_status(&self) -> Vec<AidStatus> {
+    /// Status of the last measurement of each source, in that order.
+    pub(crate) fn aid_status(&self) -> Vec<AidStatus> {
         let mut status = vec![AidStatus::default(); self.aid_sources().len()];
         self.estimator.aid_status(&mut status);
         status

@@ -13,8 +13,8 @@ struct Entry {
     event: Event,
 }
 
-/// Schedule of the events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor faults in the
-/// sensors, so they are handed over when the simulation is built; here they are only logged.
+/// Schedule of the events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor
+/// faults in the sensors, so they are handed over when the simulation is built; here they are only logged.
 pub struct EventSchedule {
     /// Still to come, in order of time.
     events: VecDeque<Entry>,
@@ -24,7 +24,8 @@ pub struct EventSchedule {
 }
 
 impl EventSchedule {
-    /// Schedule from the events of a scenario; the clamps are to have `clamp_pressure_mpa` (MPa) until an event changes it.
+    /// Schedule from the events of a scenario; the clamps are to have `clamp_pressure_mpa` (MPa) until an event changes
+    /// it.
     pub fn new(events: &[Event], clamp_pressure_mpa: f64) -> Self {
         let mut list: Vec<Entry> = events
             .iter()
@@ -52,7 +53,8 @@ impl EventSchedule {
         }
     }
 
-    /// Apply the events that are due at `t` (s): loads and clamp limits to the plant, emergency brake and clamp pressure to the reference.
+    /// Apply the events that are due at `t` (s): loads and clamp limits to the plant, emergency brake and clamp
+    /// pressure to the reference.
     pub fn apply(&mut self, t: f64, plant: &mut dyn Plant, reference: &mut Reference) {
         self.happened.clear();
         while let Some(now) = self.events.pop_front_if(|e| e.at_s <= t) {
@@ -105,7 +107,7 @@ impl EventSchedule {
         reference.clamp_pressure_mpa = self.clamp_pressure_mpa;
     }
 
-    /// What happened in the last call of [`EventSchedule::apply`].
+    /// Events applied by the last call of [`EventSchedule::apply`].
     pub fn happened(&self) -> &[String] {
         &self.happened
     }

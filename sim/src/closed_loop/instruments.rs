@@ -7,7 +7,7 @@ use crate::sensors::spec::InstrumentSpecs;
 use crate::sensors::{Fitting, Instrument, Suite};
 use std::path::Path;
 
-/// What cannot be fitted: said by the data sheet, or by the scenario.
+/// An instrument or a fault that cannot be fitted, with the file it is in.
 pub enum Unfit {
     /// A value of the data sheet.
     Sheet(DataError),
@@ -25,7 +25,8 @@ impl Unfit {
     }
 }
 
-/// The instruments of a data sheet and `others` (of a user's own), fitted to a vehicle, with the faults of the scenario's events.
+/// The instruments of a data sheet and `others` (of a user's own), fitted to a vehicle, with the faults of the
+/// scenario's events.
 pub fn fit(
     scenario: &Scenario,
     specs: &InstrumentSpecs,

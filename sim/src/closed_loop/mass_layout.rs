@@ -1,11 +1,12 @@
-//! Mass layout for the estimators: where the masses of a train sit, by its drawings and data sheets, whatever the load is now.
+//! Mass layout for the estimators: where the masses of a train sit, by its drawings and data sheets, whatever the load
+//! is now.
 
 use crate::train::{ConnectionKind, Train};
 use monorig_estimators::api::mass_layout::{CarriedMass, MAX_MASSES, MassLayout, SuspendedLoad};
 use nalgebra::{DMatrix, DVector, Point3};
 
-/// The layout of a train around a place `at_m` from its front (≤ 0), the middle of the body `imu_body` whose IMU sits `imu_depth_m` below the
-/// rail's line. `None` if the train carries no load or has more bodies than a layout can hold.
+/// The layout of a train around a place `at_m` from its front (≤ 0), the middle of the body `imu_body` whose IMU sits
+/// `imu_depth_m` below the rail's line. `None` if the train carries no load or has more bodies than a layout can hold.
 pub fn of_train(train: &Train, at_m: f64, imu_body: usize, imu_depth_m: f64) -> Option<MassLayout> {
     let load_index = train.load?;
     let mut layout = MassLayout {
@@ -50,7 +51,8 @@ fn load(train: &Train, load: usize, at_m: f64, imu_body: usize) -> Option<Suspen
     })
 }
 
-/// The two places that carry a body, m behind `at_m`: its own stations, or those of what it hangs on. `None` if it hangs on nothing.
+/// The two places that carry a body, m behind `at_m`: its own stations, or those of what it hangs on. `None` if it
+/// hangs on nothing.
 fn places_of(train: &Train, i: usize, at_m: f64, depth: usize) -> Option<[f64; 2]> {
     let body = &train.bodies[i];
     let span = |places: &mut dyn Iterator<Item = f64>| {
@@ -77,8 +79,8 @@ fn places_of(train: &Train, i: usize, at_m: f64, depth: usize) -> Option<[f64; 2
     Some(span(&mut mids.into_iter()))
 }
 
-/// Longitudinal stiffness between the body that the load hangs on and that with the IMU, N/m: of drawbars and hangers in a train that is pulled at
-/// the former and held by the inertia of all its bodies. `None` if they are one body.
+/// Longitudinal stiffness between the body that the load hangs on and that with the IMU, N/m: of drawbars and hangers
+/// in a train that is pulled at the former and held by the inertia of all its bodies. `None` if they are one body.
 fn stiffness_npm(train: &Train, load: usize, support: usize, imu_body: usize) -> Option<f64> {
     if support == imu_body {
         return None;
@@ -128,14 +130,16 @@ mod tests {
         let layout = of_train(&t, middle, drive, 0.25).unwrap();
         assert!((layout.tare_kg() - t.tare_kg()).abs() < 1e-6);
         let load = layout.load;
-        // Chains of 0.6 m from 0.70 m below the rail; the payload's centre 0.70 m below the spreader's hooks (load.urdf).
+        // Chains of 0.6 m from 0.70 m below the rail; the payload's centre 0.70 m below the spreader's hooks
+        // (load.urdf).
         let told = [load.chain_m, load.hook_depth_m, load.below_chains_m];
         for (told, drawn) in told.iter().zip([0.6, 0.70, 0.70]) {
             assert!((told - drawn).abs() < 0.02, "{told} {drawn}");
         }
         assert_eq!(load.swinging_tare_kg, 300.0);
         assert!((load.places_m[1] - load.places_m[0] - 2.8).abs() < 0.05);
-        // Four drawbars of 5 MN/m lie between, the force in them falling towards the front: softer than one, stiffer than four in series.
+        // Four drawbars of 5 MN/m lie between, the force in them falling towards the front: softer than one, stiffer
+        // than four in series.
         let stiffness = load.longitudinal_stiffness_npm.unwrap();
         assert!((1.25e6..5e6).contains(&stiffness), "{stiffness}");
         // It does not depend on the load.

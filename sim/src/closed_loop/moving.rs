@@ -1,6 +1,5 @@
 //! A train on a rail or a car on a road. This file alone leads to the room of the car.
 
-use super::builder::SimulationBuilder;
 use super::nominal_vehicle;
 use crate::config::file::{Document, input_error};
 use crate::config::scenario::{PlantKind, Scenario};
@@ -21,14 +20,6 @@ pub(super) enum Moving {
     Train(Box<Train>),
     /// A car on a road.
     Car(Box<Car>),
-}
-
-impl SimulationBuilder {
-    /// Starts with a car on a road, without a scenario file. Sensors, drive cycle and end of the run are still to be given.
-    pub fn of_car(road: Rail, car: Car) -> Self {
-        let scenario = Scenario::in_code(&road.name, None, Some(&car.data.name));
-        Self::new(scenario, road, Moving::Car(Box::new(car)), None)
-    }
 }
 
 impl Moving {

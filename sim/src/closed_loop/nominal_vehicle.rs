@@ -9,7 +9,8 @@ use crate::train::Train;
 use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::VehicleData;
 
-/// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the rated load, kg.
+/// Nominal total mass, from which estimators and controller start unless the scenario gives a guess: tare and half the
+/// rated load, kg.
 pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
@@ -74,11 +75,12 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     }
 }
 
-/// Least standard deviation of an accelerometer's bias that estimators are told, m/s²: what temperature and mounting do to a calibrated one.
+/// Lower limit of the accelerometer bias given to estimators as a standard deviation, m/s²: temperature and mounting of
+/// a calibrated one.
 const MIN_ACCEL_BIAS_SD_MPS2: f64 = 0.01;
 
-/// The vehicle with what the sensor sheet says of the biases along the train: bias, switch-on bias and, of the accelerometer, the pitch of
-/// its mount times gravity. Standard deviations, never the values drawn.
+/// The vehicle with the biases along the train by the sensor sheet: bias, switch-on bias and, of the
+/// accelerometer, the pitch of its mount times gravity. Standard deviations, never the values drawn.
 pub fn with_biases(vehicle: VehicleData, specs: &InstrumentSpecs, gravity: f64) -> VehicleData {
     let accelerometer = specs.get(accelerometer::KIND.name);
     let gyro = specs.get(gyro::KIND.name);

@@ -16,18 +16,18 @@ pub struct StepFrame<'a> {
     pub truth: &'a Truth,
     /// Samples that arrived in this step.
     pub measurements: &'a Measurements,
-    /// Whether any sample arrived, so that the estimators made a step.
+    /// True if a sample arrived, so that the estimators made a step.
     pub sampled: bool,
-    /// What was commanded during the step.
+    /// Command during the step.
     pub command: &'a Command,
-    /// What was asked of the controller.
+    /// Reference of the controller.
     pub reference: &'a Reference,
-    /// What the controller saw.
-    pub perception: &'a Perception,
+    /// Input of the controller.
+    pub(crate) perception: &'a Perception,
     /// The estimators and their last estimates.
     pub estimators: &'a [RunningEstimator],
     /// Events of this step.
-    pub events: &'a [String],
+    pub(crate) events: &'a [String],
 }
 
 /// Observer of a run: called after every step.
@@ -36,7 +36,7 @@ pub trait Observer {
     fn begin(&mut self, _simulation: &Simulation) -> Result<(), Error> {
         Ok(())
     }
-    /// Whether the costly parts of the truth (clearance) should be up to date at this instant.
+    /// Asks for the costly parts of the truth (clearance) at this instant.
     fn wants_truth(&self, _time_ns: i64) -> bool {
         false
     }

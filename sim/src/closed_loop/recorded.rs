@@ -1,4 +1,5 @@
-//! A recorded drive in the loop: the estimators of a run, fed by what plays a recording back instead of plant, sensors and controller.
+//! A recorded drive in the loop: the estimators of a run, fed by what plays a recording back instead of plant, sensors
+//! and controller.
 
 use super::end::EndCondition;
 use super::events::EventSchedule;
@@ -23,9 +24,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// What plays a recording back, and what is asked of it.
+/// A recording that is played back, with the estimators and bounds for it.
 pub struct RecordedDrive {
-    /// What the map file says of estimators, bounds and recording.
+    /// Estimators, bounds and recording by the map file.
     pub scenario: LogScenario,
     /// The map file: errors are reported in it.
     pub document: Document,
@@ -46,8 +47,8 @@ pub struct RecordedDrive {
 }
 
 impl Simulation {
-    /// A recorded drive, ready to be run in the loop of every simulation. It has no rail, no bodies and no instruments of its own; its seed
-    /// is 1.
+    /// A recorded drive, ready to be run in the loop of every simulation. It has no rail, no bodies and no instruments
+    /// of its own; its seed is 1.
     pub fn recorded(drive: RecordedDrive, registry: &Registry) -> Result<Self, Error> {
         let RecordedDrive {
             scenario,

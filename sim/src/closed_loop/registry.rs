@@ -1,7 +1,7 @@
 //! Registry: the estimators and controllers that a scenario can name, each with its parameters.
 //!
-//! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a scenario then names
-//! them like ours, and their parameters are checked like ours.
+//! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a
+//! scenario then names them like ours, and their parameters are checked like ours.
 //!
 //! ```
 //! use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Vehicle};
@@ -43,15 +43,15 @@ use std::sync::Arc;
 /// An estimator as a run holds it.
 pub type BoxedEstimator = Box<dyn Estimator + Send>;
 /// A controller as a run holds it.
-pub type BoxedController = Box<dyn Controller + Send>;
+pub(crate) type BoxedController = Box<dyn Controller + Send>;
 /// Values of parameters by name; those that are not there have their defaults.
-pub type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
+pub(crate) type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
 
 /// Builds an estimator for a nominal vehicle.
-pub type BuildEstimator =
+pub(crate) type BuildEstimator =
     dyn Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, ParamError> + Send + Sync;
 /// Builds a controller for a nominal vehicle.
-pub type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
+pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
     + Send
     + Sync;
 
@@ -68,7 +68,7 @@ pub struct PartType<B: ?Sized> {
 /// A type of estimator.
 pub type EstimatorType = PartType<BuildEstimator>;
 /// A type of controller.
-pub type ControllerType = PartType<BuildController>;
+pub(crate) type ControllerType = PartType<BuildController>;
 
 /// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
 #[derive(Clone, Debug)]
@@ -81,13 +81,13 @@ pub struct Registry {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}; {help}")]
 pub struct Refusal {
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
 }
 
-/// Why a type cannot be added to a registry.
+/// Reason for which a type cannot be added to a registry.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegistryError {
@@ -197,16 +197,16 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// Whether this type of estimator is a published method as it stands in its source, without supervision. It is shown beside the
-    /// others, and is not for use. An estimator that a program adds is none.
-    pub fn is_reference(&self, name: &str) -> bool {
+    /// True for a published method as it stands in its source, without supervision. It is shown beside the others, and is
+    /// not for use. An estimator that a program adds is none.
+    pub(crate) fn is_reference(&self, name: &str) -> bool {
         self.estimators
             .iter()
             .any(|e| e.name == name && e.reference)
     }
 
     /// The type of controller of this name.
-    pub fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
+    pub(crate) fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
         find(&self.controllers, name, "controller")
     }
 }
@@ -223,14 +223,9 @@ impl<B: ?Sized> PartType<B> {
         &self.name
     }
 
-    /// What it is, in one sentence; empty if nobody said.
+    /// Description in one sentence; empty if there is none.
     pub fn description(&self) -> &str {
         &self.about
-    }
-
-    /// Its parameters, in groups.
-    pub fn key_groups(&self) -> &'static [&'static [Key]] {
-        self.groups
     }
 
     /// Its parameters.
@@ -249,7 +244,7 @@ impl<B: ?Sized> PartType<B> {
         })
     }
 
-    /// Whether a parameter of this name can have this value.
+    /// Refuses a parameter that does not exist, and a value out of its range.
     pub fn check(&self, key: &str, value: Setting<'_>) -> Result<(), Refusal> {
         let key = self.key(key)?;
         key.check(value).map_err(|_| Refusal {
@@ -364,7 +359,7 @@ fn find<'a, B: ?Sized>(
     })
 }
 
-/// What may have been meant, and all there is.
+/// Help: the nearest name, and the list of all.
 fn suggestion(word: &str, known: &[&str], title: &str) -> String {
     let list = format!("{title}: {}", known.join(", "));
     match nearest(word, known.iter().copied()) {

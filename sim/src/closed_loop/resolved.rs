@@ -5,8 +5,8 @@ use crate::config::scenario::Scenario;
 use monorig_estimators::api::params::Setting;
 use serde_json::{Map, Value, json};
 
-/// The scenario with its defaults, and under `parameters` those of its estimators and controller; null is what they derive from the
-/// vehicle.
+/// The scenario with its defaults, and under `parameters` those of its estimators and controller; null is what they
+/// derive from the vehicle.
 pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
     let mut estimators = Map::new();
     for (name, settings) in &scenario.file.estimators {

@@ -8,8 +8,8 @@ use crate::control::{Perception, Reference};
 use crate::error::Error;
 use monorig_estimators::api::signals::{Command, Measurements};
 
-/// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns false, the run
-/// stops there and the observers still finish.
+/// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns
+/// false, the run stops there and the observers still finish.
 pub fn run(
     simulation: &mut Simulation,
     observers: &mut [&mut dyn Observer],
@@ -62,7 +62,8 @@ fn closed_loop(
 }
 
 impl Simulation {
-    /// How the run has ended before step `steps`; none while it goes on. A recorded drive ends where its plant is over.
+    /// Reason for the end before step `steps`; none while the run goes on. A recorded drive ends where its plant is
+    /// over.
     fn ended(
         &self,
         steps: u64,
@@ -104,7 +105,8 @@ impl Simulation {
         }
     }
 
-    /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for it.
+    /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for
+    /// it.
     fn show(
         &mut self,
         observers: &mut [&mut dyn Observer],

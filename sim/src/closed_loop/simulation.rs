@@ -26,11 +26,11 @@ pub struct Simulation {
     pub rail: Arc<Rail>,
     /// The train as it starts; a car as [`Car::consist`](crate::road::Car::consist) describes it.
     pub train: Train,
-    /// What moves.
+    /// The train or the car in motion.
     pub plant: Box<dyn Plant>,
     /// The instruments.
     pub sensors: Suite,
-    /// What the instruments are made after; of a recorded drive nothing is known.
+    /// Specifications of the instruments; empty for a recorded drive.
     pub instruments: InstrumentSpecs,
     /// Nominal vehicle given to estimators and controller.
     pub vehicle: Vehicle,
@@ -39,21 +39,21 @@ pub struct Simulation {
     /// Index of the estimator whose output the controller uses.
     pub in_loop: Option<usize>,
     /// The drive cycle.
-    pub cycle: Cycle,
-    /// What the controller sees.
-    pub perception: PerceptionModel,
+    pub(crate) cycle: Cycle,
+    /// Makes the input of the controller.
+    pub(crate) perception: PerceptionModel,
     /// The controller.
-    pub controller: BoxedController,
+    pub(crate) controller: BoxedController,
     /// Events still to come.
-    pub events: EventSchedule,
+    pub(crate) events: EventSchedule,
     /// When the run ends.
-    pub end: EndCondition,
+    pub(crate) end: EndCondition,
     /// Step, s.
     pub dt_s: f64,
     /// Chainage of the IMU minus that of the front, m.
     pub imu_offset_m: f64,
     /// Obstacles and roadway walls.
-    pub obstacles: Vec<ObstacleBox>,
+    pub(crate) obstacles: Vec<ObstacleBox>,
 }
 
 impl Simulation {

@@ -1,11 +1,11 @@
 //! Reading our YAML files: one place that turns whatever is wrong into file, line, column, key, plain words and help.
 //!
 //! A file is read in two steps: text → tree (syntax, keys given twice), then tree → checked type (unknown and missing
-//! keys, wrong types, numbers out of range). `--set` changes the tree in between. What is found wrong later, when several
-//! files meet, is reported with [`input_error`], which looks up the line of a key path.
+//! keys, wrong types, numbers out of range). `--set` changes the tree in between. What is found wrong later, when
+//! several files meet, is reported with [`input_error`], which looks up the line of a key path.
 
 mod error_messages;
-pub mod limits;
+pub(crate) mod limits;
 mod locate;
 mod set;
 mod sets;
@@ -22,12 +22,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Read an input file as text; errors say what is there instead.
+/// Reads an input file as text. An error names what is there instead.
 pub fn read_text(path: &Path) -> Result<String, Error> {
     text(path, &read_bytes(path)?)
 }
 
-/// Read an input file; errors say what is there instead. Within [`InputFiles::during`] it is read from disk once.
+/// Reads an input file. An error names what is there instead. Within [`InputFiles::during`] it is read from disk once.
 pub fn read_bytes(path: &Path) -> Result<Arc<[u8]>, Error> {
     let from_disk = || bounded(path, limits::MAX_FILE_BYTES).map(Arc::from);
     match InputFiles::current() {
@@ -36,12 +36,12 @@ pub fn read_bytes(path: &Path) -> Result<Arc<[u8]>, Error> {
     }
 }
 
-/// Read a result that monorig has written, as text; errors say what is there instead.
+/// Reads a result that monorig has written, as text. An error names what is there instead.
 pub fn read_result(path: &Path) -> Result<String, Error> {
     text(path, &bounded(path, limits::MAX_RESULT_BYTES)?)
 }
 
-/// That this is a regular file, which can be opened without waiting for a writer; errors say what is there instead.
+/// Refuses everything but a regular file: opening a pipe would wait for its writer.
 pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
@@ -120,7 +120,7 @@ fn whole(path: &Path, message: &str, help: String) -> Error {
     .into()
 }
 
-/// Whether a file that another one names is there; if not, what is wrong, and what name may have been meant.
+/// Checks that a file named by another one is there. The error is message and help, with the nearest name.
 pub fn exists(path: &Path) -> Result<(), (String, String)> {
     if InputFiles::current().is_some_and(|files| files.contains(path)) {
         return Ok(());
@@ -163,7 +163,8 @@ pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
     }
 }
 
-/// The name of what a file describes: that of the file without its ending. Results go into a folder of this name, so it must be one.
+/// The name of what a file describes: that of the file without its ending. Results go into a folder of this name, so it
+/// must be one.
 pub fn name_of(path: &Path) -> Result<String, Error> {
     let stem = path.file_stem().unwrap_or_default();
     let name = stem.to_string_lossy().into_owned();
@@ -178,7 +179,7 @@ pub fn name_of(path: &Path) -> Result<String, Error> {
 }
 
 /// Read a YAML file into a checked type.
-pub fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+pub(crate) fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()
 }
 
@@ -189,7 +190,7 @@ pub(crate) fn read_yaml_with<T: DeserializeOwned>(path: &Path, sets: &Sets) -> R
     document.parse()
 }
 
-/// Add to an error found later in a file what was changed in it: the line shown may not say it.
+/// Adds the changes of `--set` to an error found later in a file: the line in the file does not show them.
 pub(crate) fn with_sets(e: Error, sets: &Sets) -> Error {
     match (e, sets.all_written()) {
         (Error::Input(mut e), Some(all)) if !e.message.contains(&all) => {
@@ -224,7 +225,7 @@ pub fn input_error(
 
 impl DataError {
     /// The error with the file that the data came from; line and column of the key are looked up in it.
-    pub fn in_file(self, file: &Path) -> Error {
+    pub(crate) fn in_file(self, file: &Path) -> Error {
         input_error(file, self.key, self.message, self.help)
     }
 }

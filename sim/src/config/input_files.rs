@@ -1,7 +1,9 @@
-//! Input files, each read once: a run or a study is made from what was read then, whatever happens to the files meanwhile.
+//! Input files, each read once: a run or a study is made from what was read then, whatever happens to the files
+//! meanwhile.
 //!
 //! Everything that reads an input file goes through [`read_text`](super::file::read_text) or
-//! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read before.
+//! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read
+//! before.
 
 use crate::error::{Error, InputError};
 use sha2::{Digest, Sha256};
@@ -18,11 +20,11 @@ pub struct InputFiles {
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// Which file each path leads to, links followed when it was first read.
+    /// File that each path leads to, links followed when it was first read.
     files: BTreeMap<PathBuf, PathBuf>,
     contents: BTreeMap<PathBuf, Arc<[u8]>>,
     sealed: bool,
-    /// Where files come from that are not here yet; else from disk.
+    /// Source of files that are not here yet; none: the disk.
     whole: Option<InputFiles>,
 }
 
@@ -40,8 +42,8 @@ impl Drop for Restore {
 }
 
 impl InputFiles {
-    /// A part of a larger whole: files come from there, and are listed in both.
-    pub fn part_of(whole: Self) -> Self {
+    /// Makes a part of a larger whole: files are taken from the whole, and are listed in both.
+    pub(crate) fn part_of(whole: Self) -> Self {
         let part = Self::default();
         part.lock().whole = Some(whole);
         part
@@ -55,17 +57,17 @@ impl InputFiles {
     }
 
     /// Those that this thread reads into at the moment; none outside of [`InputFiles::during`].
-    pub fn current() -> Option<Self> {
+    pub(crate) fn current() -> Option<Self> {
         CURRENT.with(|current| current.borrow().clone())
     }
 
-    /// Nothing may be read from disk from now on: a file that is not here is an error.
+    /// Forbids reading from disk from now on: a file that is not here is an error.
     pub fn seal(&self) {
         self.lock().sealed = true;
     }
 
-    /// Whether a file of this path was read.
-    pub fn contains(&self, path: &Path) -> bool {
+    /// True if a file of this path was read.
+    pub(crate) fn contains(&self, path: &Path) -> bool {
         let shared = self.lock();
         let whole = shared.whole.as_ref();
         shared.files.contains_key(path) || whole.is_some_and(|whole| whole.contains(path))
@@ -78,7 +80,7 @@ impl InputFiles {
     }
 
     /// SHA-256 and bytes of every file, each once.
-    pub fn contents(&self) -> Vec<(String, Arc<[u8]>)> {
+    pub(crate) fn contents(&self) -> Vec<(String, Arc<[u8]>)> {
         let all: Vec<Arc<[u8]>> = self.lock().contents.values().cloned().collect();
         all.into_iter().map(|b| (sha256(&b), b)).collect()
     }
@@ -146,12 +148,12 @@ impl PartialEq for InputFiles {
 }
 
 /// SHA-256 as `sha256sum` prints it.
-pub fn sha256(bytes: &[u8]) -> String {
+pub(crate) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
 /// Bytes as lower-case hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 

@@ -10,16 +10,16 @@
 //! | `train` | the YAML files of a train and of its units, and how they become a train |
 //! | `urdf` | URDF files and the meshes they name |
 //! | `motor_file` | a traction motor in the files of drive units and cars |
-//! | `sensor_sheet` | reads and checks the data sheet of the sensors; its format is that of [`sensors::spec`](crate::sensors::spec) |
+//! | `sensor_sheet` | reads and checks the data sheet of the sensors; its format is that of `sensors::spec` |
 
 pub mod file;
 pub mod input_files;
-pub mod motor_file;
+pub(crate) mod motor_file;
 pub mod rail_profile;
 pub mod scenario;
 pub mod sensor_sheet;
 pub mod track;
 pub mod train;
-pub mod urdf;
+pub(crate) mod urdf;
 
 pub use crate::checked;

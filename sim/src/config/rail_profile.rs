@@ -13,22 +13,22 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 pub struct ProfileFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Name, such as `I140E`.
-    pub name: String,
-    /// Where the figures come from.
+    pub(crate) name: String,
+    /// Source of the figures.
     #[serde(default)]
-    pub about: String,
+    pub(crate) about: String,
     /// Height over all, m.
-    pub height_m: Positive,
+    pub(crate) height_m: Positive,
     /// Width of the flanges, m.
-    pub flange_width_m: Positive,
+    pub(crate) flange_width_m: Positive,
     /// Thickness of the web, m.
-    pub web_m: Positive,
+    pub(crate) web_m: Positive,
     /// Thickness of a flange at its tips, m.
-    pub flange_tip_m: Positive,
+    pub(crate) flange_tip_m: Positive,
     /// Thickness of a flange at the web, m; not less than at the tips.
-    pub flange_root_m: Positive,
+    pub(crate) flange_root_m: Positive,
 }
 
 impl Profile {

@@ -14,7 +14,8 @@ mod parameters;
 mod published;
 mod seeds;
 
-pub use controller::{ControllerSettings, DEFAULT_CONTROLLER};
+pub use controller::ControllerSettings;
+pub(crate) use controller::DEFAULT_CONTROLLER;
 pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use integrity::{Integrity, IntegrityLimits};
@@ -40,36 +41,37 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
     /// Format version, 1.
-    pub version: Version1,
-    /// Why the scenario exists and what it shows.
+    pub(crate) version: Version1,
+    /// Purpose of the scenario: the effect it shows.
     pub why: String,
     /// Track file, relative to this file.
-    pub track: String,
+    pub(crate) track: String,
     /// Train file, relative to this file; or `car`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub train: Option<String>,
+    pub(crate) train: Option<String>,
     /// Car file, relative to this file, instead of `train`; the track is then a road.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub car: Option<String>,
+    pub(crate) car: Option<String>,
     /// Load on the hook.
     #[serde(default)]
     pub load: Load,
-    /// Where and how the train starts.
+    /// Chainage and speed at the start.
     #[serde(default)]
-    pub start: Start,
+    pub(crate) start: Start,
     /// When the run ends.
-    pub stop: Stop,
+    pub(crate) stop: Stop,
     /// Physics step and plant.
     #[serde(default)]
     pub physics: Physics,
     /// Drive cycle and controller.
     pub drive: DriveCycle,
     /// Sensor data sheet, relative to this file.
-    pub sensors: String,
+    pub(crate) sensors: String,
     /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
-    pub vehicle: NominalVehicle,
-    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a parameter file.
+    pub(crate) vehicle: NominalVehicle,
+    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a
+    /// parameter file.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
     /// The estimator whose output the controller gets, by its name in `estimators`.
@@ -77,23 +79,24 @@ pub struct ScenarioFile {
     pub in_loop: Option<String>,
     /// Things that happen.
     #[serde(default)]
-    pub events: Vec<Event>,
+    pub(crate) events: Vec<Event>,
     /// Obstacles beside the rail.
     #[serde(default)]
-    pub obstacles: Vec<Obstacle>,
+    pub(crate) obstacles: Vec<Obstacle>,
     /// The roadway around the rail; none = open space.
     #[serde(default)]
-    pub roadway: Option<Roadway>,
+    pub(crate) roadway: Option<Roadway>,
     /// Seeds to run: a number, `1..10`, or a list; 1 if not given.
     #[serde(default)]
     pub seeds: Seeds,
     /// Recording rates.
     #[serde(default)]
-    pub record: Record,
+    pub(crate) record: Record,
     /// Bounds to hold (checked by `monorig test`).
     #[serde(default)]
     pub expect: Vec<Expectation>,
-    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says nothing else.
+    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says
+    /// nothing else.
     #[serde(default)]
     pub availability: Availability,
     /// When an estimate marked valid is misleading, which no estimator may be.
@@ -116,14 +119,14 @@ pub struct ScenarioFile {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// kg; none = what the load's URDF says.
+    /// Mass, kg; none = that of the load's URDF.
     pub mass_kg: Option<NonNegative>,
 }
 
-/// Where and how the train starts.
+/// Chainage and speed at the start.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Start {
+pub(crate) struct Start {
     /// Chainage of the train's front, m; none = so that the whole train is on the track with 1 m to spare.
     #[serde(default)]
     pub chainage_m: Option<NonNegative>,
@@ -135,7 +138,7 @@ pub struct Start {
 /// When the run ends, whichever comes first; at least one is needed.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Stop {
+pub(crate) struct Stop {
     /// s.
     pub after_s: Option<Positive>,
     /// Chainage of the train's front, m. A train that has not come there after `after_s`, or after
@@ -144,7 +147,7 @@ pub struct Stop {
 }
 
 impl ScenarioFile {
-    /// What moves: the plant asked for, else that of a car, or rapier.
+    /// Plant of the run: the one that is named, else that of a car, else rapier.
     pub fn plant(&self) -> PlantKind {
         self.physics.plant.unwrap_or(match self.car {
             Some(_) => PlantKind::Road,
@@ -154,7 +157,7 @@ impl ScenarioFile {
 }
 
 impl Stop {
-    /// How long a run without `after_s` may take, s of simulated time.
+    /// Longest run without `after_s`, s of simulated time.
     pub const PATIENCE_S: f64 = 3600.0;
 
     /// The run does not go on beyond this time, s.
@@ -173,13 +176,13 @@ fn zero() -> Finite {
 pub struct Physics {
     /// Step, ms.
     pub dt_ms: Positive,
-    /// Which plant moves the train; a car has its own. Filled in when the scenario is loaded.
+    /// Plant of the train; a car has its own. Filled in when the scenario is loaded.
     pub plant: Option<PlantKind>,
     /// m/s².
     pub gravity_mps2: Positive,
 }
 
-/// Which plant moves train or car.
+/// The plant of a train or a car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
@@ -203,7 +206,7 @@ pub struct DriveCycle {
     pub every_s: Option<Positive>,
     /// Limit on the change of the reference, m/s².
     #[serde(default)]
-    pub accel_mps2: Option<Positive>,
+    pub(crate) accel_mps2: Option<Positive>,
     /// The controller.
     #[serde(default)]
     pub controller: ControllerSettings,
@@ -238,7 +241,7 @@ impl DriveCycle {
     }
 
     /// The speed reference that the controller follows, starting at `speed_mps` (m/s).
-    pub fn cycle(&self, speed_mps: f64) -> Cycle {
+    pub(crate) fn cycle(&self, speed_mps: f64) -> Cycle {
         let at = |p: &SpeedPoint| p.at_s.or(p.at_m).map_or(0.0, f64::from);
         let points = self.speed.iter().map(|p| (at(p), p.mps.get())).collect();
         let accel_mps2 = self.accel_mps2.map(f64::from);
@@ -271,7 +274,7 @@ pub struct SpeedPoint {
     /// s.
     pub at_s: Option<NonNegative>,
     /// m.
-    pub at_m: Option<NonNegative>,
+    pub(crate) at_m: Option<NonNegative>,
     /// m/s.
     pub mps: Finite,
     /// Name of a point by time, for windows of expectations (`after: {event: drives_off}`).
@@ -296,7 +299,7 @@ pub struct NominalVehicle {
 /// A box beside the rail.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Obstacle {
+pub(crate) struct Obstacle {
     /// Chainage of its middle, m.
     pub at_m: NonNegative,
     /// Offset of its middle to the left, m.
@@ -310,7 +313,7 @@ pub struct Obstacle {
 /// A rectangular roadway that follows the rail.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Roadway {
+pub(crate) struct Roadway {
     /// Clear width, the rail in the middle, m.
     pub width_m: Positive,
     /// Height of the walls above the rail's line, m.
@@ -324,9 +327,9 @@ pub struct Roadway {
 #[serde(deny_unknown_fields, default)]
 pub struct Record {
     /// Channels, Hz.
-    pub rate_hz: Positive,
+    pub(crate) rate_hz: Positive,
     /// Poses, Hz.
-    pub pose_rate_hz: Positive,
+    pub(crate) pose_rate_hz: Positive,
 }
 
 /// An error at a key of a scenario that is in no file.

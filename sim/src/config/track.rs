@@ -12,12 +12,13 @@
 //!   - {kind: transition, to_grade_deg: 8, length_m: 6}
 //! ```
 //!
-//! Both lists begin at chainage 0. When one ends before the other, the rail goes on straight (horizontal list) or at the
-//! grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail: dψ/ds = 1/R.
+//! Both lists begin at chainage 0. When one ends before the other, the rail goes on straight (horizontal list) or at
+//! the grade reached (vertical list); a list may be left out altogether. Radii are those of the angle along the rail:
+//! dψ/ds = 1/R.
 
-pub mod elements;
+pub(crate) mod elements;
 mod points;
-pub mod survey;
+pub(crate) mod survey;
 
 use crate::config::checked::{Finite, NonNegative, Positive, Version1};
 use crate::config::file::{Sets, named, read_yaml_with, with_sets};
@@ -38,40 +39,40 @@ use survey::Survey;
 #[serde(deny_unknown_fields)]
 pub struct TrackFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Name.
-    pub name: String,
-    /// What the track is for, and where its figures come from.
+    pub(crate) name: String,
+    /// Purpose of the track, and the source of its figures.
     #[serde(default)]
-    pub about: String,
+    pub(crate) about: String,
     /// Rail profile file, relative to this file; not for a road.
     #[serde(default)]
-    pub profile: Option<String>,
+    pub(crate) profile: Option<String>,
     /// Width of the lane, m: makes the track a road for a car.
     #[serde(default)]
-    pub road_width_m: Option<Positive>,
-    /// Where the rail begins.
+    pub(crate) road_width_m: Option<Positive>,
+    /// Begin of the rail.
     #[serde(default)]
-    pub start: TrackStart,
+    pub(crate) start: TrackStart,
     /// Horizontal alignment from chainage 0.
     #[serde(default)]
-    pub horizontal: Vec<Horizontal>,
+    pub(crate) horizontal: Vec<Horizontal>,
     /// Vertical profile from chainage 0.
     #[serde(default)]
-    pub vertical: Vec<Vertical>,
+    pub(crate) vertical: Vec<Vertical>,
     /// Surveyed points instead of `vertical`, and, if they have headings, instead of `horizontal`.
     #[serde(default)]
-    pub survey: Option<Survey>,
+    pub(crate) survey: Option<Survey>,
     /// Rail joints.
     #[serde(default)]
-    pub joints: Option<JointsFile>,
+    pub(crate) joints: Option<JointsFile>,
 }
 
-/// Where the rail begins, in the world (z up).
+/// Begin of the rail in the world (z up).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Start")] // the name in the JSON schema
-pub struct TrackStart {
+pub(crate) struct TrackStart {
     /// m.
     pub x_m: Finite,
     /// m.
@@ -181,13 +182,14 @@ impl Rail {
     }
 
     /// The same with changes made to the track file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let rail = Self::read(&read_yaml_with(path, sets)?, path);
         rail.map_err(|e| with_sets(e, sets))
     }
 
-    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to it.
-    pub fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
+    /// The rail or road of a track file already parsed; `path` is named in errors, and paths inside it are relative to
+    /// it.
+    pub(crate) fn read(track: &TrackFile, path: &Path) -> Result<Self, Error> {
         let section = match (&track.profile, track.road_width_m) {
             (Some(profile), None) => {
                 Section::Rail(Profile::load(&named(path, "profile", profile)?)?)
@@ -214,7 +216,7 @@ impl Rail {
     }
 
     /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
-    pub fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
+    pub(crate) fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
         Self::with_section(track, Section::Rail(profile), file)
     }
 
@@ -242,7 +244,7 @@ impl Rail {
 /// Rail joints in a track file.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct JointsFile {
+pub(crate) struct JointsFile {
     /// Length of a piece of rail, m.
     pub every_m: Positive,
     /// Deflection at a joint, degrees; signs alternate.

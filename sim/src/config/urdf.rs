@@ -71,9 +71,9 @@ pub struct FrictionWheel {
     pub axle: Vector3<f64>,
     /// Moment of inertia about the axle, kg·m².
     pub inertia: f64,
-    /// Highest rate, rad/s, and torque, N·m, of the joint.
+    /// Highest rate of the joint, rad/s.
     pub rate_max_radps: f64,
-    /// See above.
+    /// Highest torque of the joint, N·m.
     pub torque_max_nm: f64,
 }
 
@@ -181,7 +181,7 @@ impl UrdfUnit {
     }
 }
 
-/// Whether the child of a joint is a body of its own.
+/// True if the child of a joint is a body of its own.
 fn joint_floats(file: &File<'_>, joint: &Joint) -> Result<bool, Error> {
     match joint.joint_type {
         JointType::Floating => Ok(true),

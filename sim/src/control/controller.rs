@@ -7,19 +7,19 @@ use monorig_estimators::api::signals::Command;
 /// [`Registry`](crate::closed_loop::registry::Registry), or hand one to a
 /// [`SimulationBuilder`](crate::closed_loop::builder::SimulationBuilder).
 pub trait Controller {
-    /// The command for the next `dt_s` seconds. [`Reference::command`] is where to start: it holds the clamp pressure and the
-    /// emergency brake that are asked for, and no torque.
+    /// The command for the next `dt_s` seconds. [`Reference::command`] is where to start: it holds the clamp pressure
+    /// and the emergency brake that are asked for, and no torque.
     fn control(&mut self, reference: &Reference, perception: &Perception, dt_s: f64) -> Command;
 }
 
-/// What a controller is built for, beside the nominal vehicle.
+/// Data for which a controller is built, beside the nominal vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ControllerSetup {
     /// Largest torque of each motor, N·m.
     pub motor_torque_max_nm: f64,
-    /// m/s².
+    /// Gravity, m/s².
     pub gravity_mps2: f64,
     /// Speed at the start, m/s.
-    pub start_speed_mps: f64,
+    pub(crate) start_speed_mps: f64,
 }

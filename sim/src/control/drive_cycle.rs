@@ -2,22 +2,23 @@
 
 use monorig_estimators::api::signals::Command;
 
-/// What is asked of the controller now: speed by the drive cycle, brake and clamp pressure by the events of the scenario.
+/// Reference of the controller: speed by the drive cycle, brake and clamp pressure by the events of the scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Reference {
-    /// m/s.
+    /// Speed, m/s.
     pub speed_mps: f64,
-    /// m/s².
+    /// Acceleration, m/s².
     pub accel_mps2: f64,
     /// Emergency brake: share of the brake force, 0 = none.
     pub emergency_brake: f64,
     /// Pressure that the clamps are to have, MPa.
-    pub clamp_pressure_mpa: f64,
+    pub(crate) clamp_pressure_mpa: f64,
 }
 
 impl Reference {
-    /// The command that keeps clamp pressure and emergency brake as asked, with no torque: where a controller starts from.
+    /// The command that keeps clamp pressure and emergency brake as asked, with no torque: where a controller starts
+    /// from.
     pub fn command(&self) -> Command {
         Command {
             clamp_pressure_mpa: self.clamp_pressure_mpa,
@@ -42,8 +43,8 @@ pub struct Cycle {
 const ACCEL: f64 = 0.3;
 
 impl Cycle {
-    /// Starts at `speed` (m/s). The points are times (s) and speeds (m/s), linear in between; they start over every `every_s` (s) if
-    /// it is given. The reference changes by at most `accel_mps2` (m/s²).
+    /// Starts at `speed` (m/s). The points are times (s) and speeds (m/s), linear in between; they start over every
+    /// `every_s` (s) if it is given. The reference changes by at most `accel_mps2` (m/s²).
     pub fn by_time(
         points: Vec<(f64, f64)>,
         every_s: Option<f64>,
@@ -59,8 +60,8 @@ impl Cycle {
         }
     }
 
-    /// Starts at `speed` (m/s). The points are chainages (m) and speeds (m/s), held from point to point and approached within
-    /// `accel_mps2` (m/s²).
+    /// Starts at `speed` (m/s). The points are chainages (m) and speeds (m/s), held from point to point and approached
+    /// within `accel_mps2` (m/s²).
     pub fn by_chainage(points: Vec<(f64, f64)>, accel_mps2: Option<f64>, speed: f64) -> Self {
         Self {
             points,

@@ -1,5 +1,5 @@
-//! Control: drive cycle, perception and controller. Uses estimates and measurements, never the truth (except where a scenario has
-//! `feedforward: truth`, an upper limit).
+//! Control: drive cycle, perception and controller. Uses estimates and measurements, never the truth (except where a
+//! scenario has `feedforward: truth`, an upper limit).
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -14,6 +14,8 @@ mod perception;
 mod speed_controller;
 
 pub use controller::{Controller, ControllerSetup};
-pub use drive_cycle::{Cycle, Reference};
-pub use perception::{FeedForward, Perception, PerceptionModel};
-pub use speed_controller::{SpeedController, SpeedControllerParams};
+pub(crate) use drive_cycle::Cycle;
+pub use drive_cycle::Reference;
+pub(crate) use perception::PerceptionModel;
+pub use perception::{FeedForward, Perception};
+pub(crate) use speed_controller::{SpeedController, SpeedControllerParams};

@@ -18,15 +18,15 @@ pub struct Perception {
     pub grade_rad: f64,
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
-    /// Whether grade and mass are known now, and not held or nominal values.
-    pub valid: bool,
+    /// True if grade and mass are those of now, and not held or nominal values.
+    pub(crate) valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
-    pub slip_mps: [f64; MAX_DRIVES],
+    pub(crate) slip_mps: [f64; MAX_DRIVES],
     /// The last estimate of the estimator in the loop as it is, if there is one.
-    pub estimate: Option<Estimate>,
+    pub(crate) estimate: Option<Estimate>,
 }
 
-/// Where slope and mass of the feed-forward come from.
+/// Source of slope and mass for the feed-forward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedForward {
@@ -75,8 +75,9 @@ impl PerceptionModel {
         }
     }
 
-    /// The perception `dt_s` (s) after the last one: speed and slip from the wheels of each drive unit, mass and grade of the
-    /// feed-forward from the truth, the estimate in the loop or the nominal mass. `command` is that of the last step.
+    /// The perception `dt_s` (s) after the last one: speed and slip from the wheels of each drive unit, mass and grade
+    /// of the feed-forward from the truth, the estimate in the loop or the nominal mass. `command` is that of the last
+    /// step.
     pub fn next(
         &mut self,
         truth: &Truth,
@@ -102,8 +103,9 @@ impl PerceptionModel {
         &self.now
     }
 
-    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote gives none because too many
-    /// wheels slip, the last speed is held (dead reckoning) for at most [`SPEED_HOLD_S`]; then the median wheel counts.
+    /// Speed of the train by the vote of its wheels, m/s, under a motor torque of this sign. Where the vote gives none
+    /// because too many wheels slip, the last speed is held (dead reckoning) for at most [`SPEED_HOLD_S`]; then the
+    /// median wheel counts.
     fn train_speed_mps(&mut self, motor_torque_nm: f64, dt_s: f64) -> f64 {
         let wheels = || self.wheel_speed_mps.iter().flatten().copied();
         if let Some(speed_mps) = self.vote.speed_mps(wheels(), motor_torque_nm) {
@@ -119,8 +121,8 @@ impl PerceptionModel {
         }
     }
 
-    /// Grade, mass and validity for the feed-forward: the estimate as it is when it becomes valid, through the lag while it is
-    /// valid, held while it is not.
+    /// Grade, mass and validity for the feed-forward: the estimate as it is when it becomes valid, through the lag
+    /// while it is valid, held while it is not.
     fn follow(&self, e: &Estimate, dt_s: f64) -> (f64, f64, bool) {
         let last = &self.now;
         let valid = e.effective_grade_rad.valid && e.total_mass_kg.valid;
@@ -141,8 +143,8 @@ impl PerceptionModel {
 /// The last speed is held for so long where the wheels do not show it, s.
 const SPEED_HOLD_S: f64 = 1.0;
 
-/// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes; without
-/// the lag the two chase each other.
+/// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes;
+/// without the lag the two chase each other.
 const FEEDFORWARD_LAG_S: f64 = 1.0;
 
 #[cfg(test)]

@@ -27,15 +27,15 @@ pub trait Plant {
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error>;
     /// The true state now.
     fn truth(&self) -> &Truth;
-    /// Change the mass of the load during a run (pick-up, set-down), kg. Mass that is hung on comes with `speed_mps` along the rail,
-    /// without that with the motion of the load that is there; the two then have one velocity, their momentum together. Mass that is
-    /// set down leaves with the motion of the load, so that nothing pushes the train.
+    /// Change the mass of the load during a run (pick-up, set-down), kg. Mass that is hung on comes with `speed_mps`
+    /// along the rail, without that with the motion of the load that is there; the two then have one velocity, their
+    /// momentum together. Mass that is set down leaves with the motion of the load, so that nothing pushes the train.
     fn set_load_mass(&mut self, mass_kg: f64, speed_mps: Option<f64>);
     /// Limit the pressure the clamps can reach (a fault), MPa.
     fn set_clamp_limit(&mut self, mpa: f64);
     /// Update the clearance in the truth, which is costly; called before a row is recorded.
     fn update_clearance(&mut self) {}
-    /// Whether nothing more is to come: a recorded drive that is played back is at its end, and the run has finished.
+    /// True if nothing more is to come: a recorded drive that is played back is at its end, and the run has finished.
     fn is_over(&self) -> bool {
         false
     }
@@ -57,24 +57,24 @@ pub struct MountState {
 #[non_exhaustive]
 pub struct DriveState {
     /// Chainage of the friction wheels, m.
-    pub chainage_m: f64,
+    pub(crate) chainage_m: f64,
     /// Torque at the motor shaft, N·m.
     pub motor_torque_nm: f64,
     /// Rate of the friction wheels (left, right) at this instant, rad/s.
     pub wheel_rate_radps: [f64; 2],
     /// Angle of the friction wheels (left, right), rad, for viewing.
-    pub wheel_angle_rad: [f64; 2],
+    pub(crate) wheel_angle_rad: [f64; 2],
     /// Friction force of both wheels on the train along the rail, N.
     pub traction_n: f64,
     /// Slip speed ωr − v, m/s, the larger of the two wheels.
     pub slip_mps: f64,
     /// Clamp cylinder pressure, MPa.
-    pub clamp_mpa: f64,
+    pub(crate) clamp_mpa: f64,
     /// Adhesion coefficient under the wheels.
     pub adhesion: f64,
 }
 
-/// What only a car has. Wheels: front left, front right, rear left, rear right.
+/// Truth that only a car has. Wheels: front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RoadState {
@@ -83,7 +83,7 @@ pub struct RoadState {
     /// Way to the left of the lane's middle, m.
     pub offset_m: f64,
     /// Heading against the lane, rad, + left.
-    pub heading_rad: f64,
+    pub(crate) heading_rad: f64,
     /// Angle from the car's axis to its velocity, rad, + left; not a number below 0.1 m/s, where it has no direction.
     pub sideslip_rad: f64,
     /// Rate about the road's normal, rad/s, + left.
@@ -94,7 +94,8 @@ pub struct RoadState {
     pub wheel_load_n: [f64; 4],
 }
 
-/// Standard deviations of a truth that is itself measured: the references of a recorded drive. All zero in a simulation.
+/// Standard deviations of a truth that is itself measured: the references of a recorded drive. All zero in a
+/// simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TruthSd {
@@ -113,13 +114,13 @@ pub struct Truth {
     pub t_s: f64,
     /// Chainage of the IMU, m.
     pub chainage_m: f64,
-    /// Speed of the train along the rail: the rate of `chainage_m`, m/s. What wheels on the rail measure, and what forces on the rail
-    /// multiply to power. Of a car: speed of its centre of mass along the lane.
+    /// Speed of the train along the rail: the rate of `chainage_m`, m/s. What wheels on the rail measure, and what
+    /// forces on the rail multiply to power. Of a car: speed of its centre of mass along the lane.
     pub speed_mps: f64,
     /// Change of `speed_mps` over the last step, m/s².
     pub accel_mps2: f64,
-    /// Speed of the IMU itself along the rail, m/s. Below the rail it differs from `speed_mps` by the share height × vertical
-    /// curvature: less on a crest, more in a sag.
+    /// Speed of the IMU itself along the rail, m/s. Below the rail it differs from `speed_mps` by the share height ×
+    /// vertical curvature: less on a crest, more in a sag.
     pub speed_at_imu_mps: f64,
     /// Grade of the rail at the IMU's chainage, rad, + uphill (the primary slope truth).
     pub grade_at_imu_rad: f64,
@@ -127,18 +128,19 @@ pub struct Truth {
     pub pitch_at_imu_rad: f64,
     /// asin(Σ mᵢ sin θᵢ / Σ mᵢ) over all bodies, rad.
     pub grade_effective_rad: f64,
-    /// Vertical and horizontal curvature of the rail at the IMU, 1/m.
+    /// Vertical curvature of the rail at the IMU, 1/m.
     pub curvature_vertical_1pm: f64,
-    /// See above.
+    /// Horizontal curvature of the rail at the IMU, 1/m.
     pub curvature_horizontal_1pm: f64,
     /// Total mass, kg.
     pub total_mass_kg: f64,
     /// Load mass, kg.
     pub load_mass_kg: f64,
-    /// Sum of friction forces of the driven wheels along the rail, N: after the rolling of the clamped wheels and what turns the wheels.
+    /// Sum of friction forces of the driven wheels along the rail, N: after the rolling of the clamped wheels and what
+    /// turns the wheels.
     pub traction_n: f64,
-    /// Sum of running resistances against the motion, N, with the rolling of the clamped wheels, which lessens `traction_n` already:
-    /// forces that add up are in `balance`.
+    /// Sum of running resistances against the motion, N, with the rolling of the clamped wheels, which lessens
+    /// `traction_n` already: forces that add up are in `balance`.
     pub resistance_n: f64,
     /// Sum of clamp-brake forces, N.
     pub brake_n: f64,
@@ -156,16 +158,17 @@ pub struct Truth {
     pub mounts: Vec<MountState>,
     /// Drive units, front to rear.
     pub drives: Vec<DriveState>,
-    /// What only a car has; none for a train.
+    /// Truth that only a car has; none for a train.
     pub road: Option<RoadState>,
     /// Pose of each body's origin in the world, in the order of `Train::bodies`.
-    pub poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
-    /// How well the mass and the grade above are known.
+    pub(crate) poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
+    /// Standard deviations of the mass and of the grade above.
     pub sd: TruthSd,
 }
 
 impl Truth {
-    /// A truth of which nothing is known but the time (s), as of a recorded drive without references: every other number is not a number.
+    /// A truth of which nothing is known but the time (s), as of a recorded drive without references: every other
+    /// number is not a number.
     pub fn unknown(t_s: f64) -> Self {
         let not = f64::NAN;
         Self {

@@ -14,7 +14,7 @@ pub struct ObstacleBox {
 
 impl ObstacleBox {
     /// A box from one frame of the rail to the next, `size` = width and height (m) around the rail's line.
-    pub fn between(a: &RailFrame, b: &RailFrame, size: [f64; 2]) -> Self {
+    pub(crate) fn between(a: &RailFrame, b: &RailFrame, size: [f64; 2]) -> Self {
         let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[a.t, a.l, a.u]));
         let middle = (a.p + b.p) / 2.0;
         let length = (b.p - a.p).norm();

@@ -1,4 +1,4 @@
-//! How a plant starts, and what surrounds it.
+//! Start of a plant, and its surroundings.
 
 use super::obstacles::ObstacleBox;
 use super::train::adhesion::AdhesionZone;

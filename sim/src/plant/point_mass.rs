@@ -154,7 +154,8 @@ impl PointMass {
         t.running_resistance = if normal > 0.0 { against / normal } else { 0.0 };
         let r = Matrix3::from_columns(&[f.t, f.l, f.u]);
         let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(r));
-        // The frame turns with the curve: w = v (t × k) for its bending, and what the horizontal curvature adds about t.
+        // The frame turns with the curve: w = v (t × k) for its bending, and what the horizontal curvature adds about
+        // t.
         let w_w = f.t.cross(&f.k) * self.v;
         for &i in &self.mounts {
             t.mounts[i] = MountState {

@@ -15,7 +15,7 @@ const MAX_CURVATURE_1PM: f64 = 2.0;
 /// Most stretches a track may have.
 const MAX_PIECES: usize = 1_000_000;
 
-/// How an angle grows with x = s − from.
+/// Growth of an angle with x = s − from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Law {
     /// angle = Σ cᵢ xⁱ.
@@ -297,7 +297,8 @@ mod tests {
         b.finish()
     }
 
-    /// Every law: the slope is the derivative of the value, and neither the angle nor, between eased elements, the curvature jumps.
+    /// Every law: the slope is the derivative of the value, and neither the angle nor, between eased elements, the
+    /// curvature jumps.
     #[test]
     fn slope_is_the_derivative_and_eased_elements_join_smoothly() {
         let a = built(|b| {

@@ -3,15 +3,16 @@
 //! Both are small additions to the grade angle, so the curve stays continuous and s stays its arc length:
 //! - a kink turns the grade by ±`kink_deg`, the sign alternating from joint to joint, so that pieces zigzag about the
 //!   alignment; the turn is spread over [`ROUNDING_M`];
-//! - a step lifts the rail by `step_m` at one joint and lowers it at the next. A wheel of radius r meets a step of height h
-//!   over a length √(2 r h) (Pythagoras at the wheel's rim, h ≪ r): the grade rises and falls linearly over that length,
-//!   with peak √(2h/r).
+//! - a step lifts the rail by `step_m` at one joint and lowers it at the next. A wheel of radius r meets a step of
+//!   height h over a length √(2 r h) (Pythagoras at the wheel's rim, h ≪ r): the grade rises and falls linearly over
+//!   that length, with peak √(2h/r).
 //!
 //! Only points nearer to the rail's line than r/2 (the radius of curvature within a step) project uniquely there.
 
 use crate::error::DataError;
 
-/// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at walking pace.
+/// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at
+/// walking pace.
 pub const ROUNDING_M: f64 = 0.02;
 const MAX_KINK_DEG: f64 = 2.0;
 const MAX_STEP_M: f64 = 0.005;
@@ -97,7 +98,7 @@ impl Joints {
             .flat_map(move |s| [s - a, s - b, s, s + b, s + a])
     }
 
-    /// What the joints add to the grade angle at s, rad, and the derivative of that, 1/m.
+    /// Contribution of the joints to the grade angle at s, rad, and its derivative, 1/m.
     pub fn angle(&self, s: f64) -> (f64, f64) {
         // the nearest joint decides; before the first and behind the last its outer side goes on
         let nearest = (s / self.every)

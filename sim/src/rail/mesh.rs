@@ -6,10 +6,9 @@ use super::{Cursor, Rail};
 /// A closed surface of triangles, outward sides counter-clockwise.
 #[derive(Clone, Debug, Default)]
 pub struct RailMesh {
-    /// Chainage at which it begins and ends, m.
-    pub from_m: f64,
-    /// See above.
-    pub to_m: f64,
+    /// Chainages at which it begins and ends, m.
+    #[cfg(test)]
+    pub ends_m: [f64; 2],
     /// Vertices in the world, m.
     pub vertices: Vec<[f64; 3]>,
     /// Triangles, as indices into the vertices.
@@ -17,9 +16,10 @@ pub struct RailMesh {
 }
 
 impl Rail {
-    /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most `step_m` apart where the
-    /// rail is curved (the chord is then step²/8R off), and only at the ends where it is straight.
-    pub fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<RailMesh> {
+    /// The swept I-beam in chunks of at most `chunk_m`, each closed; nothing on a road. Cross-sections lie at most
+    /// `step_m` apart where the rail is curved (the chord is then step²/8R off), and only at the ends where it is
+    /// straight.
+    pub(crate) fn mesh(&self, step_m: f64, chunk_m: f64) -> Vec<RailMesh> {
         let Some(profile) = self.profile() else {
             return Vec::new();
         };
@@ -39,8 +39,8 @@ impl Rail {
     fn chunk(&self, outline: &[[f64; 2]], from_m: f64, to_m: f64, step_m: f64) -> RailMesh {
         let n = outline.len() as u32;
         let mut mesh = RailMesh {
-            from_m,
-            to_m,
+            #[cfg(test)]
+            ends_m: [from_m, to_m],
             ..RailMesh::default()
         };
         let mut cursor = Cursor::at(from_m);

@@ -1,15 +1,16 @@
 //! The rail: an analytic curve in space and its I-beam profile.
 //!
-//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the chainage s, the arc length in
-//! space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s), whose derivatives are the
-//! curvatures κ_h and κ_v. A surveyed track ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail joints
-//! ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin θ), kept
-//! as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
+//! A track file ([`config::track`](crate::config::track)) lists a horizontal alignment and a vertical profile along the
+//! chainage s, the arc length in space. They become two angle functions (`alignment`): heading ψ(s) and grade θ(s),
+//! whose derivatives are the curvatures κ_h and κ_v. A surveyed track
+//! ([`config::track::survey`](crate::config::track::survey)) gives the same functions through a smoothing spline; rail
+//! joints ([`joints`]) add small kinks and steps to θ. The curve is the integral of t = (cos θ cos ψ, cos θ sin ψ, sin
+//! θ), kept as short polynomials (`nodes`) so that a frame takes the physics loop some tens of nanoseconds.
 
 pub(crate) mod alignment;
 mod check;
-pub mod joints;
-pub mod mesh;
+pub(crate) mod joints;
+pub(crate) mod mesh;
 mod nodes;
 pub mod profile;
 pub(crate) mod spline;
@@ -139,12 +140,12 @@ impl Rail {
     }
 
     /// Its end as messages give it, m: whole millimetres, never beyond it.
-    pub fn end_m(&self) -> f64 {
+    pub(crate) fn end_m(&self) -> f64 {
         libm::floor(self.length() * 1e3 + 1e-6) / 1e3
     }
 
     /// Chainages of its joints, ascending, m.
-    pub fn joint_chainages(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn joint_chainages(&self) -> impl Iterator<Item = f64> + '_ {
         self.joints.iter().flat_map(Joints::chainages)
     }
 
@@ -154,7 +155,7 @@ impl Rail {
     }
 
     /// The I-beam; none on a road.
-    pub fn profile(&self) -> Option<&Profile> {
+    pub(crate) fn profile(&self) -> Option<&Profile> {
         match &self.section {
             Section::Rail(profile) => Some(profile),
             Section::Road(_) => None,
@@ -162,7 +163,7 @@ impl Rail {
     }
 
     /// Closed outline of what is seen of it in (l, u), m, around the line.
-    pub fn outline(&self) -> &[[f64; 2]] {
+    pub(crate) fn outline(&self) -> &[[f64; 2]] {
         match &self.section {
             Section::Rail(profile) => &profile.outline,
             Section::Road(outline) => outline,
@@ -170,11 +171,13 @@ impl Rail {
     }
 
     /// The rail joints, if the track has any.
-    pub fn joints(&self) -> Option<&Joints> {
+    #[cfg(test)]
+    pub(crate) fn joints(&self) -> Option<&Joints> {
         self.joints.as_ref()
     }
 
-    /// Grade angle θ of the alignment at s, rad, + uphill towards growing s. Kinks and steps of rail joints are not in it.
+    /// Grade angle θ of the alignment at s, rad, + uphill towards growing s. Kinks and steps of rail joints are not in
+    /// it.
     pub fn grade(&self, s: f64) -> f64 {
         self.vertical.value(s)
     }
@@ -207,14 +210,15 @@ impl Rail {
         RailFrame::new(s, at.p, at.t, at.k)
     }
 
-    /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by Newton's
-    /// method from the cursor, which is moved there. `p` must be nearer to the line than its radius of curvature.
+    /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by
+    /// Newton's method from the cursor, which is moved there. `p` must be nearer to the line than its radius of
+    /// curvature.
     pub fn project(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> f64 {
         self.nodes.project(p, cursor)
     }
 
-    /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9 m,
-    /// with one evaluation of the curve while `p` moves a few millimetres between calls.
+    /// The frame at the projection of `p`, for the hot loop: as [`Rail::project`] and then [`Rail::frame_at`], to 1e-9
+    /// m, with one evaluation of the curve while `p` moves a few millimetres between calls.
     pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         self.nodes.track(p, cursor)
     }
@@ -225,7 +229,7 @@ impl Rail {
     }
 
     /// Frames every `step_m` from 0, and at the end. A step that is not above zero gives the two ends only.
-    pub fn samples(&self, step_m: f64) -> Vec<RailFrame> {
+    pub(crate) fn samples(&self, step_m: f64) -> Vec<RailFrame> {
         let pieces = pieces(self.length, step_m);
         let mut cursor = Cursor::default();
         let mut frames = Vec::with_capacity(pieces + 1);
@@ -237,10 +241,10 @@ impl Rail {
     }
 }
 
-/// How thick a road is drawn, m.
+/// Thickness with which a road is drawn, m.
 const ROAD_THICKNESS_M: f64 = 0.1;
 
-/// How many pieces of at most `step` make up `length`: at least one, at most ten million.
+/// Number of pieces of at most `step` that make up `length`: at least one, at most ten million.
 pub(crate) fn pieces(length: f64, step: f64) -> usize {
     const MAX_PIECES: f64 = 1e7;
     if step > 0.0 && length > 0.0 {

@@ -1,9 +1,9 @@
 //! The curve as short polynomials: what makes a frame cost some tens of nanoseconds.
 //!
 //! Between two borders the angles are smooth, and t(s) is known exactly. A node covers a stretch so short that the
-//! polynomial of degree 5 through t at the six Gauss–Legendre points is exact to rounding; its integral, of degree 6, is the
-//! position. (That integral over the whole node *is* six-point Gauss quadrature, so nodes join without a gap.)
-//! A straight stretch of constant grade is one node however long. The first and the last node carry the end tangents on.
+//! polynomial of degree 5 through t at the six Gauss–Legendre points is exact to rounding; its integral, of degree 6,
+//! is the position. (That integral over the whole node *is* six-point Gauss quadrature, so nodes join without a gap.) A
+//! straight stretch of constant grade is one node however long. The first and the last node carry the end tangents on.
 
 use super::alignment::Angle;
 use super::joints::Joints;
@@ -44,7 +44,7 @@ struct Node {
     from: f64,
     to: f64,
     mid: f64,
-    /// How far a Taylor shift of third order is good for, m; infinite on a straight node.
+    /// Range of a Taylor shift of third order, m; infinite on a straight node.
     reach: f64,
     c: [Vector3<f64>; 7],
     /// Left and up of a straight node.
@@ -261,8 +261,8 @@ impl Nodes {
         cursor.s
     }
 
-    /// See [`super::Rail::track`]: the curve is evaluated once, where the cursor was, and its Taylor polynomial gives the
-    /// foot and the frame there, as long as the foot stays inside the node and within its reach.
+    /// See [`super::Rail::track`]: the curve is evaluated once, where the cursor was, and its Taylor polynomial gives
+    /// the foot and the frame there, as long as the foot stays inside the node and within its reach.
     #[inline]
     pub(super) fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         cursor.node = self.find(cursor.s, cursor.node);

@@ -6,7 +6,7 @@ use crate::error::DataError;
 
 /// Lengths of a symmetric I-beam whose flanges taper from the web to their tips.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ProfileSpec {
+pub(crate) struct ProfileSpec {
     /// Name, such as `I140E`.
     pub name: String,
     /// Height over all, m.
@@ -25,27 +25,28 @@ pub struct ProfileSpec {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     /// Name.
-    pub name: String,
+    pub(crate) name: String,
     /// Height over all, m.
-    pub height_m: f64,
+    pub(crate) height_m: f64,
     /// Width of the flanges, m.
-    pub flange_width_m: f64,
+    pub(crate) flange_width_m: f64,
     /// Thickness of the web, m.
-    pub web_m: f64,
+    pub(crate) web_m: f64,
     /// Thickness of a flange at its tips, m.
-    pub flange_tip_m: f64,
+    pub(crate) flange_tip_m: f64,
     /// Thickness of a flange at the web, m.
-    pub flange_root_m: f64,
+    pub(crate) flange_root_m: f64,
     /// Closed outline in (l, u), counter-clockwise (l to the right, u up), 12 points from the lower flange's underside.
-    pub outline: Vec<[f64; 2]>,
+    pub(crate) outline: Vec<[f64; 2]>,
 }
 
 /// Convex parts of the outline, as indices into it, counter-clockwise: lower flange, web, upper flange.
-pub const PARTS: [&[usize]; 3] = [&[0, 1, 2, 3, 10, 11], &[10, 3, 4, 9], &[4, 5, 6, 7, 8, 9]];
+pub(crate) const PARTS: [&[usize]; 3] =
+    [&[0, 1, 2, 3, 10, 11], &[10, 3, 4, 9], &[4, 5, 6, 7, 8, 9]];
 
 impl Profile {
     /// The profile of these lengths. Keys in errors are those of [`ProfileSpec`].
-    pub fn new(p: &ProfileSpec) -> Result<Self, DataError> {
+    pub(crate) fn new(p: &ProfileSpec) -> Result<Self, DataError> {
         let bad = |key: &str, message: &str, help: &str| Err(DataError::new(key, message, help));
         let (h, b, web) = (p.height_m, p.flange_width_m, p.web_m);
         let (tip, root) = (p.flange_tip_m, p.flange_root_m);
@@ -104,19 +105,21 @@ impl Profile {
 
     /// Height of the lower flange's upper face over the rail's line at a distance from the middle, m (negative): where
     /// running wheels roll. Constant under the web and beyond the tips.
-    pub fn running_surface(&self, left_m: f64) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn running_surface(&self, left_m: f64) -> f64 {
         let (tip, web) = (0.5 * self.flange_width_m, 0.5 * self.web_m);
         let share = ((left_m.abs() - web) / (tip - web)).clamp(0.0, 1.0);
         self.flange_root_m + share * (self.flange_tip_m - self.flange_root_m) - 0.5 * self.height_m
     }
 
     /// Width and height of the box around the section, m.
-    pub fn bounding_box(&self) -> [f64; 2] {
+    pub(crate) fn bounding_box(&self) -> [f64; 2] {
         [self.flange_width_m, self.height_m]
     }
 
     /// Area of the cross-section, m².
-    pub fn area(&self) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn area(&self) -> f64 {
         let last = self.outline.len();
         let cross = |i: usize| {
             let (a, b) = (self.outline[i], self.outline[(i + 1) % last]);

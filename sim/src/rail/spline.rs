@@ -19,7 +19,8 @@ pub(crate) struct Spline {
 }
 
 impl Spline {
-    /// Smooth `y` over the strictly growing `x` (at least three points each, equally many) to a root mean square miss of `sigma`.
+    /// Smooth `y` over the strictly growing `x` (at least three points each, equally many) to a root mean square miss
+    /// of `sigma`.
     pub(crate) fn smooth(x: &[f64], y: &[f64], sigma: f64) -> Self {
         let solve = |lambda: f64| Self::solve(x, y, lambda);
         if sigma <= 0.0 {

@@ -367,7 +367,7 @@ fn the_mesh_is_closed_and_has_the_volume_of_the_sweep() {
         let chunks = r.mesh(0.05, 50.0);
         let mut volume = 0.0;
         for m in &chunks {
-            assert!(m.to_m - m.from_m <= 50.0 + 1e-9);
+            assert!(m.ends_m[1] - m.ends_m[0] <= 50.0 + 1e-9);
             let mut edges = std::collections::BTreeMap::new();
             let at = |i: u32| Vector3::from(m.vertices[i as usize]);
             for [a, b, c] in &m.triangles {
@@ -389,7 +389,7 @@ fn the_mesh_is_closed_and_has_the_volume_of_the_sweep() {
             "{name}: {volume} for {expected}"
         );
         assert_eq!(
-            (chunks[0].from_m, chunks[chunks.len() - 1].to_m),
+            (chunks[0].ends_m[0], chunks[chunks.len() - 1].ends_m[1]),
             (0.0, r.length())
         );
     }

@@ -1,7 +1,8 @@
 //! Probe of a machine's arithmetic: whether two machines round the elementary functions alike.
 //!
-//! One program file need not compute the same bits everywhere: the C library that it is linked to at run time chooses among versions of
-//! sine, exponential or power by what the processor can do. The physics uses versions of its own; metrics and statistics may not.
+//! One program file need not compute the same bits everywhere: the C library that it is linked to at run time chooses
+//! among versions of sine, exponential or power by what the processor can do. The physics uses versions of its own;
+//! metrics and statistics may not.
 
 use crate::config::input_files::hex;
 use sha2::{Digest, Sha256};

@@ -9,10 +9,11 @@ use std::thread::JoinHandle;
 /// Chunks on their way to the thread at most: one more, and the run waits.
 const QUEUE: usize = 1;
 
-/// Hands chunks to a sink on a thread of its own, in order: what the sink writes is the same. It begins on the caller's thread.
+/// Hands chunks to a sink on a thread of its own, in order: what the sink writes is the same. It begins on the caller's
+/// thread.
 ///
-/// An error of the sink is returned by the call after it, at last by [`Sink::finish`]. Dropped before that, the sink is dropped too, and
-/// this waits until it is.
+/// An error of the sink is returned by the call after it, at last by [`Sink::finish`]. Dropped before that, the sink is
+/// dropped too, and this waits until it is.
 pub struct BackgroundSink<S> {
     /// Until it begins.
     sink: Option<S>,
@@ -44,7 +45,7 @@ impl<S> BackgroundSink<S> {
         let sent = self.worker.as_ref().map(|w| w.orders.send(order).is_ok());
         match sent {
             Some(true) => Ok(()),
-            // the thread has ended: it says why
+            // the thread has ended: its result is the reason
             _ => self.wait(),
         }
     }
@@ -160,7 +161,7 @@ mod tests {
         assert_eq!(calls.len(), 22);
     }
 
-    /// Whichever chunk it is, the last among them: then the end tells.
+    /// Any chunk may fail, the last one too: then `finish` has the error.
     #[test]
     fn an_error_reaches_the_caller() {
         for fails_at in [0, 5, 19] {

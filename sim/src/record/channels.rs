@@ -1,4 +1,5 @@
-//! Channel table: the columns of a recording, each with its name, its unit, and where its value comes from. A line adds a channel.
+//! Channel table: the columns of a recording, each with its name, its unit, and where its value comes from. A line adds
+//! a channel.
 
 use super::Channel;
 use crate::closed_loop::estimators::RunningEstimator;
@@ -39,7 +40,7 @@ pub struct ChannelDescription {
     pub path: String,
     /// Unit; empty where it is that of the source.
     pub unit: &'static str,
-    /// What it is, one sentence.
+    /// Description in one sentence.
     pub doc: &'static str,
 }
 
@@ -457,7 +458,7 @@ const AID: &[Column<AidStatus>] = &[
     ),
 ];
 
-/// What was asked of the controller, what it saw, and what it commanded.
+/// Reference, input and command of the controller.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ControlState {
     pub reference: Reference,
@@ -466,10 +467,10 @@ pub(super) struct ControlState {
     pub drives: usize,
 }
 
-/// What a row is made of.
+/// Sources of a row.
 pub(super) struct RowSource<'a> {
     pub truth: &'a Truth,
-    /// The columns of the instruments: they say themselves what is recorded of them.
+    /// The columns of the instruments: each instrument lists its own.
     pub sensors: &'a [SensorChannel],
     /// The last value of each of them since the last row; not a number of those without.
     pub samples: &'a [f64],
@@ -477,7 +478,7 @@ pub(super) struct RowSource<'a> {
     pub estimators: &'a [RunningEstimator],
 }
 
-/// What is done with each group of channels.
+/// Visits each group of channels.
 trait Visitor {
     fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], of: &T);
     fn sensors(&mut self, channels: &[SensorChannel], samples: &[f64]);

@@ -1,15 +1,17 @@
-//! Decoders of other libraries, held at arm's length: they panic on some damaged files (arrow-ipc 58), and that ends here.
+//! Decoders of other libraries, held at arm's length: they panic on some damaged files (arrow-ipc 58), and that ends
+//! here.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether a decoder runs on this thread.
+    /// True while a decoder runs on this thread.
     static GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Run a decoder. A panic of it is an error, and nothing of it is printed. Panics elsewhere, on other threads too, are printed as ever.
+/// Run a decoder. A panic of it is an error, and nothing of it is printed. Panics elsewhere, on other threads too, are
+/// printed as ever.
 pub fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T, &'static str> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -5,8 +5,8 @@ use crate::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A run folder that is being filled. [`RunFolder::commit`] moves it into place; dropped without, it is removed, and so is
-/// the scenario's folder if no run is left in it.
+/// A run folder that is being filled. [`RunFolder::commit`] moves it into place; dropped without, it is removed, and so
+/// is the scenario's folder if no run is left in it.
 pub struct RunFolder {
     partial: PathBuf,
     place: PathBuf,
@@ -29,14 +29,9 @@ impl RunFolder {
         })
     }
 
-    /// Where files go until `commit`.
+    /// Folder of the files until `commit`.
     pub fn path(&self) -> &Path {
         &self.partial
-    }
-
-    /// Where the folder will be.
-    pub fn place(&self) -> &Path {
-        &self.place
     }
 
     /// Write a whole file into the folder.
@@ -45,14 +40,14 @@ impl RunFolder {
         fs::write(&path, contents).map_err(|e| at(&path, e))
     }
 
-    /// Move the folder of a whole run into place. An older run of the same seed is replaced in one step, so that one of the two is
-    /// there whenever the process is killed.
+    /// Move the folder of a whole run into place. An older run of the same seed is replaced in one step, so that one of
+    /// the two is there whenever the process is killed.
     pub fn commit(self) -> Result<PathBuf, Error> {
         self.move_to_place()
     }
 
-    /// Move the folder of a run that was interrupted into place; beside it, as `<seed>.interrupted`, if there is an older run of the
-    /// same seed, which stays.
+    /// Move the folder of a run that was interrupted into place; beside it, as `<seed>.interrupted`, if there is an
+    /// older run of the same seed, which stays.
     pub fn commit_interrupted(mut self) -> Result<PathBuf, Error> {
         if self.place.exists() {
             let mut name = self.place.file_name().unwrap_or_default().to_owned();
@@ -131,13 +126,14 @@ fn exchange(new: &Path, place: &Path) -> Result<(), Error> {
 /// Ending of an older run's folder while it is replaced in two steps.
 const OLD: &str = ".old";
 
-/// What the names of temporary folders of a seed begin with.
+/// Beginning of the names of a seed's temporary folders.
 fn prefix(seed: u64) -> String {
     format!(".{seed}.partial-")
 }
 
-/// Put back an older run whose replacement was killed between two steps, and remove what else killed processes left of this seed. A
-/// process that still runs keeps its folder. Where the system does not list its processes in `/proc`, that is what has changed within a day.
+/// Put back an older run whose replacement was killed between two steps, and remove what else killed processes left of
+/// this seed. A process that still runs keeps its folder. Where the system does not list its processes in `/proc`, that
+/// is what has changed within a day.
 fn clear_orphans(parent: &Path, seed: u64) {
     let prefix = prefix(seed);
     let processes = Path::new("/proc");
@@ -164,7 +160,7 @@ fn clear_orphans(parent: &Path, seed: u64) {
     }
 }
 
-/// Whether something in a folder was written within the last day.
+/// True if something in a folder was written within the last day.
 fn recently_changed(folder: &Path) -> bool {
     const ABANDONED_S: u64 = 24 * 3600;
     let inside = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -205,7 +201,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         folder.write("a", b"1").unwrap();
-        assert!(!folder.place().exists(), "visible before it is whole");
+        assert!(!folder.place.exists(), "visible before it is whole");
         drop(folder);
         assert_eq!(entries(root.path()), [""; 0]);
 
@@ -223,7 +219,7 @@ mod tests {
             let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
             folder.write(file, text.as_bytes()).unwrap();
             if file == "new" {
-                assert_eq!(entries(folder.place()), ["old"]);
+                assert_eq!(entries(&folder.place), ["old"]);
             }
             folder.commit().unwrap();
         }
@@ -286,8 +282,8 @@ mod tests {
         assert!(entries(root.path()).is_empty());
     }
 
-    /// Folders of dead processes go at once; those of living ones stay, and those of other containers, where process ids say nothing,
-    /// for a day.
+    /// Folders of dead processes go at once; those of living ones stay, and those of other containers, where process
+    /// ids say nothing, for a day.
     #[test]
     fn orphans_go_and_the_living_stay() {
         let root = tempfile::tempdir().unwrap();

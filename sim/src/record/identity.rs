@@ -8,20 +8,20 @@ use std::fmt;
 use std::fs::File;
 use std::sync::OnceLock;
 
-/// Which program made a result, and on what arithmetic. Two with one identity give the same bits.
+/// Program that made a result, and its arithmetic. Two with one identity give the same bits.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
     /// Version of monorig.
-    pub version: String,
-    /// Git revision of monorig's source, with `-dirty` behind it if a file of the source was changed since; `unknown` if it was
-    /// built from a source without git.
-    pub revision: String,
+    pub(crate) version: String,
+    /// Git revision of monorig's source, with `-dirty` behind it if a file of the source was changed since; `unknown`
+    /// if it was built from a source without git.
+    pub(crate) revision: String,
     /// SHA-256 of the program file: another compiler, another flag or an estimator of one's own makes another program.
-    pub program: String,
+    pub(crate) program: String,
     /// Probe of the machine's elementary functions: machines with another may compute other bits with the same program.
     #[serde(default)]
-    pub arithmetic: String,
+    pub(crate) arithmetic: String,
 }
 
 impl Identity {
@@ -37,7 +37,7 @@ impl Identity {
         }
     }
 
-    /// What differs between this and another; none if nothing does.
+    /// Differences between this and another; none if there is no difference.
     pub fn differs(&self, other: &Self) -> Option<String> {
         let fields = [
             ("version", &self.version, &other.version),

@@ -1,5 +1,5 @@
-//! `manifest.json`: what a run was made from and by, and what its other files must be. The same inputs and the same program give the
-//! same bytes: no clock, no absolute path.
+//! `manifest.json`: what a run was made from and by, and what its other files must be. The same inputs and the same
+//! program give the same bytes: no clock, no absolute path.
 
 use super::identity::Identity;
 use crate::config::file::{input_error, read_result};
@@ -16,22 +16,23 @@ pub const NAME: &str = "manifest.json";
 /// Format version.
 const VERSION: u32 = 2;
 
-/// What a run was made from and by, and what its other files must be.
+/// Sources and program of a run, and the check sums of its other files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Format version, 2.
-    pub version: u32,
+    pub(crate) version: u32,
     /// Scenario name (file stem); of a variant `NAME@VARIANT`.
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// What was changed against the scenario file, as `path=value`.
+    /// Changes against the scenario file, as `path=value`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<String>,
     /// The program that made the run.
     pub monorig: Identity,
-    /// SHA-256 of every file the run was made from, by name relative to the scenario's folder, as `sha256sum` prints it.
+    /// SHA-256 of every file the run was made from, by name relative to the scenario's folder, as `sha256sum` prints
+    /// it.
     pub inputs: BTreeMap<String, String>,
     /// SHA-256 over program, inputs and resolved scenario: runs with the same seed and the same hash are the same run.
     pub hash: String,
@@ -66,8 +67,8 @@ pub fn hash(
 }
 
 impl Manifest {
-    /// `inputs`: SHA-256 of every file that was read, by name relative to the scenario's folder, so that it is the same on every
-    /// machine; `resolved`: the scenario with all defaults filled in.
+    /// `inputs`: SHA-256 of every file that was read, by name relative to the scenario's folder, so that it is the same
+    /// on every machine; `resolved`: the scenario with all defaults filled in.
     pub fn new(
         monorig: &Identity,
         scenario: &str,

@@ -1,4 +1,4 @@
-//! What a run leaves behind: columns in chunks, handed to sinks (Parquet here, Rerun in `monorig-viz`).
+//! Recording of a run: columns in chunks, handed to sinks (Parquet here, Rerun in `monorig-viz`).
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -31,13 +31,13 @@ use crate::error::Error;
 use crate::rail::RailFrame;
 use crate::train::Train;
 
-/// What is fixed for a run: handed to every sink before the first chunk.
+/// Data fixed for a run: handed to every sink before the first chunk.
 pub struct Layout<'a> {
-    /// Scenario name (file stem) and seed.
+    /// Name of the scenario (stem of its file).
     pub scenario: &'a str,
-    /// See above.
+    /// Seed of the run.
     pub seed: u64,
-    /// Why the scenario exists.
+    /// Purpose of the scenario.
     pub why: &'a str,
     /// One entry per column of [`Chunk::values`].
     pub channels: &'a [Channel],
@@ -56,11 +56,11 @@ pub struct Layout<'a> {
 /// A stretch of the rail where an event acts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedStretch {
-    /// Its chainages, m.
+    /// Chainage of its begin, m.
     pub from_m: f64,
-    /// See above.
+    /// Chainage of its end, m.
     pub to_m: f64,
-    /// What is there, such as `wet: adhesion 0.12`.
+    /// Label, such as `wet: adhesion 0.12`.
     pub what: String,
 }
 
@@ -91,7 +91,7 @@ pub struct Chunk {
     pub events: Vec<(i64, String)>,
 }
 
-/// Where columns go.
+/// Receives columns.
 pub trait Sink {
     /// Before the first chunk.
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error>;
@@ -135,12 +135,12 @@ mod testing {
     use super::*;
 
     /// A train without bodies: what a sink of columns needs.
-    pub fn sample_train() -> Train {
+    pub(crate) fn sample_train() -> Train {
         Train::default()
     }
 
     /// A layout with these channels.
-    pub fn layout_of<'a>(channels: &'a [Channel], train: &'a Train) -> Layout<'a> {
+    pub(crate) fn layout_of<'a>(channels: &'a [Channel], train: &'a Train) -> Layout<'a> {
         Layout {
             scenario: "hill",
             seed: 7,
@@ -155,7 +155,7 @@ mod testing {
     }
 
     /// Noise-like values with gaps (NaN), an infinity and a negative zero, at 50 Hz.
-    pub fn sample_chunk(columns: usize, first_row: usize, rows: usize) -> Chunk {
+    pub(crate) fn sample_chunk(columns: usize, first_row: usize, rows: usize) -> Chunk {
         let mut state = first_row as u64 + 1;
         let mut noise = || {
             state = state

@@ -2,9 +2,9 @@
 //!
 //! One row group per [`Chunk`], one column per channel, after a column `time` (s). The unit of a column is its Arrow
 //! field metadata under `unit`; scenario and seed are schema metadata. NaN (no value in this row) is stored as null.
-//! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`; with scenario and seed also where pandas
-//! (2.1 or later) keeps the attributes of a table, `df.attrs`, so that they outlive reading and writing by it.
-//! The same chunks give the same bytes: nothing in the file comes from a clock.
+//! Events end up in the file's key-value metadata under `events`, as JSON `[[time_ns, text], …]`; with scenario and
+//! seed also where pandas (2.1 or later) keeps the attributes of a table, `df.attrs`, so that they outlive reading and
+//! writing by it. The same chunks give the same bytes: nothing in the file comes from a clock.
 
 use super::{Channel, Chunk, Layout, Sink, whole};
 use crate::error::Error;
@@ -23,11 +23,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Key of a column's unit in the Arrow field metadata.
-pub const UNIT: &str = "unit";
+pub(crate) const UNIT: &str = "unit";
 /// Key of the events in the file metadata.
-pub const EVENTS: &str = "events";
+pub(crate) const EVENTS: &str = "events";
 /// Key under which pandas keeps the attributes of a table, as JSON, in the schema's metadata.
-pub const PANDAS: &str = "PANDAS_ATTRS";
+pub(crate) const PANDAS: &str = "PANDAS_ATTRS";
 
 /// Writes a Parquet file under a temporary name beside its place, and moves it there when it is whole.
 ///
@@ -64,7 +64,7 @@ impl Sink for ParquetSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
         let file = File::create(&self.partial).map_err(io(&self.partial))?;
         let schema = schema(layout);
-        // the schema goes into the file at the end, when the events are known that it tells pandas
+        // the schema goes into the file at the end: the events are among its attributes for pandas
         let options = ArrowWriterOptions::new().with_properties(properties()?);
         let options = options.with_skip_arrow_metadata(true);
         let writer = ArrowWriter::try_new_with_options(file, schema.clone(), options)
@@ -147,7 +147,7 @@ fn schema(layout: &Layout<'_>) -> SchemaRef {
     Arc::new(Schema::new_with_metadata(fields, about))
 }
 
-/// The schema with what it says of the run, and the events, as attributes of pandas.
+/// The schema, with the description of the run and the events as attributes of pandas.
 fn for_pandas(schema: &Schema, events: &[(i64, String)]) -> Schema {
     let mut attributes = serde_json::json!({ EVENTS: events });
     // in order: the same run, the same bytes
@@ -265,7 +265,7 @@ mod tests {
         assert_eq!((&back.scenario, &back.seed), (&there.scenario, &there.seed));
     }
 
-    /// What was sent is what is read: every bit of every value, nulls for NaN, units, one row group a chunk, events.
+    /// A file that is read back is equal to the columns sent: every bit, nulls for NaN, units, row groups, events.
     #[test]
     fn reads_back_what_was_sent() {
         let dir = tempfile::tempdir().unwrap();

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// What a file of channels holds.
+/// Contents of a file of channels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
     /// Scenario name.
@@ -35,7 +35,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// The column of this name; one that is not there is an error that says which may have been meant.
+    /// The column of this name. The error for a missing one has the nearest name.
     pub fn get(&self, name: &str) -> Result<&[f64], Error> {
         self.find(name).ok_or_else(|| {
             let near = nearest(name, self.names());
@@ -61,7 +61,7 @@ impl Columns {
     }
 
     /// The names of the columns.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.by_name.keys().map(String::as_str)
     }
 }
@@ -79,7 +79,7 @@ fn read_all(path: &Path) -> Result<Contents, Error> {
     Ok(contents)
 }
 
-/// Read the columns for whose name `wanted` says so, `time` always among them.
+/// Reads the columns whose name `wanted` accepts, and always `time`.
 pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {
     guarded(|| read_columns(path, wanted)).unwrap_or_else(|e| Err(broken(path, e)))
 }

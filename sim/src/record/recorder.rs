@@ -31,7 +31,7 @@ pub struct Recorder<'a> {
     pose_ns: i64,
     next_pose_ns: i64,
     sensors: Vec<SensorChannel>,
-    /// What arrived of each of them since the last row; not a number of what did not.
+    /// Last value of each since the last row; NaN where none arrived.
     latest: Vec<f64>,
     row: Vec<f64>,
     rows: usize,
@@ -54,8 +54,8 @@ impl Recorder<'static> {
 }
 
 impl<'a> Recorder<'a> {
-    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less often; and after
-    /// 360 000 rows it records at half the rate, and so on.
+    /// A recorder into these sinks. It hands on what was recorded every 30 s of simulated time, in long runs less
+    /// often; and after 360 000 rows it records at half the rate, and so on.
     pub fn new(sinks: Vec<Box<dyn Sink + 'a>>) -> Self {
         Self {
             sinks,
@@ -96,13 +96,8 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Rows recorded so far.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
     /// Note something that happened.
-    pub fn event(&mut self, time_ns: i64, text: String) {
+    pub(crate) fn event(&mut self, time_ns: i64, text: String) {
         self.chunk.events.push((time_ns, text));
     }
 
@@ -157,7 +152,7 @@ impl<'a> Recorder<'a> {
 }
 
 /// Channels of a simulation, in the order of the columns.
-pub fn channels(simulation: &Simulation) -> Vec<Channel> {
+pub(crate) fn channels(simulation: &Simulation) -> Vec<Channel> {
     channels::channels(&RowSource {
         truth: simulation.plant.truth(),
         sensors: &simulation.sensors.channels(),
@@ -167,7 +162,7 @@ pub fn channels(simulation: &Simulation) -> Vec<Channel> {
     })
 }
 
-/// Where adhesion is another one.
+/// Stretches of another adhesion.
 fn zones(events: &[Event]) -> Vec<MarkedStretch> {
     let zone = |event: &Event| match event {
         Event::Adhesion {

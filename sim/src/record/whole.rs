@@ -8,8 +8,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// A name for temporary files that no other process has, in another container on the same disk neither: process id, where that
-/// id counts ([`processes`]), and random bits.
+/// A name for temporary files that no other process has, in another container on the same disk neither: process id,
+/// where that id counts ([`processes`]), and random bits.
 pub fn unique() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
     NAME.get_or_init(|| {
@@ -19,9 +19,9 @@ pub fn unique() -> &'static str {
     })
 }
 
-/// Identifies the machine since its last start, and the container, in which process ids count: the same process id elsewhere is
-/// another process.
-pub fn processes() -> &'static str {
+/// Identifies the machine since its last start, and the container, in which process ids count: the same process id
+/// elsewhere is another process.
+pub(crate) fn processes() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
     NAME.get_or_init(|| {
         let boot = std::fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
@@ -61,7 +61,7 @@ pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     moved
 }
 
-/// Whether a file may be put at this place: there is none yet, or it is a regular file.
+/// Refuses a place at which something other than a regular file stands.
 pub fn replaceable(place: &Path) -> Result<(), Error> {
     match std::fs::symlink_metadata(place) {
         Ok(there) if !there.is_file() => {

@@ -10,9 +10,10 @@
 //! N = m (g √(1 − S²) + κ_v ṡ²)                     κ_v sag, shared between the wheels as `loads` says
 //! ```
 //!
-//! Source: Rajamani 2012, "Vehicle Dynamics and Control", chapters 2 and 4 (two-track model, path coordinates), with the grade added.
-//! The height of the centre of gravity counts for load transfer only. Integrated semi-implicitly in sub-steps of at most 0.5 ms
-//! (forces first, then speeds, then places); the rotation of the velocity with the yaw rate is exact.
+//! Source: Rajamani 2012, "Vehicle Dynamics and Control", chapters 2 and 4 (two-track model, path coordinates), with
+//! the grade added. The height of the centre of gravity counts for load transfer only. Integrated semi-implicitly in
+//! sub-steps of at most 0.5 ms (forces first, then speeds, then places); the rotation of the velocity with the yaw rate
+//! is exact.
 
 use super::driver::{Driver, View};
 use super::loads::{ChassisGeometry, LeanState, Suspension};
@@ -55,7 +56,7 @@ pub struct CarModel {
     pub gravity: f64,
 }
 
-/// Where the car is and how it moves. Wheels: front left, front right, rear left, rear right.
+/// Position and motion of the car. Wheels: front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct State {
     /// Chainage of the centre of gravity, m.
@@ -72,9 +73,9 @@ pub struct State {
     pub steering: f64,
     /// Wheels.
     pub wheels: [Wheel; 4],
-    /// Pitch and roll.
+    /// Pitch of the body on its springs.
     pub pitch: LeanState,
-    /// See above.
+    /// Roll of the body on its springs.
     pub roll: LeanState,
     /// Motors.
     pub motors: [TractionMotor; 2],
@@ -82,12 +83,12 @@ pub struct State {
     pub brake: Lag,
 }
 
-/// What acted in the last sub-step.
+/// Forces in the last sub-step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Forces {
     /// Loads of the wheels, N.
     pub load_n: [f64; 4],
-    /// What the road carries in all, N.
+    /// Normal force of all wheels, N.
     pub normal_n: f64,
     /// Forces of the tyres on the body, forward and to the left, N.
     pub tyre_n: [f64; 2],

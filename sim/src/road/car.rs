@@ -16,9 +16,11 @@ use std::f64::consts::PI;
 
 /// Specific force for which the data sheet gives the lean, m/s².
 const LEAN_GIVEN_AT_MPS2: f64 = 9.81;
-/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the truth.
+/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the
+/// truth.
 const MASS_RANGE: [f64; 2] = [0.6, 1.6];
-/// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which is not modelled.
+/// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which
+/// is not modelled.
 const MAX_HEIGHT_RATIO: f64 = 1.0;
 
 /// A car of checked data.
@@ -30,7 +32,7 @@ pub struct Car {
 
 impl Car {
     /// Checks the numbers against each other. Keys in errors are those of [`CarFile`].
-    pub fn new(data: CarFile) -> Result<Self, DataError> {
+    pub(crate) fn new(data: CarFile) -> Result<Self, DataError> {
         let (b, w) = (&data.body, &data.wheels);
         let wrong =
             |key: &str, message: String, help: &str| Err(DataError::new(key, message, help));
@@ -128,9 +130,9 @@ impl Car {
         }
     }
 
-    /// The car as sensors, recording and viewer know vehicles: one rigid body, two driven axles, a place for the IMU at the centre
-    /// of gravity.
-    pub fn consist(&self) -> Train {
+    /// The car in the form that sensors, recording and viewer use: one rigid body, two driven axles, a place for the
+    /// IMU at the centre of gravity.
+    pub(crate) fn consist(&self) -> Train {
         let d = &self.data;
         let (w, size) = (&d.wheels, d.body.size_m.map(f64::from));
         let height = d.body.gravity_height_m.get();
@@ -170,7 +172,7 @@ impl Car {
     }
 
     /// Nominal vehicle for the estimators: the car's data sheet, with `tare_kg` in place of its mass if given.
-    pub fn nominal_vehicle(&self, tare_kg: Option<f64>, gravity: f64) -> VehicleData {
+    pub(crate) fn nominal_vehicle(&self, tare_kg: Option<f64>, gravity: f64) -> VehicleData {
         let (d, w) = (&self.data, &self.data.wheels);
         let mass = tare_kg.unwrap_or(d.body.mass_kg.get());
         let [front, rear] = self.cornering(gravity);
@@ -201,7 +203,7 @@ impl Car {
     }
 
     /// From the centre of gravity to the foremost point, m: the overhangs are alike.
-    pub fn nose_m(&self) -> f64 {
+    pub(crate) fn nose_m(&self) -> f64 {
         let (d, length) = (&self.data, self.data.body.size_m[0].get());
         let g = self.geometry();
         0.5 * (length - g.wheelbase_m()) + d.wheels.front_axle_m.get()

@@ -14,29 +14,29 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 pub struct CarFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Name of the car.
-    pub name: String,
-    /// Where the figures come from.
-    pub source: String,
+    pub(crate) name: String,
+    /// Source of the figures.
+    pub(crate) source: String,
     /// Mass and size.
-    pub body: BodyFile,
+    pub(crate) body: BodyFile,
     /// Axles and wheels.
     pub wheels: WheelsFile,
     /// Tyres.
     pub tyres: TyresFile,
     /// Motors and gears.
-    pub motors: MotorsFile,
+    pub(crate) motors: MotorsFile,
     /// Friction brakes.
-    pub brakes: BrakesFile,
+    pub(crate) brakes: BrakesFile,
     /// Air drag.
-    pub air: AirFile,
+    pub(crate) air: AirFile,
     /// Springs and dampers of the body.
     pub suspension: SuspensionFile,
     /// Who steers.
-    pub driver: DriverFile,
-    /// What the car can run on.
-    pub limits: CarLimits,
+    pub(crate) driver: DriverFile,
+    /// Limits of the road for this car.
+    pub(crate) limits: CarLimits,
 }
 
 /// Mass and size.
@@ -151,7 +151,7 @@ pub struct SuspensionFile {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DriverFile {
-    /// How far ahead the driver looks, m.
+    /// Lookahead distance of the driver, m.
     pub lookahead_m: Positive,
     /// Steering per metre beside the middle, rad/m.
     pub gain_radpm: Positive,
@@ -159,7 +159,7 @@ pub struct DriverFile {
     pub lag_s: NonNegative,
 }
 
-/// What the car can run on.
+/// Limits of the road for this car.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CarLimits {
@@ -180,7 +180,7 @@ impl Car {
     }
 
     /// The same with changes made to the file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let file: CarFile = read_yaml_with(path, sets)?;
         Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
     }

@@ -4,13 +4,14 @@
 //! δ = κ (L + K v²) − k (n + x (ψ − ψ_s)),    ψ_s = −κ (b − a m v² / (C_r L))
 //! ```
 //!
-//! The first term is the steering of a single-track model in a steady bend of curvature κ (K understeer gradient), the second
-//! brings the car back: n is its way to the left of the lane's middle, ψ its heading against it, ψ_s that of a steady bend, x how far
-//! ahead the driver looks. Source: Kapania & Gerdes 2015, "Design of a feedback-feedforward steering controller for accurate path
-//! tracking and stability at the limits of handling", Vehicle System Dynamics 53(12), without its terms for the limits.
+//! The first term is the steering of a single-track model in a steady bend of curvature κ (K understeer gradient), the
+//! second brings the car back: n is its way to the left of the lane's middle, ψ its heading against it, ψ_s that of a
+//! steady bend, x how far ahead the driver looks. Source: Kapania & Gerdes 2015, "Design of a feedback-feedforward
+//! steering controller for accurate path tracking and stability at the limits of handling", Vehicle System Dynamics
+//! 53(12), without its terms for the limits.
 //!
-//! The driver belongs to the plant, as the rail belongs to the train: it has the truth and keeps the car in its lane, so that the
-//! experiment is about mass and grade.
+//! The driver belongs to the plant, as the rail belongs to the train: it has the truth and keeps the car in its lane,
+//! so that the experiment is about mass and grade.
 
 /// A driver and the steering gear.
 #[derive(Clone, Copy, Debug)]

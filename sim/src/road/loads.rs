@@ -1,15 +1,15 @@
 //! The body leans on its springs, and with it load moves between the wheels.
 //!
-//! At rest each axle carries its share of the weight. A specific force f (along or to the left, m/s²) at the centre of gravity, h
-//! above the road, shifts m h f over the wheelbase or the track width. Springs and dampers carry that moment, so it comes with
-//! their dynamics: q is the specific force as the springs have taken it up,
+//! At rest each axle carries its share of the weight. A specific force f (along or to the left, m/s²) at the centre of
+//! gravity, h above the road, shifts m h f over the wheelbase or the track width. Springs and dampers carry that
+//! moment, so it comes with their dynamics: q is the specific force as the springs have taken it up,
 //!
 //! ```text
 //! q̈ + 2 ζ ω q̇ + ω² q = ω² f        moment = m h (q + 2 ζ q̇ / ω)        lean = gradient · q
 //! ```
 //!
-//! The lean is what makes an accelerometer on the body read more than the road's grade. It takes no energy from the motion (some
-//! joules in a car of two tonnes at 10 m/s).
+//! The lean is what makes an accelerometer on the body read more than the road's grade. It takes no energy from the
+//! motion (some joules in a car of two tonnes at 10 m/s).
 
 /// One direction of lean: pitch or roll.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,7 +57,7 @@ impl LeanState {
     }
 }
 
-/// What load transfer needs to know of a car.
+/// Geometry and mass on which the load transfer depends.
 #[derive(Clone, Copy, Debug)]
 pub struct ChassisGeometry {
     /// Mass, kg.
@@ -78,8 +78,8 @@ impl ChassisGeometry {
         self.front_m + self.rear_m
     }
 
-    /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is what the road carries in
-    /// all. A wheel that lifts carries nothing.
+    /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is what the
+    /// road carries in all. A wheel that lifts carries nothing.
     pub fn loads(
         &self,
         s: &Suspension,

@@ -1,7 +1,9 @@
-//! A car on a road: the plant for experiments on road vehicles, behind the same [`Plant`](crate::plant::Plant) as the train.
+//! A car on a road: the plant for experiments on road vehicles, behind the same [`Plant`](crate::plant::Plant) as the
+//! train.
 //!
-//! Four wheels on a planar body that follows the road's surface. Along the track the surface has the track's grade, across it is
-//! level. The estimators know a point mass, or a single-track model with linear tyres; this is more than either.
+//! Four wheels on a planar body that follows the road's surface. Along the track the surface has the track's grade,
+//! across it is level. The models of the estimators are a point mass, or a single track with linear tyres; this is more
+//! than either.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -16,16 +18,16 @@
 //! | `car` | constants of the equations of motion and nominal vehicle that follow from it |
 //! | `shapes` | its visible shapes |
 
-pub mod body;
-pub mod car;
-pub mod car_file;
-pub mod driver;
-pub mod loads;
-pub mod plant;
+pub(crate) mod body;
+pub(crate) mod car;
+pub(crate) mod car_file;
+pub(crate) mod driver;
+pub(crate) mod loads;
+pub(crate) mod plant;
 mod shapes;
-pub mod surface;
-pub mod tyre;
-pub mod wheel;
+pub(crate) mod surface;
+pub(crate) mod tyre;
+pub(crate) mod wheel;
 
 pub use car::Car;
 pub use car_file::CarFile;

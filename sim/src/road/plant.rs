@@ -15,9 +15,10 @@ const MIN_SIDESLIP_SPEED_MPS: f64 = 0.1;
 
 /// A car on a road.
 ///
-/// In its truth, `traction_n` is what the motors give at the rims, `resistance_n` rolling and air, `brake_n` what the brakes take
-/// at the rims, so that M v̇ = traction − resistance − brake − weight, less what spins up wheels and what bends cost.
-/// `running_resistance` is rolling alone, over the normal force. `off_rail_m` is the way beside the lane's middle.
+/// In its truth, `traction_n` is what the motors give at the rims, `resistance_n` rolling and air, `brake_n` what the
+/// brakes take at the rims, so that M v̇ = traction − resistance − brake − weight, less what spins up wheels and what
+/// bends cost. `running_resistance` is rolling alone, over the normal force. `off_rail_m` is the way beside the lane's
+/// middle.
 pub struct RoadPlant {
     /// The car in motion.
     pub car: CarBody,

@@ -1,8 +1,8 @@
 //! The road under a car: its centre of gravity rides on the chord between the axles.
 //!
-//! With a, b the ways from the centre of gravity to the front and rear axle, the height of the centre of gravity over its place on
-//! a level road is (b z_front + a z_rear) / (a + b). Its derivative along the track is the grade that weight works against, and the
-//! chord's own angle is the pitch of the car.
+//! With a, b the ways from the centre of gravity to the front and rear axle, the height of the centre of gravity over
+//! its place on a level road is (b z_front + a z_rear) / (a + b). Its derivative along the track is the grade that
+//! weight works against, and the chord's own angle is the pitch of the car.
 
 use crate::rail::{Cursor, Rail, RailFrame};
 
@@ -17,7 +17,7 @@ pub struct Surface {
     pub sag_1pm: f64,
     /// Angle of the chord between the axles, rad, + nose up.
     pub pitch_rad: f64,
-    /// How fast that angle grows along the lane, rad/m.
+    /// Growth of that angle along the lane, rad/m.
     pub pitch_1pm: f64,
     /// Curvature in the road's plane, 1/m, + left.
     pub bend_1pm: f64,

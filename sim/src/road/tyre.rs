@@ -6,10 +6,12 @@
 //! Fx = µx N h γx/γ         Fy = µy N h γy/γ         h = 3γ − 3γ² + γ³ below γ = 1, else 1
 //! ```
 //!
-//! So (Fx/µx N)² + (Fy/µy N)² = h² ≤ 1: the friction ellipse is kept by construction. For small slip Fx = Cx σx, Fy = Cy σy.
+//! So (Fx/µx N)² + (Fy/µy N)² = h² ≤ 1: the friction ellipse is kept by construction. For small slip Fx = Cx σx, Fy =
+//! Cy σy.
 //!
-//! Sources: Pacejka 2012, "Tire and Vehicle Dynamics", section 3.2 (brush model, combined slip; here with different stiffness and
-//! adhesion along and across) and section 8.6 (relaxation length; damping that fades in towards standstill).
+//! Sources: Pacejka 2012, "Tire and Vehicle Dynamics", section 3.2 (brush model, combined slip; here with different
+//! stiffness and adhesion along and across) and section 8.6 (relaxation length; damping that fades in towards
+//! standstill).
 
 /// Below this speed the tyre is damped as well, so that a car that stops does not rock on, m/s.
 const DAMPED_BELOW_MPS: f64 = 2.5;
@@ -35,7 +37,7 @@ pub struct Tyre {
     pub relaxation_m: f64,
 }
 
-/// How the contact moves, in the wheel's own directions, m/s.
+/// Sliding velocity of the contact, in the wheel's own directions, m/s.
 #[derive(Clone, Copy, Debug)]
 pub struct Slide {
     /// Circumferential speed ωR.
@@ -57,7 +59,8 @@ impl Tyre {
         ]
     }
 
-    /// Slip after a step of `dt` (s), kept to what the contact can carry at `load_n` (N) and `grip` (adhesion over the dry one).
+    /// Slip after a step of `dt` (s), kept to what the contact can carry at `load_n` (N) and `grip` (adhesion over the
+    /// dry one).
     pub fn relax(&self, slip: [f64; 2], s: &Slide, load_n: f64, grip: f64, dt: f64) -> [f64; 2] {
         let speed = s
             .rim

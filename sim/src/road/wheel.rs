@@ -2,7 +2,7 @@
 
 use super::tyre::{Slide, Tyre};
 
-/// What a wheel is made of.
+/// Parameters of a wheel.
 #[derive(Clone, Copy, Debug)]
 pub struct WheelSpec {
     /// Rolling radius, m.
@@ -28,7 +28,7 @@ pub struct Wheel {
     pub stopping: [f64; 2],
 }
 
-/// What acts on a wheel over a step.
+/// Torques and forces on a wheel over a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Acting {
     /// Torque of the drive shaft, N·m.
@@ -55,7 +55,8 @@ impl Wheel {
         self.force = tyre.force(self.slip, &slide, a.load_n, a.grip);
         let per_torque = dt / spec.inertia;
         let free = self.rate + per_torque * (a.drive_nm - spec.radius_m * self.force[0]);
-        // Brake and rolling take what spin they can within the step, and no more; rolling resistance first, it is always there.
+        // Brake and rolling take what spin they can within the step, and no more; rolling resistance first, it is
+        // always there.
         let take = |free: f64, torque: f64| free.clamp(-per_torque * torque, per_torque * torque);
         let rolling = take(free, spec.rolling * a.load_n * spec.radius_m);
         let brake = take(free - rolling, a.brake_nm);

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 /// Mass properties of a rigid part, in a frame of the caller's choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
-    /// kg.
+    /// Mass, kg.
     pub mass_kg: f64,
     /// Centre of mass, m.
     pub com: Vector3<f64>,
@@ -57,7 +57,7 @@ impl MassProperties {
         }
     }
 
-    /// Why no solid body can have these properties, if none can.
+    /// Reason for which no solid body can have these properties; none if one can.
     ///
     /// A body's second moments Σ = ∫ r rᵀ dm = ½ tr(J) 1 − J are never negative; in principal axes that is the
     /// triangle inequality J₁ + J₂ ≥ J₃.

@@ -6,9 +6,9 @@ use super::Train;
 pub type MassSpan = [f64; 2];
 
 impl Train {
-    /// Spans over which tare and load rest on the rail, behind a place `at_m` from the train's front (≤ 0 like all `start_s`). Each is
-    /// the even spread that has the mean and the variance of the masses.
-    pub fn spans_behind(&self, at_m: f64) -> (MassSpan, MassSpan) {
+    /// Spans over which tare and load rest on the rail, behind a place `at_m` from the train's front (≤ 0 like all
+    /// `start_s`). Each is the even spread that has the mean and the variance of the masses.
+    pub(crate) fn spans_behind(&self, at_m: f64) -> (MassSpan, MassSpan) {
         let load = |i: usize| {
             if Some(i) == self.load {
                 self.payload.map_or(self.bodies[i].mass_kg, |p| p.mass_kg)
@@ -58,7 +58,8 @@ impl Train {
     }
 }
 
-/// The even spread with the mean and the variance of some masses: mean ± √3 standard deviations; a point at 0 without masses.
+/// The even spread with the mean and the variance of some masses: mean ± √3 standard deviations; a point at 0 without
+/// masses.
 fn even_spread(masses: &[(f64, f64)]) -> MassSpan {
     let whole: f64 = masses.iter().map(|(_, m)| m).sum();
     if whole <= 0.0 {

@@ -1,9 +1,9 @@
 //! Data model of the train: rigid bodies, connections, drives, mounts, limits.
 
-pub mod inertia;
-pub mod mass_distribution;
-pub mod step_check;
-pub mod support_tree;
+pub(crate) mod inertia;
+pub(crate) mod mass_distribution;
+pub(crate) mod step_check;
+pub(crate) mod support_tree;
 
 use crate::error::DataError;
 use inertia::MassProperties;
@@ -24,9 +24,9 @@ pub struct Train {
     pub mounts: Vec<Mount>,
     /// Index of the load's body.
     pub load: Option<usize>,
-    /// What the load's body is made of.
+    /// Parts of the load's body.
     pub payload: Option<Payload>,
-    /// What the train can run on.
+    /// Limits of the track and of the load for this train.
     pub limits: Limits,
     /// Running resistance.
     pub resistance: Resistance,
@@ -43,12 +43,12 @@ pub struct Body {
     pub com: Vector3<f64>,
     /// Inertia tensor about the centre of mass, body axes, kg·m².
     pub inertia: Matrix3<f64>,
-    /// Where the body starts: chainage relative to the train's front (≤ 0), and pose of the body frame in the rail
-    /// frame at that chainage (x along t, y along l, z along u).
+    /// Chainage of the body at the start, relative to the train's front (≤ 0), m.
     pub start_s: f64,
-    /// See above.
+    /// Pose of the body frame in the rail frame at that chainage (x along t, y along l, z along u).
     pub start_pose: Isometry3<f64>,
-    /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail line.
+    /// Wheels that hold the body to the rail; empty for suspended bodies. Body frame origin of a rail-bound body = rail
+    /// line.
     pub stations: Vec<Station>,
     /// Visible and collision shapes.
     pub shapes: Vec<Shape>,
@@ -60,45 +60,45 @@ pub struct Station {
     /// Place along the body, m.
     pub x_m: f64,
     /// Distance of the running-wheel contacts left and right of the rail's line, m.
-    pub half_gauge_m: f64,
+    pub(crate) half_gauge_m: f64,
     /// Radius of the running wheels, m.
     pub wheel_radius_m: f64,
-    /// Stiffness and damping of one running wheel, N/m and N·s/m.
+    /// Stiffness of one running wheel, N/m.
     pub wheel_k: f64,
-    /// See above.
-    pub wheel_c: f64,
+    /// Damping of one running wheel, N·s/m.
+    pub(crate) wheel_c: f64,
     /// Play of the hold-down side, m.
-    pub holddown_play_m: f64,
-    /// Stiffness and damping of the guide wheels, N/m and N·s/m.
-    pub guide_k: f64,
-    /// See above.
-    pub guide_c: f64,
+    pub(crate) holddown_play_m: f64,
+    /// Stiffness of the guide wheels, N/m.
+    pub(crate) guide_k: f64,
+    /// Damping of the guide wheels, N·s/m.
+    pub(crate) guide_c: f64,
     /// Height of the guide wheels' contact in the body frame, m.
-    pub guide_z_m: f64,
+    pub(crate) guide_z_m: f64,
 }
 
 /// A spring-damper between two bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct Connection {
-    /// What it can carry.
+    /// Forces that the connection can carry.
     pub kind: ConnectionKind,
-    /// Index of the bodies.
+    /// Index of the first body.
     pub a: usize,
-    /// See above.
+    /// Index of the second body.
     pub b: usize,
-    /// Anchors in the body frames, m.
+    /// Anchor in the frame of the first body, m.
     pub anchor_a: Vector3<f64>,
-    /// See above.
+    /// Anchor in the frame of the second body, m.
     pub anchor_b: Vector3<f64>,
-    /// Stiffness, N/m, and damping, N·s/m.
+    /// Stiffness, N/m.
     pub k: f64,
-    /// See above.
+    /// Damping, N·s/m.
     pub c: f64,
     /// Free length, m (drawbars and chains).
     pub length_m: f64,
 }
 
-/// What a connection can carry.
+/// The forces that a connection can carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConnectionKind {
     /// Push and pull along the line between the anchors.
@@ -113,16 +113,16 @@ pub enum ConnectionKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Payload {
     /// Mass of the payload now, kg; 0 = empty hook.
-    pub mass_kg: f64,
+    pub(crate) mass_kg: f64,
     /// The payload at its nominal mass, in the body frame; another mass has the same shape and centre.
     pub nominal: MassProperties,
     /// Spreader, hooks and chains, in the body frame.
-    pub gear: MassProperties,
+    pub(crate) gear: MassProperties,
 }
 
 impl Payload {
     /// The load's body with this payload mass, in the body frame.
-    pub fn body_with(&self, mass_kg: f64) -> MassProperties {
+    pub(crate) fn body_with(&self, mass_kg: f64) -> MassProperties {
         self.gear.plus(&self.nominal.scaled_to(mass_kg))
     }
 }
@@ -134,7 +134,7 @@ impl Train {
     }
 
     /// Mass of the payload, kg.
-    pub fn load_mass_kg(&self) -> f64 {
+    pub(crate) fn load_mass_kg(&self) -> f64 {
         self.payload.map_or(0.0, |p| p.mass_kg)
     }
 
@@ -188,7 +188,7 @@ impl Train {
     }
 
     /// Index of a mount by its full name `unit/link`; a bare `link` means the first that has it.
-    pub fn mount(&self, name: &str) -> Option<usize> {
+    pub(crate) fn mount(&self, name: &str) -> Option<usize> {
         let full = self.mounts.iter().position(|m| m.name == name);
         full.or_else(|| {
             self.mounts
@@ -213,37 +213,37 @@ pub struct Drive {
     pub motor_inertia: f64,
     /// Motor revolutions per wheel revolution.
     pub gear_ratio: f64,
-    /// Share of power that passes the gear when driving, and when braking.
+    /// Share of power that passes the gear when driving.
     pub efficiency_drive: f64,
-    /// See above.
+    /// Share of power that passes the gear when braking.
     pub efficiency_brake: f64,
-    /// Motor map: largest torque N·m, rated power W, largest speed rad/s, first-order lag s, torque rate N·m/s.
+    /// Largest torque of the motor, N·m.
     pub torque_max_nm: f64,
-    /// See above.
+    /// Rated power of the motor, W.
     pub power_w: f64,
-    /// See above.
+    /// Largest speed of the motor, rad/s.
     pub speed_max_radps: f64,
-    /// See above.
+    /// First-order lag of the torque, s.
     pub lag_s: f64,
-    /// See above.
+    /// Fastest change of the torque, N·m/s.
     pub rate_nmps: f64,
-    /// Clamp: piston area of the pair m² (each wheel is pressed with pressure × this area), nominal pressure MPa, lag s.
+    /// Piston area of the pair of clamps, m². Each wheel is pressed with pressure × this area.
     pub piston_area_m2: f64,
-    /// See above.
+    /// Nominal clamp pressure, MPa.
     pub clamp_mpa: f64,
-    /// See above.
+    /// First-order lag of the clamp pressure, s.
     pub clamp_lag_s: f64,
-    /// LuGre: adhesion coefficient, bristle stiffness N/m, bristle damping N·s/m, rolling term κ 1/m.
+    /// Adhesion coefficient.
     pub adhesion: f64,
-    /// See above.
+    /// Bristle stiffness of the LuGre model, N/m.
     pub sigma0: f64,
-    /// See above.
+    /// Bristle damping of the LuGre model, N·s/m.
     pub sigma1: f64,
-    /// See above.
+    /// Rolling term κ of the LuGre model, 1/m.
     pub kappa: f64,
-    /// Clamp brake of the unit: largest force N, lag s.
+    /// Largest force of the unit's clamp brake, N.
     pub brake_max_n: f64,
-    /// See above.
+    /// First-order lag of the clamp brake, s.
     pub brake_lag_s: f64,
 }
 
@@ -251,14 +251,14 @@ pub struct Drive {
 #[derive(Clone, Debug)]
 pub struct Mount {
     /// `unit/link`.
-    pub name: String,
+    pub(crate) name: String,
     /// Index of the body.
-    pub body: usize,
+    pub(crate) body: usize,
     /// Pose of the mount frame in the body frame.
-    pub pose: Isometry3<f64>,
+    pub(crate) pose: Isometry3<f64>,
 }
 
-/// What the train can run on.
+/// Limits of the track and of the load for this train.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Least horizontal radius, m.
@@ -284,9 +284,9 @@ pub struct Resistance {
     pub running_wheel: f64,
     /// Rolling of the guide wheels, per newton of guide force.
     pub guide_wheel: f64,
-    /// Bearings: constant force per rail-bound body, N, and N·s/m.
+    /// Constant bearing force of each rail-bound body, N.
     pub bearing_n: f64,
-    /// See above.
+    /// Bearing force of each rail-bound body that grows with speed, N·s/m.
     pub bearing_nspm: f64,
     /// Air drag ½ρ c_D A, N·s²/m².
     pub air_nspm2: f64,
@@ -303,7 +303,7 @@ pub struct Shape {
     pub geometry: Geometry,
     /// Colour, linear RGBA 0…1.
     pub rgba: [f32; 4],
-    /// Whether it takes part in collisions and clearance.
+    /// True if it takes part in collisions and clearance.
     pub collides: bool,
     /// Set for a friction wheel: (index of the drive, 0 left / 1 right): it turns with the wheel, about its own z axis.
     pub spins: Option<(usize, usize)>,

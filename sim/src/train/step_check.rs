@@ -25,7 +25,7 @@ struct Spring {
 
 impl Train {
     /// Refuse a physics step, s, that is too long for this train's stiffnesses, dampings and masses.
-    pub fn check_step(&self, dt_s: f64) -> Result<(), DataError> {
+    pub(crate) fn check_step(&self, dt_s: f64) -> Result<(), DataError> {
         let (lambda, body) = self.stiffness_number(dt_s);
         if lambda <= MAX_STIFFNESS_NUMBER {
             return Ok(());
@@ -46,7 +46,7 @@ impl Train {
     }
 
     /// The longest step [`Train::check_step`] lets pass, s.
-    pub fn longest_step_s(&self) -> f64 {
+    pub(crate) fn longest_step_s(&self) -> f64 {
         let (mut short, mut long) = (0.0, 1.0);
         for _ in 0..40 {
             let middle = 0.5 * (short + long);
@@ -60,7 +60,7 @@ impl Train {
     }
 
     /// λ (see the top of this file) and the body that moves most in its mode. Unstable from 4 on.
-    pub fn stiffness_number(&self, dt_s: f64) -> (f64, usize) {
+    pub(crate) fn stiffness_number(&self, dt_s: f64) -> (f64, usize) {
         let springs = self.springs();
         let inverse: Vec<Matrix3<f64>> = self
             .bodies

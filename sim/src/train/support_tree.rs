@@ -25,7 +25,7 @@ impl Train {
     }
 
     /// Every suspended body with the bodies that carry it, those nearest to the rail first.
-    pub fn suspended_bodies(&self) -> Vec<(usize, Vec<usize>)> {
+    pub(crate) fn suspended_bodies(&self) -> Vec<(usize, Vec<usize>)> {
         let depth = self.depths();
         let mut hanging: Vec<usize> = (0..self.bodies.len())
             .filter(|i| depth[*i] > 0 && depth[*i] < usize::MAX)

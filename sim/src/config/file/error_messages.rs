@@ -5,9 +5,9 @@ use super::suggest::nearest;
 /// An error in plain words.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct ErrorMessage {
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
     /// The unknown key, if that is what is wrong.
     pub unknown_key: Option<String>,

@@ -1,7 +1,8 @@
-//! Limits of input files: what is far beyond any file of ours is refused before it is parsed, with the limit in the message.
+//! Limits of input files: what is far beyond any file of ours is refused before it is parsed, with the limit in the
+//! message.
 //!
-//! The YAML reader takes time that grows with the square of the brackets in a file, memory for every mark in it, and writes out an
-//! alias wherever it stands; so marks, brackets and what aliases come to are counted first.
+//! The YAML reader takes time that grows with the square of the brackets in a file, memory for every mark in it, and
+//! writes out an alias wherever it stands; so marks, brackets and what aliases come to are counted first.
 
 use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::cell::Cell;
@@ -25,9 +26,9 @@ const MAX_TEXT_BYTES: usize = 2 * MAX_FILE_BYTES as usize;
 /// A limit that a file exceeds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Over {
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
-    /// What would be right.
+    /// The remedy.
     pub help: String,
     /// Line and column, from 1, where it is known.
     pub place: Option<(usize, usize)>,
@@ -43,7 +44,7 @@ impl Over {
     }
 }
 
-/// Whether a YAML text keeps the limits. Any other mistake in it is left to its reader.
+/// Refuses a YAML text beyond the limits. Any other mistake in it is left to its reader.
 pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     let count = |wanted: &[u8]| text.bytes().filter(|b| wanted.contains(b)).count();
     if count(b"[{") > MAX_BRACKETS {
@@ -79,7 +80,7 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     }
 }
 
-/// What has been counted so far.
+/// Counts so far.
 #[derive(Default)]
 struct Spent {
     values: Cell<usize>,

@@ -7,7 +7,7 @@ use std::fmt;
 /// Said by the errors raised on purpose.
 const HERE: &str = "this is the place looked for";
 
-/// What of an entry is meant.
+/// Part of an entry to locate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Its value.
@@ -172,7 +172,7 @@ impl<'de> Visitor<'de> for PathWalk<'_> {
     }
 }
 
-/// Whether a key is the wanted one; raises when it has been seen often enough.
+/// Compares each key with the wanted one, and raises where it stands for the given time.
 struct Key<'a> {
     wanted: Option<&'a str>,
     raise_at: Option<usize>,

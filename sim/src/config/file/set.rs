@@ -3,7 +3,8 @@
 use super::locate::{Segment, segments};
 use serde_yaml::Value;
 
-/// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. The error is message and help.
+/// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. The error is message and
+/// help.
 pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (String, String)> {
     let steps = segments(path).ok_or_else(|| {
         (

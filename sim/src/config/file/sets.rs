@@ -3,9 +3,9 @@
 /// Paths and values, in the order in which they take effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sets {
-    /// Where they were written; none: on the command line, with `--set`.
+    /// Place of the changes in messages; none: the command line, with `--set`.
     written_in: Option<String>,
-    /// What stands before the paths where the user wrote them, such as `track.`.
+    /// Beginning of the paths as the user wrote them, such as `track.`.
     prefix: String,
     list: Vec<(String, String)>,
 }

@@ -1,4 +1,4 @@
-//! What a scenario must keep to beyond the type of each value.
+//! Checks of a scenario beyond the type of each value.
 
 use super::check_expect;
 use super::lengths;
@@ -10,7 +10,7 @@ use crate::config::file::nearest;
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a typing error.
 const MAX_STEPS: f64 = 1e9;
 
-/// Where a scenario is wrong, and what would be right.
+/// A mistake in a scenario: its key, the message and the remedy.
 #[derive(Debug)]
 pub(super) struct Wrong {
     pub key: String,
@@ -56,7 +56,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     check_expect::check(file)
 }
 
-/// Check what the scenario of a recorded drive says.
+/// Checks the scenario of a recorded drive.
 pub(super) fn check_log(file: &ScenarioFile) -> Result<(), Wrong> {
     lengths::check(file)?;
     names(file)?;

@@ -1,4 +1,4 @@
-//! What expectations, known failures, alert limits and the names of events must keep to.
+//! Checks of expectations, known failures, alert limits and the names of events.
 
 use super::ScenarioFile;
 use super::check::{Wrong, one_of_them, wrong};
@@ -74,7 +74,7 @@ fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A known failure says why, and is about one bound of `expect`, or about what an estimator is held to without it.
+/// A known failure has a reason, and is about one bound of `expect`, or about a bound that holds without it.
 fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
     for known in &file.known_failures {
         let key = format!("known_failures[{}]", known.entry);
@@ -86,7 +86,7 @@ fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
             );
         }
         let meant = file.expect.iter().filter(|e| e.is_meant_by(known)).count();
-        // what an estimator is held to without being bounded; `monorig-lab` knows whether it is
+        // a bound that holds without `expect`: `monorig-lab` checks that there is one
         let implied = ["_misleading_share", "_availability"];
         let implied = implied.iter().any(|end| known.metric.ends_with(end))
             && known

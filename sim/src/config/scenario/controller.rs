@@ -16,12 +16,12 @@ pub const DEFAULT_CONTROLLER: &str = "pi";
 /// The controller of a scenario and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSettings {
-    /// Which controller, by its name in the registry.
-    pub kind: String,
-    /// Where slope and mass of the feed-forward come from.
+    /// Name of the controller in the registry.
+    pub(crate) kind: String,
+    /// Source of slope and mass for the feed-forward.
     pub feedforward: FeedForward,
     /// Its parameters by name.
-    pub values: BTreeMap<String, ParameterValue>,
+    pub(crate) values: BTreeMap<String, ParameterValue>,
 }
 
 impl Default for ControllerSettings {
@@ -50,7 +50,7 @@ impl ControllerSettings {
     }
 
     /// The parameters as a build function takes them.
-    pub fn named(&self) -> Vec<(&str, Setting<'_>)> {
+    pub(crate) fn named(&self) -> Vec<(&str, Setting<'_>)> {
         let values = self.values.iter();
         values.map(|(k, v)| (k.as_str(), v.setting())).collect()
     }

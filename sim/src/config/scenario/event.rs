@@ -6,7 +6,7 @@ use crate::sensors::fault;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
-/// Something that happens; which keys are given says what.
+/// An event of a run, recognised by its keys.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged, deny_unknown_fields)]
 pub enum Event {
@@ -22,8 +22,8 @@ pub enum Event {
         every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
-        /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own speed. Mass that is set
-        /// down leaves with the load's own speed and pushes nothing.
+        /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own
+        /// speed. Mass that is set down leaves with the load's own speed and pushes nothing.
         #[serde(skip_serializing_if = "Option::is_none")]
         load_speed_mps: Option<Finite>,
     },
@@ -51,7 +51,7 @@ pub enum Event {
         to_s: Option<Positive>,
         /// Sensor name.
         sensor: String,
-        /// What fails.
+        /// Kind of the fault.
         fault: FaultKind,
         /// Size of the fault, in the unit it needs.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -85,7 +85,7 @@ pub enum Event {
     },
 }
 
-/// What can fail on a sensor.
+/// A fault of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Fault")] // the name in the JSON schema
@@ -120,20 +120,20 @@ pub enum FaultKind {
 type Sized = (&'static str, fn(f64) -> fault::Fault, &'static str);
 
 impl FaultKind {
-    /// Whether the fault means something only with a `size`.
+    /// True for a fault that needs a `size`.
     pub fn needs_size(self) -> bool {
         self.sized().is_ok()
     }
 
     /// Its name in a scenario.
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         let name = serde_json::to_value(self);
         name.ok()
             .and_then(|v| v.as_str().map(str::to_owned))
             .unwrap_or_default()
     }
 
-    /// How it is made of its size; as the error what it is without one.
+    /// Builds the fault from its size. `Err` holds the fault that takes none.
     fn sized(self) -> Result<Sized, fault::Fault> {
         use fault::{Fault, WrongUnit};
         Err(match self {
@@ -164,7 +164,7 @@ impl FaultKind {
 
 impl Event {
     /// Its name, if it has one.
-    pub fn name(&self) -> Option<&str> {
+    pub(crate) fn name(&self) -> Option<&str> {
         match self {
             Event::LoadMass { name, .. }
             | Event::Adhesion { name, .. }
@@ -175,7 +175,7 @@ impl Event {
     }
 
     /// When it first happens or begins, and when it ends, if it does, s; none for what happens at a place.
-    pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
+    pub(crate) fn times_s(&self) -> Option<(f64, Option<f64>)> {
         match self {
             Event::LoadMass { at_s, .. }
             | Event::ClampPressure { at_s, .. }
@@ -187,8 +187,8 @@ impl Event {
         }
     }
 
-    /// The sensor fault that this event is, with the name of the sensor; `None` for other events. Keys in errors are those of
-    /// the event.
+    /// The sensor fault that this event is, with the name of the sensor; `None` for other events. Keys in errors are
+    /// those of the event.
     pub fn sensor_fault(&self) -> Result<Option<(&str, fault::FaultWindow)>, DataError> {
         let Event::SensorFault {
             from_s,

@@ -5,8 +5,8 @@ use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A bound on a metric: `metric`, over the time from `after_s` or `after` to `until_s` or `until`, is `at_most` and/or `at_least` so
-/// much.
+/// A bound on a metric: `metric`, over the time from `after_s` or `after` to `until_s` or `until`, is `at_most` and/or
+/// `at_least` so much.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
@@ -36,13 +36,15 @@ pub struct Expectation {
     /// Over several seeds: the share of runs that must hold the bound (0.5 = the median run); none = every run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantile: Option<Fraction>,
-    /// Of an error of an estimator: the share of the same time in which the estimate must be marked valid; none = the scenario's.
+    /// Of an error of an estimator: the share of the same time in which the estimate must be marked valid; none = the
+    /// scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub availability: Option<Fraction>,
 }
 
 impl Expectation {
-    /// The time it is measured over, in words, such as ` from 5 s` or ` from where the rear enters climb`; empty for the whole run.
+    /// The time it is measured over, in words, such as ` from 5 s` or ` from where the rear enters climb`; empty for
+    /// the whole run.
     pub fn window(&self) -> String {
         let end = |word: &str, s: Option<f64>, moment: &Option<Moment>| match (s, moment) {
             (Some(s), _) => format!(" {word} {s} s"),
@@ -53,7 +55,7 @@ impl Expectation {
         from + &end("to", self.until_s.map(f64::from), &self.until)
     }
 
-    /// Whether the known failure is about this bound.
+    /// True if the known failure is about this bound.
     pub fn is_meant_by(&self, known: &KnownFailure) -> bool {
         fn fits<T: PartialEq>(given: &Option<T>, ours: &Option<T>) -> bool {
             given.is_none() || given == ours
@@ -80,17 +82,17 @@ pub struct KnownFailure {
     pub metric: String,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub after_s: Option<NonNegative>,
+    pub(crate) after_s: Option<NonNegative>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub after: Option<Moment>,
+    pub(crate) after: Option<Moment>,
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub until: Option<Moment>,
-    /// Why physics or the method does not allow it.
+    pub(crate) until: Option<Moment>,
+    /// Reason in the physics or in the method.
     pub why: String,
 }
 
@@ -101,23 +103,23 @@ pub struct KnownFailure {
 pub struct KnownFailureEntry {
     /// The estimator of the bound, or a list of them.
     #[serde(default)]
-    pub estimator: Option<OneOrMore>,
+    pub(crate) estimator: Option<OneOrMore>,
     /// The metric of the bound, or a list of them: of each of the estimators.
-    pub metric: OneOrMore,
+    pub(crate) metric: OneOrMore,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
     #[serde(default)]
-    pub after_s: Option<NonNegative>,
+    pub(crate) after_s: Option<NonNegative>,
     /// See above.
     #[serde(default)]
-    pub until_s: Option<Positive>,
+    pub(crate) until_s: Option<Positive>,
     /// See above.
     #[serde(default)]
-    pub after: Option<Moment>,
+    pub(crate) after: Option<Moment>,
     /// See above.
     #[serde(default)]
-    pub until: Option<Moment>,
-    /// Why physics or the method does not allow it.
-    pub why: String,
+    pub(crate) until: Option<Moment>,
+    /// Reason in the physics or in the method.
+    pub(crate) why: String,
 }
 
 /// A name, or a list of names.

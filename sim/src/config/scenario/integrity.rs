@@ -5,29 +5,31 @@ use crate::config::checked::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Limits of integrity. A sample marked valid is misleading when its error exceeds both `k` reported standard deviations (the
-/// protection level) and the alert limit of its quantity.
+/// Limits of integrity. A sample marked valid is misleading when its error exceeds both `k` reported standard
+/// deviations (the protection level) and the alert limit of its quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Integrity {
     /// Protection level over reported standard deviation.
-    pub k: Positive,
+    pub(crate) k: Positive,
     /// Alert limit of the slope, °; none = 3 times the least slope RMSE in `published`, 1° if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope_alert_deg: Option<Positive>,
+    pub(crate) slope_alert_deg: Option<Positive>,
     /// Alert limit of the effective slope, °; none = that of the slope.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub effective_slope_alert_deg: Option<Positive>,
+    pub(crate) effective_slope_alert_deg: Option<Positive>,
     /// Alert limit of the mass, as a share of it.
-    pub mass_alert_rel: Positive,
+    pub(crate) mass_alert_rel: Positive,
     /// Most that may be misleading of the samples that an estimator marks valid, over all seeds.
-    pub max_misleading_share: Fraction,
-    /// Estimators that are shown beside the others and not judged by this; besides them published methods without supervision.
+    pub(crate) max_misleading_share: Fraction,
+    /// Estimators that are shown beside the others and not judged by this; besides them published methods without
+    /// supervision.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reference_only: Vec<String>,
 }
 
-/// Alert limit of the slope where nothing is published, °: three times the 0.328° of a real vehicle (Liu et al. 2023, table 4).
+/// Alert limit of the slope where nothing is published, °: three times the 0.328° of a real vehicle (Liu et al. 2023,
+/// table 4).
 const SLOPE_ALERT_DEG: f64 = 1.0;
 /// A published RMSE becomes an alert limit by this factor.
 const OVER_PUBLISHED: f64 = 3.0;

@@ -1,4 +1,4 @@
-//! How long the lists of a scenario may be: longer ones are taken for a mix-up, and would take more memory than there is.
+//! Longest lists of a scenario. A longer one is taken for a mix-up, and would need more memory than there is.
 
 use super::ScenarioFile;
 use super::check::{Wrong, wrong};

@@ -18,22 +18,22 @@ use std::path::{Path, PathBuf};
 pub struct Scenario {
     /// File name without its ending.
     pub name: String,
-    /// What the file says, with `--set` applied and defaults filled in.
+    /// The contents of the file, with `--set` applied and defaults filled in.
     #[serde(flatten)]
     pub file: ScenarioFile,
     /// The track file, found from the scenario's folder.
     #[serde(skip)]
-    pub track: PathBuf,
+    pub(crate) track: PathBuf,
     /// The train or car file, found from the scenario's folder.
     #[serde(skip)]
-    pub vehicle: PathBuf,
+    pub(crate) vehicle: PathBuf,
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
     /// Parameter files that estimators take their parameters from.
     #[serde(skip)]
     included: BTreeMap<String, PathBuf>,
-    /// What a recorded drive that is played back was made from, for the manifest; none of a simulation.
+    /// Sources of a recorded drive that is played back, for the manifest; none for a simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<serde_json::Value>,
     /// SHA-256 of files that are too long to be kept in memory, by name.
@@ -50,12 +50,12 @@ pub struct Scenario {
     inputs: InputFiles,
 }
 
-/// What a recorded drive says of what a scenario says too.
+/// The parts of a scenario that the map file of a recorded drive has too.
 #[derive(Clone, Debug, Default)]
 pub struct LogScenario {
     /// Name, in recordings and of the folder of results.
     pub name: String,
-    /// What the recording is.
+    /// Description of the recording.
     pub why: String,
     /// Estimators by name, with their parameters.
     pub estimators: BTreeMap<String, Settings>,
@@ -69,7 +69,7 @@ pub struct LogScenario {
     pub known_failures: Vec<KnownFailure>,
     /// Recording rates.
     pub record: Record,
-    /// What it was made from, for the manifest.
+    /// Sources of the recording, for the manifest.
     pub log: serde_json::Value,
     /// SHA-256 of the files of the log, by name.
     pub digests: BTreeMap<String, String>,
@@ -78,8 +78,8 @@ pub struct LogScenario {
 /// The keys under which a scenario names files that `--set` reaches into.
 const FILES: &[&str] = &["track", "train", "car", "sensors"];
 
-/// Take over the parameters of the files that estimators name under `from`, found from the document's folder; the files by the name of the
-/// estimator.
+/// Take over the parameters of the files that estimators name under `from`, found from the document's folder; the files
+/// by the name of the estimator.
 fn include_parameters(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
@@ -118,8 +118,9 @@ fn checked(file: &ScenarioFile, document: &Document) -> Result<(), Error> {
 }
 
 impl Scenario {
-    /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name` reaches
-    /// into the file that the scenario names under `track`. The files it names must be there; their contents are checked when they are read.
+    /// Read and check a scenario, with `--set path=value` applied in the order given; a path such as `track.name`
+    /// reaches into the file that the scenario names under `track`. The files it names must be there; their contents
+    /// are checked when they are read.
     pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         Self::load_with(path, &Sets::new(overrides))
     }
@@ -175,7 +176,8 @@ impl Scenario {
         })
     }
 
-    /// A scenario that is in no file, for a track and a train or a car of these names: without sensors, drive cycle and end of the run.
+    /// A scenario that is in no file, for a track and a train or a car of these names: without sensors, drive cycle and
+    /// end of the run.
     pub(crate) fn in_code(track: &str, train: Option<&str>, car: Option<&str>) -> Self {
         let name = "simulation".to_owned();
         let file = ScenarioFile {
@@ -223,7 +225,8 @@ impl Scenario {
         }
     }
 
-    /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and nothing of a simulation.
+    /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and
+    /// nothing of a simulation.
     pub(crate) fn of_log(
         log: LogScenario,
         document: Document,
@@ -295,7 +298,7 @@ impl Scenario {
     }
 
     /// An error at a parameter of an estimator: where the scenario or the parameter file gives it.
-    pub fn parameter_error(
+    pub(crate) fn parameter_error(
         &self,
         estimator: &str,
         key: &str,

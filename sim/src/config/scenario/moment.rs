@@ -14,38 +14,39 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A moment of a run; exactly one key besides `plus_s`. A place is passed when it is first come to in the direction of growing
-/// chainage. Names of places are those of track elements and of stretches of another adhesion.
+/// A moment of a run; exactly one key besides `plus_s`. A place is passed when it is first come to in the direction of
+/// growing chainage. Names of places are those of track elements and of stretches of another adhesion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Moment {
     /// The front of the vehicle comes to the beginning of this place.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub front_enters: Option<String>,
+    pub(crate) front_enters: Option<String>,
     /// The front comes to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub front_leaves: Option<String>,
+    pub(crate) front_leaves: Option<String>,
     /// The IMU comes to its beginning.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu_enters: Option<String>,
+    pub(crate) imu_enters: Option<String>,
     /// The IMU comes to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu_leaves: Option<String>,
+    pub(crate) imu_leaves: Option<String>,
     /// The rear comes to its beginning: all of the vehicle is on it, or beyond.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rear_enters: Option<String>,
+    pub(crate) rear_enters: Option<String>,
     /// The rear comes to its end: all of the vehicle has passed it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rear_leaves: Option<String>,
-    /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come to.
+    pub(crate) rear_leaves: Option<String>,
+    /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come
+    /// to.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub event: Option<String>,
+    pub(crate) event: Option<String>,
     /// This event ends.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub event_end: Option<String>,
+    pub(crate) event_end: Option<String>,
     /// So much later, s; negative = earlier.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plus_s: Option<Finite>,
+    pub(crate) plus_s: Option<Finite>,
 }
 
 /// A part of the vehicle.
@@ -59,7 +60,7 @@ pub enum VehiclePart {
     Rear,
 }
 
-/// What a moment is, resolved against track and events.
+/// A moment, resolved against track and events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentOf {
     /// A part of the vehicle comes to a chainage, m; so many seconds later.
@@ -72,7 +73,7 @@ pub enum MomentOf {
 const KEYS: &str = "front_enters, front_leaves, imu_enters, imu_leaves, rear_enters, rear_leaves, event, event_end";
 
 impl Moment {
-    /// What is given: key and name.
+    /// The keys that are given, with their names.
     fn given(&self) -> Vec<(&'static str, &str)> {
         [
             ("front_enters", &self.front_enters),
@@ -89,7 +90,8 @@ impl Moment {
         .collect()
     }
 
-    /// What it is in a scenario on a track with these places; else the key below the moment's, what is wrong, and what would be right.
+    /// Resolves it in a scenario on a track with these places. The error is the key below the moment's, message and
+    /// help.
     pub fn find(
         &self,
         file: &ScenarioFile,

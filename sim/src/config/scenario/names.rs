@@ -1,6 +1,6 @@
 //! Names of estimators in a scenario: they become part of the paths of channels.
 
-/// Whether a name can be part of a channel's path: letters, digits, `_` and `-`, at least one.
+/// Accepts a name that can be part of a channel's path: letters, digits, `_` and `-`, at least one.
 pub fn valid_name(name: &str) -> bool {
     !name.is_empty()
         && name

@@ -95,7 +95,8 @@ impl JsonSchema for ParameterValue {
     }
 }
 
-/// One estimator of a scenario: its type and its parameters, those of the file named `from`, if any, with the others in their place.
+/// One estimator of a scenario: its type and its parameters, those of the file named `from`, if any, with the others in
+/// their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Name of its type in the registry; none = the name it has in the scenario.
@@ -104,7 +105,7 @@ pub struct Settings {
     pub from: Option<String>,
     /// Parameters by name; once the scenario is loaded, those of the file too.
     pub values: BTreeMap<String, ParameterValue>,
-    /// Which of them are the file's.
+    /// Names of the values that are from the file.
     inherited: BTreeSet<String>,
 }
 
@@ -142,12 +143,12 @@ impl Settings {
         values.map(|(k, v)| (k.as_str(), v.setting())).collect()
     }
 
-    /// Whether a parameter comes from the file.
+    /// True if the parameter is from the file.
     pub(super) fn inherits(&self, key: &str) -> bool {
         self.inherited.contains(key)
     }
 
-    /// Take what the scenario itself does not say from a parameter file.
+    /// Takes from a parameter file the values that the scenario itself does not have.
     pub(super) fn include(&mut self, file: &ParameterFile) {
         for (key, value) in &file.parameters {
             if !self.values.contains_key(key) {
@@ -164,18 +165,18 @@ impl Settings {
 pub struct ParameterFile {
     /// Format version, 1.
     pub version: Version1,
-    /// What these values are good for.
+    /// Purpose of these values.
     pub why: String,
     /// The estimator they are for.
     pub estimator: String,
     /// Parameters by name.
     pub parameters: BTreeMap<String, ParameterValue>,
-    /// Where they come from, when `monorig tune` has found them.
+    /// Origin of the values, if `monorig tune` has found them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
 }
 
-/// How parameters were found.
+/// The study that found the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -197,7 +198,7 @@ pub struct Provenance {
     pub tuning_loss: f64,
     /// Loss over the validation runs, the defaults' being 1; none if it cannot be computed.
     pub validation_loss: Option<f64>,
-    /// What validation says against the defaults: `better`, `no difference` or `worse`.
+    /// Result of the validation against the defaults: `better`, `no difference` or `worse`.
     pub verdict: String,
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Published {
-    /// Where it stands, such as `Liu et al. 2023, table 1`.
+    /// Source with its place, such as `Liu et al. 2023, table 1`.
     pub source: String,
     /// The estimator of ours that it belongs to.
     pub estimator: String,

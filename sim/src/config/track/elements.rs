@@ -1,4 +1,5 @@
-//! The elements of a track file, and how they become stretches of an angle: which keys each kind takes, and what they mean.
+//! The elements of a track file, and how they become stretches of an angle: which keys each kind takes, and what they
+//! mean.
 
 use crate::config::checked::{Finite, NonNegative, Positive};
 use crate::error::DataError;
@@ -16,9 +17,11 @@ pub const MAX_GRADE_DEG: f64 = 60.0;
 pub enum HorizontalKind {
     /// Straight: `length_m`.
     Line,
-    /// Circular arc: `angle_deg` (+ left) with `radius_m` or `length_m`; `easement_m` = length of a clothoid at each end.
+    /// Circular arc: `angle_deg` (+ left) with `radius_m` or `length_m`; `easement_m` = length of a clothoid at each
+    /// end.
     Arc,
-    /// Curvature linear in s from where the last element left it: `length_m`, `to_radius_m` (+ left; left out = straight).
+    /// Curvature linear in s from where the last element left it: `length_m`, `to_radius_m` (+ left; left out =
+    /// straight).
     Clothoid,
     /// The `elements`, `times` times.
     Repeat,
@@ -42,9 +45,9 @@ pub struct Horizontal {
     pub easement_m: Option<NonNegative>,
     /// Radius at the end of a clothoid, m, + left.
     pub to_radius_m: Option<Finite>,
-    /// How often to repeat.
+    /// Number of repetitions.
     pub times: Option<u32>,
-    /// What to repeat.
+    /// The elements that are repeated.
     pub elements: Option<Vec<Horizontal>>,
 }
 
@@ -52,11 +55,14 @@ pub struct Horizontal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VerticalKind {
-    /// Constant grade: `length_m`; `grade_deg` sets the grade if it is the first element, and must else be the grade reached.
+    /// Constant grade: `length_m`; `grade_deg` sets the grade if it is the first element, and must else be the grade
+    /// reached.
     Grade,
-    /// Circular vertical arc: `to_grade_deg` with `radius_m` or `length_m`; `easement_m` at each end as for horizontal arcs.
+    /// Circular vertical arc: `to_grade_deg` with `radius_m` or `length_m`; `easement_m` at each end as for horizontal
+    /// arcs.
     Arc,
-    /// Curvature linear in s, up to the middle and down again: `to_grade_deg` with `length_m` or `radius_m` (the least).
+    /// Curvature linear in s, up to the middle and down again: `to_grade_deg` with `length_m` or `radius_m` (the
+    /// least).
     Transition,
     /// The `elements`, `times` times.
     Repeat,
@@ -80,9 +86,9 @@ pub struct Vertical {
     pub to_grade_deg: Option<Finite>,
     /// Length over which an arc's curvature grows and falls, at each end, m.
     pub easement_m: Option<NonNegative>,
-    /// How often to repeat.
+    /// Number of repetitions.
     pub times: Option<u32>,
-    /// What to repeat.
+    /// The elements that are repeated.
     pub elements: Option<Vec<Vertical>>,
 }
 

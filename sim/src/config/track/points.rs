@@ -1,8 +1,8 @@
-//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), a map (chainage, grade, perhaps heading, standard deviations), or in
-//! space (x east, y north, z up).
+//! Points of a survey from a CSV file: along the rail (chainage, height, perhaps heading), a map (chainage, grade,
+//! perhaps heading, standard deviations), or in space (x east, y north, z up).
 //!
-//! From grades the height is the integral of their sines by the trapezoidal rule, from 0 on.
-//! From points in space the chainage is the sum of the chords between them and the heading that of the chord round each point.
+//! From grades the height is the integral of their sines by the trapezoidal rule, from 0 on. From points in space the
+//! chainage is the sum of the chords between them and the heading that of the chord round each point.
 
 use crate::config::file::input_error;
 use crate::error::{Error, InputError};
@@ -212,7 +212,8 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     libm::sqrt(square(0) + square(1) + square(2))
 }
 
-/// Headings of points on the plan, degrees: of the chord from the point before to the one behind, at the ends of the only chord.
+/// Headings of points on the plan, degrees: of the chord from the point before to the one behind, at the ends of the
+/// only chord.
 fn headings(places: &[[f64; 2]]) -> Vec<f64> {
     let last = places.len().saturating_sub(1);
     (0..places.len())

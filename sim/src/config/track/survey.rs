@@ -1,8 +1,8 @@
 //! Surveyed tracks: points from a CSV file (`points`), smoothed by a spline.
 //!
-//! The chainage is measured along the rail, as by a wheel rolled along it, so that the height's derivative is sin θ. The
-//! first point becomes chainage 0. Heights are smoothed to the stated standard deviation of the survey (`spline.rs`); the
-//! curvature of the result is continuous, and zero at both ends.
+//! The chainage is measured along the rail, as by a wheel rolled along it, so that the height's derivative is sin θ.
+//! The first point becomes chainage 0. Heights are smoothed to the stated standard deviation of the survey
+//! (`spline.rs`); the curvature of the result is continuous, and zero at both ends.
 
 use crate::config::checked::NonNegative;
 use crate::config::file::{input_error, named, read_text};
@@ -18,9 +18,9 @@ use std::path::Path;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Survey {
-    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `s_m`, `grade_deg` and perhaps `sd_deg`,
-    /// `heading_deg`, `heading_sd_deg`, or `x_m`,
-    /// `y_m`, `z_m`; relative to the track file; lines that begin with # are comments.
+    /// CSV file with the columns `s_m`, `height_m` and perhaps `heading_deg` (+ left), or `s_m`, `grade_deg` and
+    /// perhaps `sd_deg`, `heading_deg`, `heading_sd_deg`, or `x_m`, `y_m`, `z_m`; relative to the track file; lines
+    /// that begin with # are comments.
     pub file: String,
     /// Standard deviation of a height, m, such as 0.003; 0 = the rail passes through every point.
     pub height_noise_m: NonNegative,
@@ -56,7 +56,7 @@ pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
     Ok((heading, grade))
 }
 
-/// Relief below so many standard deviations of a height is not told from noise.
+/// Relief below so many standard deviations of a height cannot be separated from noise.
 const MAX_DEVIATIONS: f64 = 3.0;
 /// No survey of a rail is worse than this standard deviation, m: what is stated beyond it explains no relief.
 const MAX_PLAUSIBLE_NOISE_M: f64 = 0.1;

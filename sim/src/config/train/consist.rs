@@ -18,7 +18,7 @@ impl Train {
     }
 
     /// The same with changes made to the train file.
-    pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         load(path, sets).map_err(|e| with_sets(e, sets))
     }
 }
@@ -250,7 +250,7 @@ impl ConsistBuilder<'_> {
         Ok(())
     }
 
-    /// Where a point of a body is at the start on a straight level rail, from the train's front.
+    /// Position of a point of a body at the start on a straight level rail, from the train's front.
     pub fn at(&self, body: usize, point: &Vector3<f64>) -> Vector3<f64> {
         let b = &self.train.bodies[body];
         (b.start_pose * nalgebra::Point3::from(*point)).coords + Vector3::new(b.start_s, 0.0, 0.0)

@@ -9,29 +9,29 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct TrainFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// Name of the train.
-    pub name: String,
+    pub(crate) name: String,
     /// Units along the rail, front to rear.
-    pub consist: Vec<UnitEntry>,
+    pub(crate) consist: Vec<UnitEntry>,
     /// Drawbars between neighbouring units.
-    pub drawbar: Drawbar,
+    pub(crate) drawbar: Drawbar,
     /// The load.
     #[serde(default)]
-    pub load: Option<LoadEntry>,
-    /// What differs from the units' files on every drive unit of this train.
+    pub(crate) load: Option<LoadEntry>,
+    /// Changes to the units' files for every drive unit of this train.
     #[serde(default)]
-    pub drive: DriveChange,
-    /// What the train can run on.
-    pub limits: LimitsFile,
+    pub(crate) drive: DriveChange,
+    /// Limits of the track and of the load for this train.
+    pub(crate) limits: LimitsFile,
     /// Running resistance.
-    pub resistance: ResistanceFile,
+    pub(crate) resistance: ResistanceFile,
 }
 
 /// A unit in the consist.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct UnitEntry {
+pub(crate) struct UnitEntry {
     /// Name in this train, without `/`.
     pub name: String,
     /// Unit file, relative to this file.
@@ -44,7 +44,7 @@ pub struct UnitEntry {
 /// Drawbars between neighbouring units.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Drawbar {
+pub(crate) struct Drawbar {
     /// N/m.
     pub stiffness_npm: Positive,
     /// N·s/m.
@@ -54,7 +54,7 @@ pub struct Drawbar {
 /// The load.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LoadEntry {
+pub(crate) struct LoadEntry {
     /// Name in this train, without `/`.
     pub name: String,
     /// Unit file, relative to this file.
@@ -63,10 +63,10 @@ pub struct LoadEntry {
     pub under: String,
 }
 
-/// What differs from the unit's file.
+/// Changes to the unit's file.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct DriveChange {
+pub(crate) struct DriveChange {
     /// Largest motor torque, N·m.
     pub torque_max_nm: Option<Positive>,
     /// Motor power, kW.
@@ -77,10 +77,10 @@ pub struct DriveChange {
     pub clamp_mpa: Option<NonNegative>,
 }
 
-/// What the train can run on.
+/// Limits of the track and of the load for this train.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LimitsFile {
+pub(crate) struct LimitsFile {
     /// Least horizontal radius, m.
     pub min_radius_horizontal_m: Positive,
     /// Least vertical radius, m.
@@ -96,7 +96,7 @@ pub struct LimitsFile {
 /// Running resistance of the whole train, each term of its own.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ResistanceFile {
+pub(crate) struct ResistanceFile {
     /// Rolling of the clamped friction wheels, per newton of clamp force.
     pub clamped_wheel: NonNegative,
     /// Rolling of the running wheels, per newton of wheel load.

@@ -14,19 +14,19 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct Unit {
     /// The YAML file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Its contents.
-    pub file: UnitFile,
+    pub(crate) file: UnitFile,
     /// The URDF.
-    pub urdf: UrdfUnit,
+    pub(crate) urdf: UrdfUnit,
     /// Stations of each URDF body, rear to front; empty for suspended bodies.
-    pub stations: Vec<Vec<Station>>,
+    pub(crate) stations: Vec<Vec<Station>>,
     /// The drive, if there are friction wheels; its body index counts the unit's own bodies.
-    pub drive: Option<Drive>,
+    pub(crate) drive: Option<Drive>,
     /// The trolley above, if the unit is suspended.
-    pub trolley: Option<Box<Unit>>,
+    pub(crate) trolley: Option<Box<Unit>>,
     /// Highest speed its friction wheels allow, m/s; infinite without.
-    pub max_speed_mps: f64,
+    pub(crate) max_speed_mps: f64,
 }
 
 impl Unit {
@@ -94,14 +94,14 @@ impl Unit {
     }
 
     /// A link that must be there.
-    pub fn link(&self, name: &str) -> Result<&LinkPlace, Error> {
+    pub(crate) fn link(&self, name: &str) -> Result<&LinkPlace, Error> {
         self.urdf
             .place(name)
             .ok_or_else(|| self.unknown_link("urdf".into(), name))
     }
 
     /// The error for a link that is not there.
-    pub fn unknown_link(&self, key: String, name: &str) -> Error {
+    pub(crate) fn unknown_link(&self, key: String, name: &str) -> Error {
         let known: Vec<&str> = self.urdf.places.iter().map(|p| p.link.as_str()).collect();
         input_error(
             &self.path,
@@ -319,7 +319,7 @@ impl Unit {
     }
 
     /// The highest torque of one friction wheel, N·m, by the URDF.
-    pub fn wheel_torque_max_nm(&self) -> f64 {
+    pub(crate) fn wheel_torque_max_nm(&self) -> f64 {
         self.urdf
             .friction_wheels
             .iter()
@@ -328,7 +328,7 @@ impl Unit {
     }
 
     /// The highest rate of a friction wheel, rad/s, by the URDF.
-    pub fn wheel_rate_max_radps(&self) -> f64 {
+    pub(crate) fn wheel_rate_max_radps(&self) -> f64 {
         self.urdf
             .friction_wheels
             .iter()
@@ -337,7 +337,7 @@ impl Unit {
     }
 
     /// A load's payload and lifting gear, in the body frame.
-    pub fn payload(&self, link: &str) -> Option<(MassProperties, MassProperties)> {
+    pub(crate) fn payload(&self, link: &str) -> Option<(MassProperties, MassProperties)> {
         let payload = self.urdf.place(link)?.mass?;
         let others = self
             .urdf

@@ -11,33 +11,33 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct UnitFile {
     /// Format version, 1.
-    pub version: Version1,
+    pub(crate) version: Version1,
     /// URDF file, relative to this file.
-    pub urdf: String,
+    pub(crate) urdf: String,
     /// Room the unit takes along the rail, from coupling to coupling, m; not for a load.
     #[serde(default)]
-    pub length_m: Option<Positive>,
+    pub(crate) length_m: Option<Positive>,
     /// Springs of the wheels, for a unit with `running_wheel…` links.
     #[serde(default)]
-    pub running_gear: Option<RunningGear>,
+    pub(crate) running_gear: Option<RunningGear>,
     /// Motor, gear, clamp and brake, for a unit with friction wheels.
     #[serde(default)]
-    pub drive: Option<DriveFile>,
+    pub(crate) drive: Option<DriveFile>,
     /// Trolleys a hung unit (cab, beam) hangs from.
     #[serde(default)]
-    pub carried_by: Option<CarriedBy>,
+    pub(crate) carried_by: Option<CarriedBy>,
     /// Connections between links of this unit that `floating` joints set free.
     #[serde(default)]
-    pub connections: Vec<ConnectionFile>,
+    pub(crate) connections: Vec<ConnectionFile>,
     /// Payload and chains, for a load.
     #[serde(default)]
-    pub load: Option<LoadFile>,
+    pub(crate) load: Option<LoadFile>,
 }
 
 /// Springs of running wheels and guide wheels.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct RunningGear {
+pub(crate) struct RunningGear {
     /// One running wheel, N/m.
     pub wheel_stiffness_npm: Positive,
     /// One running wheel, N·s/m.
@@ -53,7 +53,7 @@ pub struct RunningGear {
 /// Drive of a unit with two friction wheels.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DriveFile {
+pub(crate) struct DriveFile {
     /// The motor.
     pub motor: MotorFile,
     /// The gear between the motor and both wheels.
@@ -69,7 +69,7 @@ pub struct DriveFile {
 /// Gear.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Gear {
+pub(crate) struct Gear {
     /// Motor revolutions per wheel revolution.
     pub ratio: Positive,
     /// Share of power that passes when driving.
@@ -81,7 +81,7 @@ pub struct Gear {
 /// Clamp cylinder: each wheel of the pair is pressed on the web with pressure × piston area.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Clamp {
+pub(crate) struct Clamp {
     /// Diameter of the piston, lever ratio of the arms included, m.
     pub piston_diameter_m: Positive,
     /// Nominal pressure, MPa.
@@ -93,7 +93,7 @@ pub struct Clamp {
 /// LuGre friction between one wheel and the web.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Friction {
+pub(crate) struct Friction {
     /// Coefficient on a clean dry rail.
     pub adhesion: NonNegative,
     /// Bristle stiffness σ0, N/m.
@@ -107,7 +107,7 @@ pub struct Friction {
 /// Clamp brake.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Brake {
+pub(crate) struct Brake {
     /// Largest force of the unit, N.
     pub force_max_n: NonNegative,
     /// First-order lag, s.
@@ -117,7 +117,7 @@ pub struct Brake {
 /// Trolleys above a hung unit, one for each hanger link.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CarriedBy {
+pub(crate) struct CarriedBy {
     /// Unit file of the trolley, relative to this file.
     pub trolley: String,
     /// Links of this unit that meet the trolleys' `hanger` links, front to rear.
@@ -131,8 +131,8 @@ pub struct CarriedBy {
 /// A spring-damper between two links.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ConnectionFile {
-    /// What it can carry.
+pub(crate) struct ConnectionFile {
+    /// Forces that the connection can carry.
     pub kind: KindOfConnection,
     /// One link.
     pub from: String,
@@ -144,11 +144,11 @@ pub struct ConnectionFile {
     pub damping_nspm: NonNegative,
 }
 
-/// What a connection can carry.
+/// The forces that a connection can carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "ConnectionKind")] // the name in the JSON schema
-pub enum KindOfConnection {
+pub(crate) enum KindOfConnection {
     /// Push and pull along the line between the anchors.
     Drawbar,
     /// Holds the anchors together in all directions (a ball joint).
@@ -170,12 +170,12 @@ impl From<KindOfConnection> for ConnectionKind {
 /// A load: lifting gear that is always there, and a payload that comes and goes.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LoadFile {
+pub(crate) struct LoadFile {
     /// The link whose mass is the payload; its inertia scales with it. Every other link is tare.
     pub payload_link: String,
     /// Links where chains end; the unit above has links of the same names.
     pub chain_links: Vec<String>,
-    /// How far they are below those of the unit above, m.
+    /// Distance below those of the unit above, m.
     pub drop_m: Positive,
     /// One chain, N/m.
     pub stiffness_npm: Positive,

@@ -1,4 +1,5 @@
-//! Finds the line and column of the mistake in a URDF file that cannot be read: the URDF reader seldom gives it, so the text is searched.
+//! Finds the line and column of the mistake in a URDF file that cannot be read: the URDF reader seldom gives it, so the
+//! text is searched.
 
 use super::file::File;
 use crate::error::{Error, InputError};
@@ -10,7 +11,7 @@ const NUMBERS: &[&str] = &[
     "scale", "lower", "upper", "effort", "velocity", "rgba",
 ];
 
-/// The error for what the reader said.
+/// The error for a message of the URDF reader.
 pub(super) fn diagnose(file: &File<'_>, said: &str) -> Error {
     let text = without_comments(&file.text);
     let quoted = || said.split('`').nth(1).unwrap_or_default();

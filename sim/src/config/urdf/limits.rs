@@ -1,5 +1,6 @@
-//! Limits of URDF files, counted before the XML reader sees them: it calls itself once a level, and compares every attribute of a tag
-//! with every other (quick-xml 0.39, RUSTSEC-2026-0194 and -0195, which urdf-rs 0.10 still builds upon).
+//! Limits of URDF files, counted before the XML reader sees them: it calls itself once a level, and compares every
+//! attribute of a tag with every other (quick-xml 0.39, RUSTSEC-2026-0194 and -0195, which urdf-rs 0.10 still builds
+//! upon).
 
 use super::file::File;
 use crate::error::Error;
@@ -15,7 +16,8 @@ const MAX_ATTRIBUTES: usize = 16;
 /// Deepest nesting: URDF needs five levels.
 const MAX_NESTING: usize = 50;
 
-/// Whether a file keeps the limits, and has nothing in it that URDF does not need. Any other mistake is left to the reader.
+/// Refuses a file beyond the limits, or with something in it that URDF does not need. Any other mistake is left to the
+/// reader.
 pub(super) fn check(file: &File<'_>) -> Result<(), Error> {
     let text = file.text.as_str();
     let fault = |message: String, help: &str| Err(file.fault("", "", message, help));
@@ -53,13 +55,13 @@ pub(super) fn check(file: &File<'_>) -> Result<(), Error> {
     Ok(())
 }
 
-/// What stands between `<` and `>`, comments too.
+/// The texts between `<` and `>`, comments included.
 fn tags(text: &str) -> impl Iterator<Item = &str> {
     let after = text.split('<').skip(1);
     after.map(|rest| rest.split('>').next().unwrap_or_default())
 }
 
-/// How deep elements are nested.
+/// Depth of the deepest element.
 fn nesting(text: &str) -> usize {
     let (mut depth, mut deepest, mut rest) = (0_usize, 0, text);
     while let Some(at) = rest.find('<') {

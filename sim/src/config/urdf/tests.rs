@@ -53,9 +53,9 @@ const BOX: &str = "<visual><geometry><box size=\"1 1 1\"/></geometry></visual>";
 
 #[test]
 fn links_are_lumped_by_parallel_axes_through_turned_joints() {
-    // Root 2 kg at the origin; child frame at (1, 0, 0) turned 90° about z, its 3 kg at child (0, 2, 0) = root (−1, 0, 0).
-    // Masses at x = 0 and x = −1: centre x = −0.6. Child J = diag(1, 2, 2.5) turned: diag(2, 1, 2.5).
-    // J = diag(1+2, 1+1 + 2·0.36 + 3·0.16, 1+2.5 + 1.2) = diag(3, 3.2, 4.7).
+    // Root 2 kg at the origin; child frame at (1, 0, 0) turned 90° about z, its 3 kg at child (0, 2, 0) = root (−1, 0,
+    // 0). Masses at x = 0 and x = −1: centre x = −0.6. Child J = diag(1, 2, 2.5) turned: diag(2, 1, 2.5). J = diag(1+2,
+    // 1+1 + 2·0.36 + 3·0.16, 1+2.5 + 1.2) = diag(3, 3.2, 4.7).
     let folder = Folder::new("lump");
     let text = link("a", &inertial(2.0, "0 0 0", [1.0; 3]))
         + &link("b", &inertial(3.0, "0 2 0", [1.0, 2.0, 2.5]))

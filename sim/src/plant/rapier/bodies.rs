@@ -19,7 +19,7 @@ pub struct Bodies {
     handles: Vec<RigidBodyHandle>,
     collisions: Collisions,
     gravity: f64,
-    /// Whether rapier's bodies are not where `states` are.
+    /// True if rapier's bodies are not where `states` are.
     engine_behind: bool,
     engine_always: bool,
 }
@@ -124,7 +124,7 @@ impl Bodies {
         self.engine_behind = true;
     }
 
-    /// Whether something could touch, so that rapier's contact solver is on.
+    /// True if something could touch, so that rapier's contact solver is on.
     pub fn contact_possible(&self) -> bool {
         self.collisions.enabled()
     }

@@ -1,6 +1,8 @@
-//! Clearance: least distance of moving shapes to fixed ones, for the record and to enable collision detection only when needed.
+//! Clearance: least distance of moving shapes to fixed ones, for the record and to enable collision detection only when
+//! needed.
 //!
-//! Touching is rare and costs five times as much as everything else in a step, so colliders are disabled while nothing can touch.
+//! Touching is rare and costs five times as much as everything else in a step, so colliders are disabled while nothing
+//! can touch.
 
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::math::{Pose, Vector};
@@ -30,7 +32,7 @@ impl FixedShapes {
         }
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.shapes.is_empty()
     }

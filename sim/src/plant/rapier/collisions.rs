@@ -1,7 +1,7 @@
 //! Collisions of cabs, beam, load and drive units with rail and obstacles, and the clearance to obstacles.
 //!
-//! Touching is rare, and looking for it in every step costs several times as much as everything else in it. So colliders
-//! sleep, and are woken by cheap distance checks.
+//! Touching is rare, and looking for it in every step costs several times as much as everything else in it. So
+//! colliders sleep, and are woken by cheap distance checks.
 
 use super::convert::{self, pose_to_rapier, shared_shape};
 use crate::plant::obstacles::ObstacleBox;
@@ -15,8 +15,8 @@ use rapier3d::prelude::{
     RigidBodyBuilder, RigidBodyHandle, SharedShape,
 };
 
-/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next check.
-/// Checks are `CHECK_PERIOD_S` apart or farther, as far as distances up to the reach allow.
+/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next
+/// check. Checks are `CHECK_PERIOD_S` apart or farther, as far as distances up to the reach allow.
 const COLLIDER_REACH_M: f64 = 0.3;
 const COLLIDER_MARGIN_M: f64 = 0.01;
 const CHECK_PERIOD_S: f64 = 0.02;
@@ -47,7 +47,7 @@ struct ContactPart {
 }
 
 impl ContactPart {
-    /// Where it is now.
+    /// Its pose now.
     fn placed(&self, bodies: &[BodyState]) -> Pose {
         convert::pose(&bodies[self.body]) * self.pose
     }
@@ -146,7 +146,7 @@ impl Collisions {
         }
     }
 
-    /// Whether the contact solver is on: something could touch.
+    /// True if the contact solver is on: something could touch.
     pub fn enabled(&self) -> bool {
         self.enabled
     }

@@ -8,14 +8,15 @@
 //! q⁺ = (1, ½ ω⁺ dt) q, normalised
 //! ```
 //!
-//! rapier 0.36, `staged_island_solver/worker.rs` with one substep and no constraint. Equal to it but for rounding; the pipeline spends
-//! more than half of its time on islands, joints and contacts that a train away from obstacles does not have.
+//! rapier 0.36, `staged_island_solver/worker.rs` with one substep and no constraint. Equal to it but for rounding; the
+//! pipeline spends more than half of its time on islands, joints and contacts that a train away from obstacles does not
+//! have.
 
 use crate::plant::train::body_state::{BodyState, Wrench};
 use crate::train::Body;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-/// What a body's motion depends on.
+/// The properties on which a body's motion depends.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeBody {
     inverse_mass: f64,

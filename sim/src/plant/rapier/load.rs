@@ -14,8 +14,9 @@ struct MovingMass {
 }
 
 impl World {
-    /// Give the payload another mass, kg. What is hung on has `speed` (m/s) along the rail and does not turn, or without that moves with
-    /// the load; it and the load have one motion afterwards, with the momentum and angular momentum of both.
+    /// Give the payload another mass, kg. What is hung on has `speed` (m/s) along the rail and does not turn, or
+    /// without that moves with the load; it and the load have one motion afterwards, with the momentum and angular
+    /// momentum of both.
     pub(super) fn change_load(&mut self, mass_kg: f64, speed: Option<f64>) {
         let train = &mut self.dynamics.train;
         let (Some(i), Some(payload)) = (train.load, &mut train.payload) else {

@@ -1,9 +1,9 @@
 //! The train as rigid bodies in rapier. No other folder uses rapier.
 //!
-//! rapier handles collisions of cabs, beam and load with obstacles (`collisions`) and integrates the rigid bodies meanwhile; while
-//! nothing can touch they are integrated by the same arithmetic without its pipeline (`bodies`, `free_motion`). The forces between
-//! wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels do not use the contact
-//! solver is described in `docs/src/design.md`.
+//! rapier handles collisions of cabs, beam and load with obstacles (`collisions`) and integrates the rigid bodies
+//! meanwhile; while nothing can touch they are integrated by the same arithmetic without its pipeline (`bodies`,
+//! `free_motion`). The forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels
+//! do not use the contact solver is described in `docs/src/design.md`.
 
 mod bodies;
 mod clearance;
@@ -30,7 +30,8 @@ use truth::Sway;
 
 /// A station farther from the rail than this has left it, m (half an I140E flange).
 const MAX_OFF_RAIL_M: f64 = 0.034;
-/// Before a run the train settles on its springs for at most this long, s, in steps of 1 ms with this much of each velocity kept.
+/// Before a run the train settles on its springs for at most this long, s, in steps of 1 ms with this much of each
+/// velocity kept.
 const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
 /// Speed below which it has settled, m/s.
@@ -244,7 +245,8 @@ impl World {
         self.bodies.set_velocity(body, v, w);
     }
 
-    /// Advance the bodies by rapier's whole pipeline in every step from now on (`true`), or only while something could touch (tests).
+    /// Advance the bodies by rapier's whole pipeline in every step from now on (`true`), or only while something could
+    /// touch (tests).
     pub fn set_engine_always(&mut self, on: bool) {
         self.bodies.set_engine_always(on);
     }

@@ -12,7 +12,7 @@ pub struct AdhesionZone {
 }
 
 /// Coefficient at chainage `s`: that of the last zone which covers it, else `dry`.
-pub fn at(zones: &[AdhesionZone], s: f64, dry: f64) -> f64 {
+pub(crate) fn at(zones: &[AdhesionZone], s: f64, dry: f64) -> f64 {
     zones
         .iter()
         .rev()

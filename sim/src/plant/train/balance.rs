@@ -7,9 +7,9 @@
 //! M_eff = Σ mᵢ + Σ J / r²
 //! ```
 //!
-//! tᵢ is the direction of the rail at body i: the mean of the tangents under its stations; of a suspended body, the mean of the
-//! directions of the bodies that it hangs from. A swinging load is in the momentum, so that no term stands for its swing: the chains
-//! pull beam and load alike. All terms are positive forwards.
+//! tᵢ is the direction of the rail at body i: the mean of the tangents under its stations; of a suspended body, the
+//! mean of the directions of the bodies that it hangs from. A swinging load is in the momentum, so that no term stands
+//! for its swing: the chains pull beam and load alike. All terms are positive forwards.
 
 use nalgebra::Vector3;
 
@@ -17,26 +17,27 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ForceBalance {
-    /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still in it.
+    /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still
+    /// in it.
     pub drive_n: f64,
     /// Rolling of the clamped friction wheels.
-    pub clamped_rolling_n: f64,
+    pub(crate) clamped_rolling_n: f64,
     /// Rolling of the running wheels.
-    pub running_rolling_n: f64,
+    pub(crate) running_rolling_n: f64,
     /// Rolling of the guide wheels: the resistance of curves.
-    pub guide_rolling_n: f64,
+    pub(crate) guide_rolling_n: f64,
     /// Bearings.
-    pub bearing_n: f64,
+    pub(crate) bearing_n: f64,
     /// Air drag.
-    pub air_n: f64,
+    pub(crate) air_n: f64,
     /// Clamp brakes.
-    pub brake_n: f64,
+    pub(crate) brake_n: f64,
     /// Weight, −Σ mᵢ g tᵢ·z.
-    pub grade_n: f64,
-    /// What a bend, crest or sag does to the momentum along the rail without resistance: wheels of one body that stand on different
-    /// tangents, couplings between bodies of different direction, and the momentum that the rail turns, Σ mᵢ vᵢ·ṫᵢ. Nothing on a
-    /// straight rail of constant grade.
-    pub curve_n: f64,
+    pub(crate) grade_n: f64,
+    /// Force of a bend, crest or sag on the momentum along the rail without resistance: wheels of one body that stand
+    /// on different tangents, couplings between bodies of different direction, and the momentum that the rail turns, Σ
+    /// mᵢ vᵢ·ṫᵢ. Nothing on a straight rail of constant grade.
+    pub(crate) curve_n: f64,
     /// Contact with obstacles and with the rail's flanges, while such contact is possible.
     pub contact_n: f64,
     /// M_eff v̇, from the bodies' velocities before and after the step and from no force.
@@ -72,7 +73,7 @@ impl ForceBalance {
 
 /// Directions of the rail at the bodies in the last step.
 #[derive(Clone, Debug, Default)]
-pub struct Directions {
+pub(crate) struct Directions {
     now: Vec<Vector3<f64>>,
     /// Supports of each suspended body, those that hang from nothing suspended first; nothing for rail-bound bodies.
     suspended: Vec<(usize, Vec<usize>)>,

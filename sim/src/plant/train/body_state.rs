@@ -8,7 +8,7 @@ pub struct BodyState {
     /// Origin of the body frame, m.
     pub p: Vector3<f64>,
     /// Rotation from the body frame to the world.
-    pub q: UnitQuaternion<f64>,
+    pub(crate) q: UnitQuaternion<f64>,
     /// The same as a matrix.
     pub r: Matrix3<f64>,
     /// Centre of mass, m.
@@ -35,9 +35,9 @@ impl BodyState {
 #[derive(Clone, Copy, Debug)]
 pub struct Wrench {
     /// Force, N.
-    pub force: Vector3<f64>,
+    pub(crate) force: Vector3<f64>,
     /// Torque about the centre of mass, N·m.
-    pub torque: Vector3<f64>,
+    pub(crate) torque: Vector3<f64>,
 }
 
 impl Wrench {
@@ -48,7 +48,7 @@ impl Wrench {
     };
 
     /// Add a force at a world point of the body.
-    pub fn add(&mut self, body: &BodyState, force: &Vector3<f64>, at: &Vector3<f64>) {
+    pub(crate) fn add(&mut self, body: &BodyState, force: &Vector3<f64>, at: &Vector3<f64>) {
         self.force += force;
         self.torque += (at - body.c).cross(force);
     }

@@ -16,7 +16,7 @@ pub struct Pull {
     pub loss: f64,
 }
 
-/// What a connection does between two bodies.
+/// Forces and torques of a connection on its two bodies.
 pub fn pull(c: &Connection, a: &BodyState, b: &BodyState) -> Pull {
     let at_a = a.point(&c.anchor_a);
     let at_b = b.point(&c.anchor_b);

@@ -23,7 +23,7 @@ const SHOE_SIGMA1: f64 = 2.0e4;
 /// State of one drive unit beyond its rigid body.
 #[derive(Clone, Copy, Debug)]
 pub struct DriveUnit {
-    /// What it is built of.
+    /// Data of the drive unit.
     pub spec: Drive,
     pub(super) cursor: Cursor,
     /// Motor.
@@ -42,7 +42,7 @@ pub struct DriveUnit {
     pub adhesion: f64,
     /// Speed of the body along the rail at the wheels, m/s, before the last step.
     pub v_t: f64,
-    /// Where the wheels touch the web, and the rail there, before the last step.
+    /// Point at which the wheels touch the web, and the rail there, before the last step.
     pub(super) contact: (Vector3<f64>, RailFrame),
 }
 
@@ -73,7 +73,8 @@ pub struct Sums {
     pub external: Vector3<f64>,
     /// Σ Fᵢ·tᵢ of all forces but weight on the bodies, N along the rail.
     pub along_n: f64,
-    /// Terms of the force balance along the rail but for what the bodies' motion adds: of `curve_n` the part of the forces.
+    /// Terms of the force balance along the rail but for what the bodies' motion adds: of `curve_n` the part of the
+    /// forces.
     pub balance: ForceBalance,
 }
 
@@ -94,7 +95,8 @@ pub struct Dynamics {
     pub(super) cursors: Vec<Cursor>,
     /// Rolling resistance of each station.
     pub(super) rolling: Vec<SlidingContact>,
-    /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended bodies.
+    /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended
+    /// bodies.
     carried: Vec<f64>,
     /// Directions of the rail at the bodies.
     directions: Directions,
@@ -201,7 +203,7 @@ impl Dynamics {
         sums
     }
 
-    /// What is left of the force balance once all forces are known.
+    /// Completes the force balance from all forces.
     fn balance(&self, wrenches: &[Wrench], sums: &mut Sums) {
         let bodies = self.train.bodies.iter();
         let each = bodies.zip(wrenches).zip(self.directions.now());
@@ -220,7 +222,7 @@ impl Dynamics {
     }
 
     /// Directions of the rail at the bodies in the last step.
-    pub fn directions(&self) -> &Directions {
+    pub(crate) fn directions(&self) -> &Directions {
         &self.directions
     }
 
@@ -299,8 +301,8 @@ impl Dynamics {
             let body = &bodies[d.body];
             let wheels = body.point(&d.contact);
             let f = rail.track(&wheels, &mut unit.cursor);
-            // The wheels press on the web from both sides, so they touch it where it is and not on the body's axis, which is a
-            // chord of the bend; their height is that of the body.
+            // The wheels press on the web from both sides, so they touch it where it is and not on the body's axis,
+            // which is a chord of the bend; their height is that of the body.
             let at = f.p + f.u * (wheels - f.p).dot(&f.u);
             let v_t = body.velocity(&at).dot(&f.t);
             let turning = body.w.dot(&f.u) * self.web_half;

@@ -16,7 +16,7 @@
 /// Below this share of the largest deflection the bristles are purely elastic.
 const BREAK_AWAY_SHARE: f64 = 0.7;
 
-/// What a contact is made of.
+/// Parameters of a contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Bristle {
     /// Bristle stiffness, N/m.
@@ -69,8 +69,8 @@ impl Bristle {
 }
 
 impl RollingContact {
-    /// Advance by `dt`: limit force `g` (N), torque on the wheel `torque` (N·m), rail-bound body moving at `v_t` (m/s). Sets
-    /// and returns the force on the body, N.
+    /// Advance by `dt`: limit force `g` (N), torque on the wheel `torque` (N·m), rail-bound body moving at `v_t` (m/s).
+    /// Sets and returns the force on the body, N.
     pub fn step(&mut self, wheel: &WheelParameters, g: f64, torque: f64, v_t: f64, dt: f64) -> f64 {
         let (b, j, r) = (&wheel.bristle, wheel.inertia, wheel.radius);
         if g <= 0.0 {
@@ -177,7 +177,8 @@ mod tests {
 
     #[test]
     fn a_held_load_below_break_away_does_not_creep() {
-        // A mass on the contact, pushed with half the limit and shaken: after the shake it stands where it stood before.
+        // A mass on the contact, pushed with half the limit and shaken: after the shake it stands where it stood
+        // before.
         let (m, dt) = (1000.0, 1e-3);
         let mut c = SlidingContact::default();
         let (mut x, mut v) = (0.0, 0.0);

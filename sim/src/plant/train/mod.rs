@@ -1,13 +1,13 @@
-//! Forces between train and rail and inside the train, one law a file. None of them knows a physics engine.
+//! Forces between train and rail and inside the train, one law a file. None of them depends on a physics engine.
 
 pub mod adhesion;
 pub mod balance;
 pub mod body_state;
-pub mod coupling;
-pub mod dynamics;
-pub mod friction;
+pub(crate) mod coupling;
+pub(crate) mod dynamics;
+pub(crate) mod friction;
 pub mod modes;
-pub mod motor;
+pub(crate) mod motor;
 mod readings;
-pub mod resistance;
-pub mod running_gear;
+pub(crate) mod resistance;
+pub(crate) mod running_gear;

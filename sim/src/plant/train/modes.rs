@@ -1,8 +1,10 @@
-//! Natural modes of the train: the multibody model linearised numerically around a state in which nothing changes but the way.
+//! Natural modes of the train: the multibody model linearised numerically around a state in which nothing changes but
+//! the way.
 //!
-//! One step of the model maps its state x (places, turns and velocities of the bodies, rates of the wheels, deflections of all
-//! bristles) to x⁺. Its Jacobian A = ∂x⁺/∂x is taken by central differences; an eigenvalue λ of A is a mode e^{st} with
-//! s = ln λ / dt, period 2π/|Im s| and damping ratio −Re s/|s|. Torque and brake are held; a controller would change the modes.
+//! One step of the model maps its state x (places, turns and velocities of the bodies, rates of the wheels, deflections
+//! of all bristles) to x⁺. Its Jacobian A = ∂x⁺/∂x is taken by central differences; an eigenvalue λ of A is a mode
+//! e^{st} with s = ln λ / dt, period 2π/|Im s| and damping ratio −Re s/|s|. Torque and brake are held; a controller
+//! would change the modes.
 
 use super::body_state::{BodyState, Wrench};
 use super::dynamics::Dynamics;
@@ -11,8 +13,8 @@ use monorig_estimators::api::signals::Command;
 use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
 use nalgebra::{Complex, DMatrix, DVector, UnitQuaternion, Vector3};
 
-/// Perturbations of places (m) and turns (rad), of velocities (m/s, rad/s), and of bristles (m): small against the static deflections
-/// of wheels (0.1 mm) and bristles (1 µm).
+/// Perturbations of places (m) and turns (rad), of velocities (m/s, rad/s), and of bristles (m): small against the
+/// static deflections of wheels (0.1 mm) and bristles (1 µm).
 const PLACE: f64 = 1e-7;
 const VELOCITY: f64 = 1e-6;
 const BRISTLE: f64 = 1e-9;
@@ -30,18 +32,19 @@ const SCHUR_STEPS: usize = 100_000;
 /// A mode that swings.
 #[derive(Clone, Debug)]
 pub struct Mode {
-    /// s.
+    /// Period, s.
     pub period_s: f64,
     /// Share of the critical damping; below 0 the mode grows.
     pub damping_ratio: f64,
-    /// Amplitudes of the centres of mass in the world, m, in the order of `Train::bodies`, at the phase in which the largest of them and
-    /// of the turns is 1.
+    /// Amplitudes of the centres of mass in the world, m, in the order of `Train::bodies`, at the phase in which the
+    /// largest of them and of the turns is 1.
     pub shape: Vec<Vector3<f64>>,
     /// Amplitudes of the turns of the bodies in the world, rad.
     pub turns: Vec<Vector3<f64>>,
 }
 
-/// The modes of a train in a steady state (at rest, or at constant speed on a straight rail) under a command, the slowest first.
+/// The modes of a train in a steady state (at rest, or at constant speed on a straight rail) under a command, the
+/// slowest first.
 pub fn natural_modes(
     dynamics: &Dynamics,
     rail: &Rail,
@@ -93,7 +96,7 @@ impl Linearisation<'_> {
         a
     }
 
-    /// How far state `i` is perturbed.
+    /// Perturbation of state `i`.
     fn size(&self, i: usize) -> f64 {
         let n = self.bodies.len();
         match i {
@@ -104,8 +107,8 @@ impl Linearisation<'_> {
         }
     }
 
-    /// State after a step, relative to the unperturbed state before it, with state `i` perturbed by `by`: places, turns, velocities,
-    /// angular velocities of all bodies, then the internal states.
+    /// State after a step, relative to the unperturbed state before it, with state `i` perturbed by `by`: places,
+    /// turns, velocities, angular velocities of all bodies, then the internal states.
     fn step(&self, i: usize, by: f64) -> DVector<f64> {
         let n = self.bodies.len();
         let mut moved = DVector::zeros(12 * n + self.dynamics.internals().len());

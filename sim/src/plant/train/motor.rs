@@ -20,8 +20,8 @@ impl Lag {
 /// Driving torque falls to nothing over this share of the largest speed beyond it.
 const CUT_OFF_SHARE: f64 = 0.02;
 
-/// Torque the motor may give at rate `omega_m` (rad/s): constant torque, then constant power, nothing that drives beyond
-/// the cut-off speed; N·m at the motor shaft.
+/// Torque the motor may give at rate `omega_m` (rad/s): constant torque, then constant power, nothing that drives
+/// beyond the cut-off speed; N·m at the motor shaft.
 pub fn envelope(d: &Drive, asked: f64, omega_m: f64) -> f64 {
     let by_power = d.power_w / omega_m.abs().max(1e-9);
     let mut limit = d.torque_max_nm.min(by_power);

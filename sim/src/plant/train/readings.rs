@@ -1,4 +1,4 @@
-//! What can be read from the force laws and their states between steps: energy, momentum, wheel rates, internal states.
+//! Readings of the force laws and their states between steps: energy, momentum, wheel rates, internal states.
 
 use super::body_state::BodyState;
 use super::coupling;
@@ -45,7 +45,8 @@ impl Dynamics {
         e
     }
 
-    /// Momentum of the turning wheels and motors as the rim sees it, Σ J ω / r, kg·m/s, and the mass it belongs to, Σ J / r², kg.
+    /// Momentum of the turning wheels and motors as the rim sees it, Σ J ω / r, kg·m/s, and the mass it belongs to, Σ J
+    /// / r², kg.
     pub fn rotating_momentum(&self) -> (f64, f64) {
         let (mut momentum, mut mass) = (0.0, 0.0);
         for u in &self.drives {
@@ -58,8 +59,8 @@ impl Dynamics {
         (momentum, mass)
     }
 
-    /// Internal states that the motion changes: rates of the friction wheels, rad/s, then deflections of the bristles of wheels, brake
-    /// shoes and rolling resistances, m.
+    /// Internal states that the motion changes: rates of the friction wheels, rad/s, then deflections of the bristles
+    /// of wheels, brake shoes and rolling resistances, m.
     pub fn internals(&self) -> Vec<f64> {
         let wheels = || self.drives.iter().flat_map(|u| &u.wheels);
         let rates = wheels().map(|w| w.omega);
@@ -82,10 +83,11 @@ impl Dynamics {
         self.rolling.iter_mut().for_each(|r| set(&mut r.z));
     }
 
-    /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has brought the bodies here.
+    /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has
+    /// brought the bodies here.
     ///
-    /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its rate at the end
-    /// is that of the web at the end and the same slip. A wheel that slides turns by its torque alone.
+    /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its
+    /// rate at the end is that of the web at the end and the same slip. A wheel that slides turns by its torque alone.
     pub fn wheel_rates(&self, i: usize, bodies: &[BodyState], dt: f64) -> [f64; 2] {
         let unit = &self.drives[i];
         if dt <= 0.0 {

@@ -1,5 +1,5 @@
-//! Running resistance of a rail-bound body, term by term. The "running-resistance coefficient" that estimators speak of is
-//! an outcome of these, not an input.
+//! Running resistance of a rail-bound body, term by term. The "running-resistance coefficient" that estimators speak of
+//! is an outcome of these, not an input.
 
 use super::friction::Bristle;
 use super::running_gear::Grip;
@@ -20,15 +20,16 @@ pub fn direction(v: f64) -> f64 {
     }
 }
 
-/// Pre-rolling of a station: rolling resistance builds up over a millimetre of way, so that a train at rest is held by it.
+/// Pre-rolling of a station: rolling resistance builds up over a millimetre of way, so that a train at rest is held by
+/// it.
 pub const ROLLING: Bristle = Bristle {
     sigma0: 1.0e6,
     sigma1: 2.0e3,
     kappa: 0.0,
 };
 
-/// Largest rolling resistance of the running wheels, and of the guide wheels, at one station, N. Guide forces grow in curves: that
-/// is the curve resistance.
+/// Largest rolling resistance of the running wheels, and of the guide wheels, at one station, N. Guide forces grow in
+/// curves: that is the curve resistance.
 pub fn rolling(r: &Resistance, g: &Grip) -> [f64; 2] {
     [r.running_wheel * g.wheel_load, r.guide_wheel * g.guide_load]
 }
@@ -49,8 +50,8 @@ pub fn clamped_wheel(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64
 }
 
 impl Train {
-    /// Running-resistance coefficient of the data sheet at a total mass (kg) on the level, straight rail: all terms at a
-    /// slow steady speed over the weight.
+    /// Running-resistance coefficient of the data sheet at a total mass (kg) on the level, straight rail: all terms at
+    /// a slow steady speed over the weight.
     pub fn nominal_running_resistance(&self, total_mass_kg: f64, gravity: f64) -> f64 {
         let weight = total_mass_kg * gravity;
         let bound = self

@@ -5,12 +5,13 @@ use crate::rail::RailFrame;
 use crate::train::Station;
 use nalgebra::Vector3;
 
-/// What one station does to its body.
+/// Force and torque of one station on its body.
 #[derive(Clone, Copy, Debug)]
 pub struct Grip {
     /// Force at the station, N, in the world: wheels and guides, without resistance.
     pub force: Vector3<f64>,
-    /// Torque about the rail's tangent from the left-right difference of the wheel loads and the height of the guides, N·m.
+    /// Torque about the rail's tangent from the left-right difference of the wheel loads and the height of the guides,
+    /// N·m.
     pub roll: f64,
     /// Sum of the wheel loads (running and hold-down side), N, none negative.
     pub wheel_load: f64,
@@ -24,8 +25,8 @@ pub struct Grip {
     pub v_t: f64,
 }
 
-/// Load of a wheel pressed in by `depth` at `rate`: positive on the running side, negative on the hold-down side, which has
-/// `play`. Neither side can pull. Also the power its damper loses.
+/// Load of a wheel pressed in by `depth` at `rate`: positive on the running side, negative on the hold-down side, which
+/// has `play`. Neither side can pull. Also the power its damper loses.
 fn wheel(st: &Station, depth: f64, rate: f64) -> (f64, f64) {
     let side = |x: f64, v: f64| -> (f64, f64) {
         if x <= 0.0 {

@@ -1,11 +1,11 @@
-//! What is read from files: tracks, surveys, profiles, their errors, and the assets.
+//! Files of tracks, surveys and profiles, their errors, and the assets.
 
 use super::*;
 use crate::config::rail_profile::ProfileFile;
 use crate::rail::profile::ProfileSpec;
 use crate::train::Limits;
 
-/// What the assets' own comments promise.
+/// The tracks have the properties that their comments promise.
 #[test]
 fn the_tracks_are_what_they_say() {
     let steepest = |r: &Rail| {

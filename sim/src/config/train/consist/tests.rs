@@ -150,7 +150,8 @@ fn bodies_hold_together_at_the_start() {
             }
         }
         assert_eq!(reached.len(), train.bodies.len());
-        // A rail-bound body is upright when its centre of mass is below the wheels' contact, 62 mm under the rail's line.
+        // A rail-bound body is upright when its centre of mass is below the wheels' contact, 62 mm under the rail's
+        // line.
         for b in train.bodies.iter().filter(|b| !b.stations.is_empty()) {
             assert!(b.com.z < -0.062, "{}: {}", b.name, b.com.z);
             assert!(b.com.y.abs() < 1e-9);
