@@ -393,7 +393,8 @@ fn parameters_page() -> String {
     let registry = Registry::default();
     let mut groups: Vec<(&[Key], Vec<&str>)> = Vec::new();
     for estimator in registry.estimators() {
-        for &group in estimator.key_groups() {
+        let groups_of = monorig_estimators::registry::key_groups(estimator.name());
+        for &group in groups_of.unwrap_or_default() {
             match groups.iter_mut().find(|(keys, _)| *keys == group) {
                 Some((_, names)) => names.push(estimator.name()),
                 None => groups.push((group, vec![estimator.name()])),

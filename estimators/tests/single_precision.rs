@@ -7,7 +7,7 @@ mod common;
 use common::{Crane, Random, vehicle};
 use monorig_estimators as double;
 use monorig_estimators::api::estimator::Estimator as _;
-use monorig_estimators::api::signals::{Command, Measurements, Sample, Slot, Vehicle};
+use monorig_estimators::api::signals::{Command, Measurements, Slot, Vehicle};
 use monorig_estimators::registry;
 use monorig_estimators_f32::{
     self as single, api::estimator::Estimator as _, registry as registry32,
