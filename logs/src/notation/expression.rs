@@ -229,7 +229,11 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     /// Takes the next token if it is a mark of this table.
-    fn take<'t, T>(&mut self, table: &'t [T], mark_of: impl Fn(&T) -> &'static str) -> Option<&'t T> {
+    fn take<'t, T>(
+        &mut self,
+        table: &'t [T],
+        mark_of: impl Fn(&T) -> &'static str,
+    ) -> Option<&'t T> {
         let Some((_, Token::Mark(next))) = self.tokens.get(self.at) else {
             return None;
         };
