@@ -158,7 +158,8 @@ impl LogReader for Absent {
 mod tests {
     use super::*;
 
-    /// A file of a format that the program was built without is recognised by its first bytes or its ending, and the error names the feature.
+    /// A file of a format that the program was built without is recognised by its first bytes or its ending, and the
+    /// error names the feature.
     #[test]
     fn absent_formats_are_refused_by_name() {
         let dir = tempfile::tempdir().unwrap();
