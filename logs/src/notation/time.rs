@@ -146,7 +146,7 @@ mod tests {
     /// `date -u -d @1700000000 --iso-8601=seconds` says 2023-11-14T22:13:20+00:00.
     #[test]
     fn dates_are_those_of_the_calendar() {
-        let d = |text| TimeUnit::Iso8601.parse(text);
+        let d = |text: &str| TimeUnit::Iso8601.parse(text);
         assert_eq!(d("2023-11-14T22:13:20Z"), Some(1_700_000_000 * NS));
         assert_eq!(
             d("2023-11-14 22:13:20.5"),

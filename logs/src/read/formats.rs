@@ -153,3 +153,40 @@ impl LogReader for Absent {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of a format that the program was built without is recognised by its first bytes or its ending, and the
+    /// error names the feature.
+    #[test]
+    fn absent_formats_are_refused_by_name() {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, bytes, format, feature) in [
+            ("drive.log", &b"LOGG\0\0"[..], "BLF", "blf"),
+            ("bus.asc", b"date Mon Nov 23", "ASC", "blf"),
+            ("bus.log", b"(1.0) can0 100#00", "candump", "can"),
+            ("drive.mf4", b"MDF     4.10", "MDF4", "mdf"),
+            ("drive.mcap", b"\x89MCAP0\r\n", "MCAP", "mcap"),
+        ] {
+            let path = dir.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            let reader = reader_of(&path).unwrap();
+            assert_eq!(reader.name(), format);
+            if reader.missing_feature().is_none() {
+                continue; // of a program that has it, the reader's own tests
+            }
+            let refused = crate::read::scan(&path, &ReadOptions::default(), &mut |_| true);
+            let refused = refused.unwrap_err().to_string();
+            assert!(
+                refused.contains(&format!("the format {format},")),
+                "{refused}"
+            );
+            assert!(
+                refused.contains(&format!("feature `{feature}`")),
+                "{refused}"
+            );
+        }
+    }
+}

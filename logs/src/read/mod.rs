@@ -1,5 +1,6 @@
-//! Readers of logs: one file a format, all behind [`LogReader`]. A reader goes through its file once, in the order of
-//! the file, and hands on rows in chunks; it keeps no more than a chunk, and trusts no length that the file declares.
+//! Readers of logs: one file a format, all behind the trait `LogReader`. A reader goes through its file once, in the
+//! order of the file, and hands on rows in chunks; it keeps no more than a chunk, and trusts no length that the file
+//! declares.
 //!
 //! | file | what it holds |
 //! |---|---|
