@@ -60,7 +60,20 @@ fn vehicle() -> Vehicle {
 
 /// What a row of the drive sends.
 fn samples(row: &[f64; 12]) -> (Measurements, Command) {
-    let [t, fx, fy, fz, p, q, r, torque1, torque2, speed1, speed2, brake] = *row;
+    let [
+        t,
+        fx,
+        fy,
+        fz,
+        p,
+        q,
+        r,
+        torque1,
+        torque2,
+        speed1,
+        speed2,
+        brake,
+    ] = *row;
     let t = Time::from_s(t);
     let mut z = Measurements::at(t);
     z.specific_force_mps2 = Some(Sample {

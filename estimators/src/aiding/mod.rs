@@ -128,7 +128,10 @@ mod tests {
         let mut belief = start();
         let status = fuse(&mut belief, Control::New(Twice(7.0)), GateRule::Open).unwrap();
         assert_eq!((status.innovation, status.innovation_variance), (5.0, 5.0));
-        assert_eq!((status.test_ratio, status.outcome), (0.0, AidOutcome::Fused));
+        assert_eq!(
+            (status.test_ratio, status.outcome),
+            (0.0, AidOutcome::Fused)
+        );
         assert!((belief.x.x - 3.0).abs() < 1e-12 && (belief.P.m11 - 0.2).abs() < 1e-12);
     }
 

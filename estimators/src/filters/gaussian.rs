@@ -269,7 +269,10 @@ impl<const N: usize> Gaussian<N> {
         let mut AP = [[0.0; N]; K];
         for (sums, row) in AP.iter_mut().zip(rows) {
             for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
-                for (sum, p) in sums.iter_mut().zip(columns.get(*place).into_iter().flatten()) {
+                for (sum, p) in sums
+                    .iter_mut()
+                    .zip(columns.get(*place).into_iter().flatten())
+                {
                     *sum += p * a;
                 }
             }

@@ -253,12 +253,7 @@ impl AttitudeModel {
     }
 
     /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1. Returns the rates.
-    pub fn predict(
-        &self,
-        belief: &mut Gaussian<N>,
-        u: &AttitudeInput,
-        dt: Real,
-    ) -> AttitudeRates {
+    pub fn predict(&self, belief: &mut Gaussian<N>, u: &AttitudeInput, dt: Real) -> AttitudeRates {
         let rates = self.rates(&belief.x, u);
         let left = self.curvature_left(u, dt);
         belief.carry_sparse(&self.rows(&rates, u, dt));

@@ -68,7 +68,10 @@ impl SwingBlock {
             let rate = [s * w, ds * w + s * dw];
             let mean = [s / (w * t), (ds / w - s * dw / (w * w)) / t];
             let square = w * w * t;
-            let mean_by_rate = [(1.0 - c) / square, -(dc + 2.0 * (1.0 - c) * dw / w) / square];
+            let mean_by_rate = [
+                (1.0 - c) / square,
+                -(dc + 2.0 * (1.0 - c) * dw / w) / square,
+            ];
             ([c, dc], angle, rate, mean, mean_by_rate)
         };
         let h = substep_s;

@@ -240,9 +240,7 @@ fn attitude_model() -> AttitudeModel {
 
 /// Speed, angles, biases, scale and curvature, larger than they are.
 fn attitude_state(random: &mut Random) -> SVector<Real, { attitude::N }> {
-    let sizes = [
-        2.0, 0.4, 0.3, 0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.1, 0.05,
-    ];
+    let sizes = [2.0, 0.4, 0.3, 0.1, 0.1, 0.1, 0.05, 0.05, 0.05, 0.1, 0.05];
     SVector::from(sizes).map(|size: Real| size * random.normal())
 }
 
@@ -498,7 +496,10 @@ fn types_of(text: &str, of_trait: &str) -> Vec<String> {
         let Some((path, of)) = rest.split_once(" for ") else {
             continue;
         };
-        if path.strip_prefix(of_trait).is_some_and(|rest| rest.starts_with('<')) {
+        if path
+            .strip_prefix(of_trait)
+            .is_some_and(|rest| rest.starts_with('<'))
+        {
             let end = |c: char| !c.is_alphanumeric() && c != '_';
             found.push(of.trim().split(end).next().unwrap().into());
         }
@@ -536,7 +537,11 @@ fn everything_with_a_jacobian_is_checked() {
     let mut processes = [names(MODELS), names(PROCESSES)].concat();
     processes.sort_unstable();
     assert_eq!(found("Model"), names(MODELS), "models of src/ and MODELS");
-    assert_eq!(found("Process"), processes, "processes of src/ and the lists");
+    assert_eq!(
+        found("Process"),
+        processes,
+        "processes of src/ and the lists"
+    );
     assert_eq!(found("Aid"), names(AIDS), "aids of src/ and AIDS");
 }
 

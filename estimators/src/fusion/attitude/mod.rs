@@ -33,8 +33,8 @@ use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N,
-    PHI, SCALE, THETA, V,
+    AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI, SCALE,
+    THETA, V,
 };
 use crate::preprocess::front_end::Channels;
 use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
@@ -187,9 +187,7 @@ impl AttitudeFilter {
             self.start(z, dt)?;
         }
         let (yaw_bias, v) = (self.belief.x[GYRO_Z], self.belief.x[V]);
-        let imu = self
-            .health
-            .step(z, yaw_bias, v, self.supervision.gyro, dt);
+        let imu = self.health.step(z, yaw_bias, v, self.supervision.gyro, dt);
         let rates = self.predict(&imu, dt);
         if imu.shock {
             self.monitor.shock();
@@ -245,9 +243,9 @@ impl AttitudeFilter {
     fn aid_by_wheels(&mut self, z: &Channels, rates: &AttitudeRates, dt: Real) -> Ballot {
         self.new_nis = None;
         let lever = (self.model.lever.below_m, rates.pitch_rate());
-        let (wheels, ballot) =
-            self.wheels
-                .control(&self.belief, &z.new_wheel_speed_mps, lever, dt);
+        let (wheels, ballot) = self
+            .wheels
+            .control(&self.belief, &z.new_wheel_speed_mps, lever, dt);
         if let (Control::New(wheels), true) = (&wheels, ballot.used > 0) {
             self.coast_s = 0.0;
             // The variance of the speed with that of the wheels' scale is on the safe side.
@@ -263,9 +261,7 @@ impl AttitudeFilter {
             false => GateRule::Open,
         };
         let wheels = match wheels {
-            Control::Held if z.wheels_stuck => {
-                Control::Out(AidOutcome::Rejected(Rejection::Stuck))
-            }
+            Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
             Control::Held if self.coast_s > LOST_S => Control::Out(AidOutcome::Stale),
             wheels => wheels,
         };
@@ -300,10 +296,7 @@ impl AttitudeFilter {
                 false => AidOutcome::Stale,
             };
             let [_, lateral, vertical] = &mut self.status;
-            (*lateral, *vertical) = (
-                AidStatus::not_fused(outcome),
-                AidStatus::not_fused(outcome),
-            );
+            (*lateral, *vertical) = (AidStatus::not_fused(outcome), AidStatus::not_fused(outcome));
             return;
         };
         let lever = self.model.lever;
@@ -391,8 +384,7 @@ impl AttitudeFilter {
             pitch_rate_radps: rates.theta_dot,
             yaw_rate_radps,
             curvature_per_m: self.curvature.per_m(),
-            imu: imu.force_mps2.is_some()
-                && (imu.rate_radps.is_some() || !self.supervision.gyro),
+            imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.supervision.gyro),
             wheels: [ballot.used, ballot.rejected],
         };
         self.heading.step(

@@ -1,13 +1,13 @@
 //! Effective grade: mean over the masses off the rail memory, and for rail that was not read what the force balance says.
 
 use crate::Real;
+use crate::aiding::force_balance::ETA_M;
 use crate::api::aid::AidOutcome;
 use crate::api::real::{GRAVITY, asin, exp, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::swing_balance::SwingMass;
-use crate::aiding::force_balance::ETA_M;
 use crate::fusion::swing_balance::block::Block;
 use crate::models::swing_balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
 use crate::rail::rail_memory::RailMemory;

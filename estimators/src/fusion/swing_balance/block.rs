@@ -207,7 +207,10 @@ impl BlockBuilder {
 
     /// Standard deviation of the noise that the load's regressor has, m/s².
     fn regressor_noise(&self) -> Real {
-        let (speed, grade) = (self.noise / self.length_s.max(SUBSTEP_S), GRAVITY * self.sum_sd);
+        let (speed, grade) = (
+            self.noise / self.length_s.max(SUBSTEP_S),
+            GRAVITY * self.sum_sd,
+        );
         sqrt(2.0 * speed * speed + grade * grade)
     }
 

@@ -416,18 +416,13 @@ impl SwingMass {
     /// Running resistance at `speed_mps` on the level without bends, N.
     pub fn resistance_n(&self, nominal: &Nominal, speed_mps: Real) -> Real {
         let x = &self.found.x;
-        nominal.mu_load * GRAVITY * self.mass_kg()
-            + x[R0]
-            + x[CV] * speed_mps.abs()
+        nominal.mu_load * GRAVITY * self.mass_kg() + x[R0] + x[CV] * speed_mps.abs()
     }
 }
 
 /// Whether a block has corrected the filter.
 fn is_used(status: &AidStatus) -> bool {
-    matches!(
-        status.outcome,
-        AidOutcome::Fused | AidOutcome::Deweighted
-    )
+    matches!(status.outcome, AidOutcome::Fused | AidOutcome::Deweighted)
 }
 
 fn slot(block: u64) -> usize {
