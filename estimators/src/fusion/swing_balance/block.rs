@@ -59,7 +59,7 @@ pub struct BlockInput {
     pub doubt: bool,
 }
 
-/// Means over a block. Single precision: what is kept of each is noise by the sixth digit.
+/// Means over a block, in single precision: from the sixth digit on they are noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Block {
     /// Middle of the way.
