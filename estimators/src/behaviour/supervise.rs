@@ -195,8 +195,9 @@ fn status(estimator: &impl Estimator, source: &str) -> Option<AidStatus> {
 }
 
 #[test]
-fn every_robust_estimator_says_what_became_of_wheel_speed() {
-    for name in NAMES.iter().filter(|name| name.ends_with("_robust")) {
+fn every_supervised_estimator_has_a_status_of_its_wheel_speed() {
+    let supervised = |name: &&&str| kind(name) == Some(Kind::Supervised);
+    for name in NAMES.iter().filter(supervised) {
         let mut estimator = build(name, &vehicle(), []).unwrap();
         assert_eq!(estimator.aid_sources()[0], "wheel_speed", "{name}");
         let mut noted = Vec::new();
@@ -237,11 +238,15 @@ fn every_robust_estimator_says_what_became_of_wheel_speed() {
         }
         let outcome = |at: Real| noted.iter().find(|n| n.0 > at).unwrap().1.outcome;
         assert_eq!(outcome(8.0), AidOutcome::Fused, "{name}");
-        assert_eq!(
-            outcome(12.0),
-            AidOutcome::Rejected(Rejection::Slip),
-            "{name}"
-        );
+        // Six of eight wheels slip: none is taken, or the two that do not are.
+        let slipping = noted.iter().find(|n| n.0 > 12.0).unwrap();
+        match slipping.1.outcome {
+            AidOutcome::Fused => {
+                let off = slipping.3.speed_mps.value - 0.8;
+                assert!(off.abs() < 0.01, "{name}: {off}");
+            }
+            outcome => assert_eq!(outcome, AidOutcome::Rejected(Rejection::Slip), "{name}"),
+        }
         assert_eq!(outcome(18.0), AidOutcome::Fused, "{name}");
         assert_eq!(outcome(21.0), AidOutcome::Stale, "{name}");
         assert_eq!(

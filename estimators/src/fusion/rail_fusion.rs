@@ -198,7 +198,7 @@ impl RailFusion {
         self.validity.publish(estimate, true)
     }
 
-    /// Hands over what the validity rule goes by.
+    /// Gives the validity rule its signals.
     fn supervise(&mut self, reading: &Reading, dt: Real) {
         // The check takes the pitch rate for that of the grade.
         let found = self.attitude.found();

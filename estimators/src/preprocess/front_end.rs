@@ -57,6 +57,8 @@ pub struct Channels {
     pub new: [bool; 2],
     /// Wheel speed of each drive unit with a new sample, m/s.
     pub new_wheel_speed_mps: [Option<Real>; MAX_DRIVES],
+    /// Whether wheel speeds are out of use because they are stuck.
+    pub wheels_stuck: bool,
     /// Motor torque of each drive unit, N·m.
     pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
     /// Motor torque commanded of each drive unit, N·m.
@@ -103,10 +105,21 @@ struct Output {
     new_speed: bool,
 }
 
-/// Nothing of its own: it follows from the channels.
+/// Equal in all it holds. One that the next step writes anew (`fresh` is `None`: at the start, after a snapshot and after a step taken back)
+/// follows from the channels, which are compared by themselves.
 impl PartialEq for Output {
-    fn eq(&self, _: &Self) -> bool {
-        true
+    fn eq(&self, other: &Self) -> bool {
+        let Self {
+            reading,
+            voted_mps,
+            fresh,
+            new_speed,
+        } = other;
+        let anew = self.fresh.is_none() || fresh.is_none();
+        anew || (self.reading == *reading
+            && self.voted_mps == *voted_mps
+            && self.fresh == *fresh
+            && self.new_speed == *new_speed)
     }
 }
 
@@ -304,6 +317,7 @@ impl FrontEnd {
         reading.new_speed_mps = new_speed_mps;
         reading.speed_mps = speed_mps;
         reading.wheel_speed_fault = wheel_speed_fault;
+        reading.channels.wheels_stuck = wheel_speed_fault == Some(Rejection::Stuck);
         let conditioning = self.own.conditioning.as_ref();
         reading.noise = conditioning.map_or(LearntNoise::default(), Conditioning::learnt_noise);
     }

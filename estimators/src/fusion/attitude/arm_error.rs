@@ -1,5 +1,5 @@
-//! Error of the grade carried ahead from the unit's middle to the IMU, measured: when the middle has come to where the IMU was, the grade there
-//! is known.
+//! Measured error of the grade at the IMU, which is carried ahead from the unit's middle: when the middle has come to where the IMU was, the
+//! grade there is known.
 //!
 //! The grade at the IMU is θ + l_x κ, and how κ changes over the arm l_x is not known before: 0.045 m² dκ/ds for 0.3 m. A rail with many
 //! transitions has a larger error than a straight one, and the reported standard deviation follows what has been seen.
@@ -37,7 +37,7 @@ impl ArmError {
         }
     }
 
-    /// The middle moves on by `way_m` and pitches by `theta` (`None` if that is not known closely) in a curve of `kappa`.
+    /// Takes a step of `way_m` at the pitch `theta` (`None` if it is not known closely) in a curve of `kappa`.
     pub fn step(&mut self, way_m: Real, theta: Option<Real>, kappa: Real) {
         let part_m = self.arm_m / PLACES as Real;
         self.way_m += way_m;
@@ -72,8 +72,8 @@ impl ArmError {
     }
 }
 
-/// Share of the largest square of late that counts as a variance: an error that comes and goes with each transition peaks at twice its root mean
-/// square.
+/// Share of the largest recent square that counts as a variance: an error that comes and goes with each transition peaks at twice its root
+/// mean square.
 const PEAK: Real = 0.25;
 
 state!(ArmError { ring, next, way_m, variance; arm_m } where |this| this.next < PLACES);

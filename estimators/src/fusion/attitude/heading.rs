@@ -1,5 +1,5 @@
-//! Heading of the unit since the start, and how uncertain it is: the integral of the yaw rate. Nothing measures the heading itself, so it drifts; maps of
-//! the rail take their bends from it.
+//! Heading of the unit since the start with its standard deviation: the integral of the yaw rate. Nothing measures the heading itself, so it
+//! drifts; maps of the rail take their bends from it.
 
 use crate::Real;
 use crate::api::real::{PI, sqrt};
@@ -19,7 +19,7 @@ pub struct Heading {
     sd_rad: Real,
 }
 
-/// What a step of the heading goes by.
+/// Input of a step of the heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     /// Rate of the heading, rad/s; `None` while there is no gyro.

@@ -1,4 +1,4 @@
-//! Health of the IMU: what of it is in use.
+//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
 
 use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
@@ -55,9 +55,9 @@ const MIN_JUMP_RADPS: Real = 0.1;
 const JUMP_FACTOR: Real = 6.0;
 const JUMP_MEMORY: Real = 20.0;
 
-/// Spike gate of the gyro: a sample that jumps is held back until the next one confirms it, or a shock of the accelerometer does: a blow to the
-/// body moves both instruments, and its rates, of both signs, have an integral of nearly nothing that must not be cut. What was held back of a jump
-/// that is real is then added, so that the integral loses nothing.
+/// Spike gate of the gyro. A sample that jumps is held back until the next sample confirms it, or a shock of the accelerometer does. A blow to
+/// the body moves both instruments; its rates have both signs and an integral of nearly nothing, which must not be cut. A jump that is
+/// real is added afterwards, so that the integral loses nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpikeGate {
     last: Option<[Real; 3]>,

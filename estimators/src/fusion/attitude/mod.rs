@@ -63,6 +63,8 @@ const QUIET_S: Real = 0.3;
 const HUBER_SD: Real = 3.0;
 /// Time without a wheel from which the variance of the speed grows by [`COAST`], and by which it is opened by [`REOPEN`], s.
 const COAST_S: [Real; 2] = [1.0, 8.0];
+/// Time without a sample after which wheels count as lost, s.
+const LOST_S: Real = 0.5;
 /// Growth of the variance of the speed, m²/s² per s.
 const COAST: Real = 4e-4;
 const REOPEN: Real = 1.0;
@@ -257,6 +259,11 @@ impl AttitudeFilter {
         let gate = match self.wheels.is_gated() {
             true => GateRule::Reject(ballot.limit_mps, Rejection::Slip),
             false => GateRule::Open,
+        };
+        let wheels = match wheels {
+            Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
+            Control::Held if self.coast_s > LOST_S => Control::Out(AidOutcome::Stale),
+            wheels => wheels,
         };
         let [status, ..] = &mut self.status;
         if let Some(new) = fuse(&mut self.belief, wheels, gate) {

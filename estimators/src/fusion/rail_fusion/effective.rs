@@ -1,4 +1,4 @@
-//! Effective grade: mean over the masses off the rail memory, and for rail that was not read what the force balance says.
+//! Effective grade: mean over the masses by the rail memory, and by the force balance where the rail was not read.
 
 use crate::Real;
 use crate::aiding::force_balance::ETA_M;
@@ -22,19 +22,19 @@ const AHEAD_M: Real = 0.7;
 /// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
 const FORCE_SD_RAD: Real = 0.001;
 const FORCE_MOTION: Real = 2.0;
-/// Share of a new block in the correction by force, and what is left of it after one of no use where the rail is read; where it is not, the correction
-/// fades over a way in which the rail becomes another.
+/// Share of a new block in the correction by force, and the part that is left after a block of no use where the rail is read. Where it is
+/// not read the correction fades with the way.
 const SHARE: Real = 0.6;
 const LEFT: Real = 0.7;
 const FADE_M: Real = 10.0;
 /// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
 const UNREAD_SD_RAD: Real = 0.002;
-/// By how much the grade of rail that was not read may change over the way gone back without the force telling it, rad per m: half of the sharpest
-/// curvature of a rail.
+/// Standard deviation of the change of an unread grade per way gone back while no force measures it, rad/m: half of the sharpest curvature
+/// of a rail.
 const BLIND_RAD_PER_M: Real = 0.05;
 /// Way beyond which it counts no more, m.
 const MAX_BLIND_M: Real = 10.0;
-/// Speed from which the force tells the grade, m/s.
+/// Speed from which the force measures the grade, m/s.
 const MIN_SPEED_MPS: Real = 0.1;
 
 /// The effective grade.
@@ -45,7 +45,7 @@ pub struct EffectiveGrade {
     sine: Real,
     variance: Real,
     looked: bool,
-    /// Way gone back over rail that was not read since the force told the grade, m.
+    /// Way gone back over unread rail since the force last measured the grade, m.
     blind_m: Real,
 }
 
@@ -89,9 +89,9 @@ impl EffectiveGrade {
         let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
             + M * x[B];
         let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
-        // what η makes of the rail behind is told already
-        let told = x[ETA] * behind(&means, mass);
-        let difference = (uphill - read) / (M * GRAVITY) - told;
+        // The part that η explains is in the mean already.
+        let by_eta = x[ETA] * behind(&means, mass);
+        let difference = (uphill - read) / (M * GRAVITY) - by_eta;
         let unread = unread_variance(&means, mass, rail);
         let of = |sd: Real| sd * sd;
         let force = of(FORCE_SD_RAD)
@@ -130,7 +130,7 @@ impl EffectiveGrade {
             + blind * blind;
     }
 
-    /// The effective grade; `valid` is whether what it rests on is there.
+    /// The effective grade, marked `valid` or not.
     pub fn value(&self, valid: bool) -> Value {
         Value {
             value: asin(self.sine).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),

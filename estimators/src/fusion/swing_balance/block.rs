@@ -19,11 +19,14 @@ const NOMINAL_MPS2: Real = 2.5e-3;
 /// Step of the accelerations kept, m/s²: an eighth of their noise.
 const ACCELERATION_STEP: Real = 2e-4;
 
+/// Step of the noise kept, m/s².
+const NOISE_STEP: Real = 2e-5;
+
 /// Step of the lengths kept, s.
 const LENGTH_STEP_S: Real = 2e-5;
 
 /// Share of the brake beyond which a block is of no use.
-const MAX_BRAKE: Real = 0.002;
+pub(super) const MAX_BRAKE: Real = 0.002;
 
 fn steps(value: Real, step: Real) -> i16 {
     within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
@@ -56,7 +59,7 @@ pub struct BlockInput {
     pub doubt: bool,
 }
 
-/// Means over a block. Single precision: what is kept of each is noise by the sixth digit.
+/// Means over a block, in single precision: from the sixth digit on they are noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Block {
     /// Middle of the way.
@@ -67,8 +70,8 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
-    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, m/s².
-    pub noise_mps2: f32,
+    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of [`NOISE_STEP`].
+    noise: i16,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, in steps of [`LENGTH_STEP_S`].
@@ -87,6 +90,11 @@ impl Block {
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
         self.acceleration
             .map(|steps| Real::from(steps) * ACCELERATION_STEP)
+    }
+
+    /// Standard deviation of the noise of the load's regressor, m/s².
+    pub fn noise_mps2(&self) -> Real {
+        Real::from(self.noise) * NOISE_STEP
     }
 
     /// Length of a part, s.
@@ -168,7 +176,7 @@ impl BlockBuilder {
             traction_n: stored(self.traction / count),
             variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
-            noise_mps2: stored(self.regressor_noise()),
+            noise: steps(self.regressor_noise(), NOISE_STEP),
             acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
             substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
             outcome: self.outcome(),
@@ -220,7 +228,7 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, noise_mps2, acceleration, substep, outcome; });
+state!(Block { place, traction_n, variance, speed_mps, noise, acceleration, substep, outcome; });
 state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.

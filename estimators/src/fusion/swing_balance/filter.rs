@@ -187,7 +187,7 @@ impl SwingBalance {
         }
         // The noise of the regressor would pass for information about a load that nothing moves: the load is then a parameter that the
         // filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
-        let excited = self.excitation > of(MIN_EXCITATION * Real::from(block.noise_mps2));
+        let excited = self.excitation > of(MIN_EXCITATION * block.noise_mps2());
         let (load, load_variance) = (self.belief.x[MASS], self.belief.P[(MASS, MASS)]);
         let gate = GateRule::Deweight(HUBER_SD);
         let status = fuse(&mut self.belief, Control::New(aid), gate).unwrap_or_default();

@@ -20,7 +20,7 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
-use block::{Block, BlockBuilder, BlockInput};
+use block::{Block, BlockBuilder, BlockInput, MAX_BRAKE};
 use filter::{BlockCorrection, SwingBalance};
 use params::{SwingBalanceParams, SwingSupervision};
 use scaled_cusum::ScaledCusum;
@@ -190,6 +190,9 @@ impl SwingMass {
                     self.publish();
                 }
             }
+        }
+        if z.brake > MAX_BRAKE {
+            self.status = AidStatus::not_fused(AidOutcome::Rejected(Rejection::NotRunning));
         }
         new
     }

@@ -47,7 +47,7 @@ params! {
 }
 
 impl SwingBalanceParams {
-    /// Standard deviation of what scales the force of `drives` units: nothing can tell it from the mass.
+    /// Standard deviation of the scale of the force of `drives` units, which cannot be separated from the mass.
     pub fn gain_sd(&self, drives: usize) -> Real {
         let torque = self.torque_gain_sd * self.torque_gain_sd / drives.max(1) as Real;
         sqrt(torque + self.efficiency_sd * self.efficiency_sd + self.radius_sd * self.radius_sd)

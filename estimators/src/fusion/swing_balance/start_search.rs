@@ -4,8 +4,8 @@
 //! to rest on a wrong pair of mass and pendulum length, with a standard deviation that covers neither. So the first blocks are gone over once for
 //! each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach 1971): the best one goes on, its variance widened to that of the sum.
 //!
-//! A pass is weighed by its normalised innovations squared alone. The determinants of a likelihood are left out: the noise of the swing grows with the
-//! load and is on the safe side, so they would speak for the lightest load, whose noise is least, and not for the one that fits.
+//! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their covariances, too. These
+//! favour the lightest load: the noise of the swing grows with the load and is larger than it has to be.
 
 use crate::Real;
 use crate::api::real::{exp, sqrt};
@@ -24,13 +24,13 @@ pub const LOADS: [[Real; 2]; 8] = [
 ];
 const FIRST: [Real; 2] = LOADS[0];
 
-/// Share of the squares in the logarithm of a weight: half by theory, all of them because the residuals have a third of the variance that they are
-/// told, so that the noise is on the safe side.
+/// Share of the squares in the logarithm of a weight. By theory it is a half; here it is 1, because the residuals have a third of the
+/// variance that the filter assumes.
 const SHARPNESS: Real = 1.0;
 /// Innovation beyond which an outlier counts linearly and not by its square, in standard deviations (Huber).
 const HUBER_SD: Real = 3.0;
 
-/// The passes over the blocks, and what they have found.
+/// Passes over the blocks, and their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartSearch {
     active: bool,

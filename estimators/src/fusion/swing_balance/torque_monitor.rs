@@ -15,7 +15,7 @@ const BLEND_MPS: Real = 0.0085;
 const LAG_S: Real = 0.3;
 /// Standard deviations beyond which a drive differs from the others, and the mean from the command.
 const GATE_SD: Real = 6.0;
-/// What a motor that follows its command within 0.07 s leaves of a step of it behind that low-pass: e^(0.07/0.3) − 1.
+/// Share of a step of the command that a motor with a lag of 0.07 s is behind it after that low-pass: e^(0.07/0.3) − 1.
 const DELAY: Real = 0.25;
 /// Share of the torque that drives may share it unequally by, beyond noise and gain.
 const UNEQUAL: Real = 0.02;
@@ -33,7 +33,7 @@ pub struct TorqueMonitor {
     /// Behind a low-pass, N·m: torques and the mean command. Single precision: they are only compared.
     smooth: [f32; MAX_DRIVES],
     commanded: f32,
-    /// Change of the command of late, N·m: what has not come through the low-pass yet.
+    /// Recent change of the command that has not come through the low-pass yet, N·m.
     changing: f32,
     used: u32,
     doubt: bool,
