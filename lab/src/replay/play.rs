@@ -1,6 +1,6 @@
 //! Plays recorded columns to an estimator.
 
-use crate::metrics::series::{ErrorSampler, ErrorSample};
+use crate::metrics::series::{ErrorSample, ErrorSampler};
 use crate::replay::ReplayData;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
