@@ -79,12 +79,12 @@ pub fn minimise(search: &Search<'_>, answer: &mut (dyn FnMut(&[f64]) -> Vec<f64>
     }
 }
 
-/// Losses of a point.
-type Losses<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
+/// Computes the losses of a point.
+type LossFunction<'a> = dyn FnMut(&[f64]) -> Vec<f64> + Send + 'a;
 
 /// The task in the form of the library. It is built without its threads, so it asks one point at a time and in order.
 struct LibraryProblem<'a> {
-    answer: Mutex<&'a mut Losses<'a>>,
+    answer: Mutex<&'a mut LossFunction<'a>>,
     objectives: usize,
 }
 
