@@ -16,11 +16,11 @@ use std::sync::LazyLock;
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(untagged)]
 pub(crate) enum MeasuredChannel {
-    /// Of three axes.
+    /// Columns of three axes.
     Vector(VectorChannel),
-    /// Of one value.
+    /// Column of one value.
     Scalar(ScalarChannel),
-    /// Of one value for each drive unit, or for each reading.
+    /// Columns of one value for each drive unit, or for each reading.
     List(Vec<ScalarChannel>),
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn quantity(measurand: Measurand) -> Quantity {
     Quantity::of_si(measurand.unit()).unwrap_or(Quantity::Number)
 }
 
-/// Whether a measurand has a key of the usual form.
+/// True if a measurand has a key of the usual form.
 fn is_usual(measurand: Measurand) -> bool {
     !matches!(measurand, Measurand::WheelSpeed | Measurand::MotorTorque)
 }
@@ -175,6 +175,9 @@ impl JsonSchema for Channels {
                 Shape::PerDrive | Shape::Auxiliary => Vec::<ScalarChannel>::json_schema(generator),
             };
             channel.insert("description".into(), measurand.about().into());
+            if measurand.shape().slots() > 1 {
+                channel.insert("default".into(), serde_json::json!([]));
+            }
             let properties = schema.get_mut("properties");
             if let Some(properties) = properties.and_then(|p| p.as_object_mut()) {
                 properties.insert(measurand.name().into(), channel.into());
