@@ -14,6 +14,7 @@ use std::path::Path;
 
 const FILE_HEADER_BYTES: u64 = 12;
 const HEADER_BYTES: usize = MessageHeader::ENCODED_SIZE_BYTES;
+const FOOTER_BYTES: u64 = StreamFooter::ENCODED_SIZE_BYTES as u64;
 /// Longest index: ours have some megabytes.
 const MAX_INDEX_BYTES: u64 = 256 << 20;
 
@@ -22,21 +23,15 @@ const MAX_INDEX_BYTES: u64 = 256 << 20;
 /// depend on the order.
 pub fn sort_index(path: &Path) -> io::Result<()> {
     let mut file = File::options().read(true).write(true).open(path)?;
-    let tail = StreamFooter::ENCODED_SIZE_BYTES as u64;
-    let length = file.metadata()?.len();
-    if length < FILE_HEADER_BYTES + HEADER_BYTES as u64 + tail {
+    if file.metadata()?.len() < FILE_HEADER_BYTES + HEADER_BYTES as u64 + FOOTER_BYTES {
         return Ok(());
     }
-    file.seek(SeekFrom::Start(length - tail))?;
-    let start = u64::from_le_bytes(array(&mut file)?);
-    let size = u64::from_le_bytes(array(&mut file)?);
-    let header = start.checked_sub(HEADER_BYTES as u64);
-    let (Some(header), true) = (header, start.checked_add(size) == Some(length - tail)) else {
-        return Err(damaged("there is no index at the end"));
-    };
+    let place = place_of_index(&mut file)?;
+    let (start, size) = place.ok_or_else(|| damaged("there is no index at the end"))?;
     if size > MAX_INDEX_BYTES {
         return Err(damaged("its index is too long"));
     }
+    let header = start - HEADER_BYTES as u64;
     let mut index = vec![0; size as usize];
     file.seek(SeekFrom::Start(start))?;
     file.read_exact(&mut index)?;
@@ -55,6 +50,23 @@ pub fn sort_index(path: &Path) -> io::Result<()> {
     file.seek(SeekFrom::Start(header))?;
     file.write_all(&out)?;
     file.set_len(header + out.len() as u64)
+}
+
+/// Returns whether a file ends with its index, no byte less and no byte more.
+pub fn ends_with_index(path: &Path) -> io::Result<bool> {
+    Ok(place_of_index(&mut File::open(path)?)?.is_some())
+}
+
+/// Place and length of the index, as the last bytes of the file have them; none if they do not fit the file.
+fn place_of_index(file: &mut File) -> io::Result<Option<(u64, u64)>> {
+    let Some(end) = file.metadata()?.len().checked_sub(FOOTER_BYTES) else {
+        return Ok(None);
+    };
+    file.seek(SeekFrom::Start(end))?;
+    let start = u64::from_le_bytes(array(file)?);
+    let size = u64::from_le_bytes(array(file)?);
+    let fits = start >= HEADER_BYTES as u64 && start.checked_add(size) == Some(end);
+    Ok(fits.then_some((start, size)))
 }
 
 /// Returns the index with its manifests, and the fields of their schemas, sorted by name.

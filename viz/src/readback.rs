@@ -1,5 +1,6 @@
 //! Reading a recording back: its entities and their values. For tests, and for `monorig check run.rrd`.
 
+use crate::frames;
 use monorig_sim::error::Error;
 use monorig_sim::record::decoder::guarded;
 use re_log_encoding::Decoder;
@@ -117,10 +118,11 @@ fn decode(path: &Path, all: &mut Vec<Recording>) -> Result<(), Error> {
         }
     }
     let manifests = messages.rrd_manifests().map_err(|e| other(e.to_string()))?;
+    let complete = !manifests.is_empty() && frames::ends_with_index(path).map_err(fail)?;
     for place in of_file {
         if let Some(recording) = all.get_mut(place) {
             recording.layout.clone_from(&layout);
-            recording.complete = !manifests.is_empty();
+            recording.complete = complete;
         }
     }
     Ok(())

@@ -71,7 +71,7 @@ fn check_one(
         && let Some(kind) = results::recognise(file)
     {
         // its check sum first: readers of libraries trust the lengths in a file
-        if kind.of_run {
+        if kind.of_run && file.is_file() {
             results::verify(file)?;
         }
         let found = (kind.read)(file)?;

@@ -277,6 +277,11 @@ pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
 /// Words of a message, and the kind of error that has them; the first that fits counts. An error with none of them
 /// breaks a rule.
 const KINDS: &[(&str, &str)] = &[
+    ("invalid value '", "usage"),
+    ("unexpected argument", "usage"),
+    ("required arguments", "usage"),
+    ("the argument '", "usage"),
+    ("unrecognized subcommand", "usage"),
     ("unknown key", "unknown key"),
     ("` is missing", "missing key"),
     ("is given twice", "key twice"),
@@ -290,7 +295,7 @@ const KINDS: &[(&str, &str)] = &[
     ("not a regular file", "no file"),
     ("cannot be read", "unreadable"),
     ("symbolic links", "unreadable"),
-    ("not text in UTF-8", "unreadable"),
+    ("not text in UTF-8", "not text"),
     ("not a URDF file", "unreadable"),
     ("STL file", "unreadable"),
     ("not a number", "wrong number"),
@@ -304,9 +309,6 @@ const KINDS: &[(&str, &str)] = &[
     ("has no link", "unknown name"),
     ("no sensor", "unknown name"),
     ("files cannot be used", "bad files"),
-    ("invalid value", "usage"),
-    ("argument", "usage"),
-    ("unrecognized subcommand", "usage"),
 ];
 
 /// A row of a table of refusals: the case, then kind and place (file:line:column) of each error, and its key. That each
@@ -314,12 +316,14 @@ const KINDS: &[(&str, &str)] = &[
 pub fn row(case: &str, told: &str) -> String {
     let errors = || told.lines().filter_map(|l| l.strip_prefix("error: "));
     let rows: Vec<[&str; 3]> = errors().map(kind_place_and_key).collect();
-    let marked = |row: &&[&str; 3]| {
-        row[1]
+    // a file that is not text has no line to show
+    let has_column = |place: &str| {
+        place
             .rsplit(':')
             .next()
             .is_some_and(|c| c.parse::<u32>().is_ok())
     };
+    let marked = |row: &&[&str; 3]| has_column(row[1]) && row[0] != "not text";
     let marks = told.lines().filter(|l| l.trim_end().ends_with('^'));
     assert_eq!(
         marks.count(),
