@@ -287,6 +287,7 @@ impl<B: ?Sized> Clone for PartType<B> {
             about: self.about.clone(),
             groups: self.groups,
             build: self.build.clone(),
+            reference: self.reference,
         }
     }
 }
@@ -314,6 +315,7 @@ where
         about: String::new(),
         groups: P::GROUPS,
         build: Arc::new(build),
+        reference: false,
     }
 }
 
