@@ -3,8 +3,6 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-use monorig_estimators::api::params::{Key, Kind};
-use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -364,69 +362,4 @@ fn what_is_wrong_is_found() {
     let text = "`lib.rs`, `a/b.py` and `runs/a.yaml`; `monorig run x` and `monorig rum`\n\n    monorig chek a\n";
     assert_eq!(sources(text), ["lib.rs", "a/b.py"]);
     assert_eq!(commands_named(text), ["run", "rum", "chek"]);
-}
-
-/// A row of a table: name, unit, default, range, meaning.
-fn parameter_row(key: &Key) -> String {
-    let (unit, default, range) = match key.kind {
-        Kind::Number {
-            unit,
-            default,
-            range: [low, high],
-        } => {
-            let default = default.map_or("–".to_owned(), |value| value.to_string());
-            let unit = if unit == "-" { "1" } else { unit };
-            (unit, default, format!("{low} … {high}"))
-        }
-        Kind::Flag { default } => ("", default.to_string(), "true, false".to_owned()),
-        Kind::Choice { default, choices } => ("", default.to_owned(), choices.join(", ")),
-    };
-    let meaning = key.doc.replace('|', "\\|");
-    format!(
-        "| `{}` | {unit} | {default} | {range} | {meaning} |\n",
-        key.name
-    )
-}
-
-/// The page of the parameters: a table for each group, with the estimators that have it.
-fn parameters_page() -> String {
-    let registry = Registry::default();
-    let mut groups: Vec<(&[Key], Vec<&str>)> = Vec::new();
-    for estimator in registry.estimators() {
-        let groups_of = monorig_estimators::registry::key_groups(estimator.name());
-        for &group in groups_of.unwrap_or_default() {
-            match groups.iter_mut().find(|(keys, _)| *keys == group) {
-                Some((_, names)) => names.push(estimator.name()),
-                None => groups.push((group, vec![estimator.name()])),
-            }
-        }
-    }
-    let mut page = "# Parameters of the estimators\n\n\
-        Written by `MONORIG_UPDATE=1 cargo test --release -p monorig-tests --test docs` from what the program has; `monorig list parameters NAME`\n\
-        prints those of one estimator. A scenario sets a parameter by its name:\n\
-        `estimators: {dffrls_aekf_robust: {mass_sd: 0.2, square_root: false}}`. A value outside its range, of another kind, or a name that is not\n\
-        there, is an error. A dash for a default: not set; the meaning has what the estimator then takes.\n"
-        .to_owned();
-    for (keys, names) in groups.iter().filter(|(keys, _)| !keys.is_empty()) {
-        let some = quoted(keys.iter().take(3).map(|key| key.name.to_owned()));
-        let more = if keys.len() > 3 { " …" } else { "" };
-        let of = quoted(names.iter().map(|&name| name.to_owned()));
-        page += &format!("\n## {some}{more}\n\nOf {of}.\n\n");
-        page += "| parameter | unit | default | range | meaning |\n|---|---|---|---|---|\n";
-        page.extend(keys.iter().map(parameter_row));
-    }
-    page
-}
-
-/// The tables of parameters are those of the program.
-#[test]
-fn the_tables_of_parameters_are_those_of_the_program() {
-    let file = project().join("docs/src/methods/parameters.md");
-    let page = parameters_page();
-    assert!(page.lines().count() > 200);
-    if std::env::var_os("MONORIG_UPDATE").is_some() {
-        std::fs::write(&file, &page).unwrap();
-    }
-    let there = std::fs::read_to_string(&file).unwrap_or_default();
-    assert!(there == page, "{} is stale", file.display());
 }

@@ -21,7 +21,8 @@ PARAMETERS = ROOT / "docs/src/methods/parameters.md"
 # The methods compared in every scenario of Liu et al. 2023; elsewhere those of the scenario.
 ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
        "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf").split(",")
-PRINTED = ("dffrls_aekf", "dffrls_aukf", "imm_stf", "mmrls_sh_stf")
+# Methods that have a printed and a supervised form.
+WHOLE = ("dffrls_aekf", "dffrls_aukf", "imm_stf", "mmrls_sh_stf")
 LIU = ["mass_rmse_kg", "slope_rmse_deg"]
 HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]
@@ -47,8 +48,8 @@ def parameters():
 
 
 def forms(method):
-    """The names of a method: as published, as printed, robust."""
-    return [method, *([f"{method}_printed"] if method in PRINTED else []), f"{method}_robust"]
+    """The names of a method: as published and, of some, as printed and supervised."""
+    return [method, *([f"{method}_printed", f"{method}_robust"] if method in WHOLE else [])]
 
 
 def numbers(value):
@@ -71,8 +72,8 @@ def with_all_forms(scenario, methods, folder):
     given = file["estimators"]
     methods = methods or [name.removesuffix("_robust") for name in given]
     known, names = parameters(), []
-    for method in methods:
-        settings = given.get(f"{method}_robust", {})
+    for method in dict.fromkeys(methods):
+        settings = given.get(f"{method}_robust", given.get(method, {}))
         for name in forms(method):
             names.append(name)
             given.setdefault(name, {k: v for k, v in settings.items() if k in known.get(name, ())})

@@ -46,7 +46,7 @@
 //! | [`api`] | what crosses the border: signals, vehicle, trait, parameters, errors, snapshots, time |
 //! | [`filters`] | algorithms, one a file; none knows what a crane is |
 //! | [`preprocess`] | from samples to signals: input check, sample and hold, wheel-speed vote, resampler |
-//! | [`models`] | attitude of a body with an IMU, force balance, bends, regressors, swing of the load |
+//! | [`models`] | attitude of a body with an IMU, force balance, bends, slope force, swing of the load |
 //! | [`aiding`] | measurements of a state that many instruments see, one a file, and the one way to fuse them |
 //! | [`rail`] | the rail as it was read, and the train on it |
 //! | [`detect`] | detectors, gates, the validity rule |

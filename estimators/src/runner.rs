@@ -1,6 +1,7 @@
 //! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
 
 use crate::api::aid::AidStatus;
+pub use crate::api::estimator::copy_into;
 use crate::api::estimator::{Estimator, Internal};
 use crate::api::fingerprint::Fingerprint;
 use crate::api::params::Parameters;
@@ -155,12 +156,5 @@ fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
     match pipeline.conditioning() {
         Some(params) => FrontEnd::conditioned(vehicle, params),
         None => FrontEnd::new(vehicle),
-    }
-}
-
-/// Copies as much of `from` as fits.
-pub fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
-    for (place, value) in values.iter_mut().zip(from) {
-        *place = *value;
     }
 }

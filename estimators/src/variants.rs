@@ -32,3 +32,22 @@ macro_rules! variants {
         )*
     };
 }
+
+/// Declares the published methods of one source, as `variants!` does estimators. The construction gives the corner and the sampling rate of
+/// the signals, Hz, and the method; what becomes of it is a [`Published`](crate::methods::published::Published).
+#[allow(unused_macros)]
+macro_rules! methods {
+    ($(
+        $(#[$about:meta])*
+        $name:ident: $pipeline:ident = $method:ty, { $($field:ident: $group:ident),* }, $build:expr;
+    )*) => {
+        variants! {$(
+            $(#[$about])*
+            $name: $pipeline = $crate::methods::published::Published<$method>, { $($field: $group),* }, |vehicle, params| {
+                let build: fn(&Vehicle, &Params) -> ([Real; 2], $method) = $build;
+                let (rates_hz, method) = build(vehicle, params);
+                $crate::methods::published::Published::new(vehicle, rates_hz, method)
+            };
+        )*}
+    };
+}

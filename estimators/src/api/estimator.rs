@@ -88,3 +88,10 @@ pub trait Estimator {
         Err(SnapshotError::NotKept)
     }
 }
+
+/// Copies as much of `from` as fits.
+pub fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
+    for (place, value) in values.iter_mut().zip(from) {
+        *place = *value;
+    }
+}

@@ -13,7 +13,7 @@ use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::AttitudeFilter;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
-use crate::methods::method::no_mass;
+use crate::methods::published::no_mass;
 use crate::models::attitude::{BIAS_X, GYRO_Y, PHI, SCALE, THETA};
 use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};

@@ -20,10 +20,10 @@ use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::filters::low_pass::MatchedFilter;
-use crate::methods::method::no_mass;
+use crate::methods::published::no_mass;
+use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 use crate::{Real, Time};
 
 params! {

@@ -30,9 +30,9 @@ use crate::filters::imm::Imm;
 use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::strong_tracking::StrongTracking;
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
-use crate::preprocess::resampler::ResampledSample;
-use crate::supervised::force_balance_ekf::Drive;
+use crate::methods::method::{Answer, Found, Method, Signals};
+use crate::models::force_balance::Drive;
+use crate::models::sample::ResampledSample;
 
 params! {
     /// The regression of eq. 2–7.
@@ -77,36 +77,36 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// The method: strong tracking in both models, transitions that follow the likelier, lateral correction.
-    imm_stf: ImmStfPublished = Published<Guo2024<2>>,
+    imm_stf: ImmStfPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, Some(p.tracking));
     /// With fixed transitions.
-    imm_stf_fixed: ImmStfFixedPublished = Published<Guo2024<2>>,
+    imm_stf_fixed: ImmStfFixedPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, Some(p.tracking));
     /// Without lateral correction.
-    imm_stf_no_lateral: ImmStfNoLateralPublished = Published<Guo2024<2>>,
+    imm_stf_no_lateral: ImmStfNoLateralPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, lateral: false, ..METHOD }, Some(p.tracking));
     /// With plain Kalman filters.
-    imm_ekf: ImmEkfPublished = Published<Guo2024<2>>,
+    imm_ekf: ImmEkfPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, None);
     /// With plain Kalman filters and fixed transitions.
-    imm_ekf_fixed: ImmEkfFixedPublished = Published<Guo2024<2>>,
+    imm_ekf_fixed: ImmEkfFixedPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, None);
 }
 
-variants! {
+methods! {
     /// The kinematic model alone.
-    kinematic_stf: KinematicStfPublished = Published<Guo2024<1>>,
+    kinematic_stf: KinematicStfPublished = Guo2024<1>,
         { models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Kinematic), Some(p.tracking));
     /// The dynamic model alone.
-    dynamic_stf: DynamicStfPublished = Published<Guo2024<1>>,
+    dynamic_stf: DynamicStfPublished = Guo2024<1>,
         { models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
 }
@@ -242,10 +242,7 @@ pub struct Guo2024<const K: usize> {
 
 impl<const K: usize> Guo2024<K> {
     fn eta(&self, z: &Signals) -> Real {
-        let (a_x, a_y) = (
-            z.acceleration_mps2,
-            z.reading.lateral_force_mps2.unwrap_or(0.0),
-        );
+        let (a_x, a_y) = (z.acceleration_mps2, z.lateral_force_mps2.unwrap_or(0.0));
         let [across, along] = CORNERING_MPS2;
         if self.lateral && a_y.abs() > across && a_x.abs() > along {
             a_x.abs() / sqrt(a_x * a_x + a_y * a_y) // eq. 1
@@ -333,8 +330,7 @@ impl<const K: usize> Method for Guo2024<K> {
         }
         let _ = z.sample.and_then(|now| self.learn(&now, eta));
         self.since_s += z.dt;
-        let (Some(v), Some(a_sen)) = (z.reading.new_speed_mps, z.reading.specific_force_mps2)
-        else {
+        let (Some(v), Some(a_sen)) = (z.new_speed_mps, z.specific_force_mps2) else {
             return;
         };
         let dt = self.since_s.min(1.0);
@@ -389,7 +385,7 @@ fn build<const K: usize>(
     p: &Models,
     choice: Choice<K>,
     tracking: Option<Tracking>,
-) -> Published<Guo2024<K>> {
+) -> ([Real; 2], Guo2024<K>) {
     let rad = PI / 180.0;
     let x = vector![0.0, 0.0, sin(p.grade0_deg * rad)];
     let sd = vector![p.wheel_speed_sd_mps, 0.5, p.grade0_sd_deg * rad];
@@ -430,5 +426,5 @@ fn build<const K: usize>(
         outcome: Outcome::default(),
         last: None,
     };
-    Published::new(vehicle, [mass.cutoff_hz, mass.rate_hz], method)
+    ([mass.cutoff_hz, mass.rate_hz], method)
 }

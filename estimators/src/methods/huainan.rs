@@ -18,10 +18,10 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, SVector, Vector1, Vector2, matrix, vec
 
 use crate::Real;
 use crate::api::estimator::Internal;
+use crate::api::estimator::copy_into;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::snapshot::{State, state};
-use crate::api::vehicle::Vehicle;
 use crate::filters::adaptive_low_pass::AdaptiveSmoother;
 use crate::filters::ekf::Ekf;
 use crate::filters::forgetting::Forgetting;
@@ -30,9 +30,8 @@ use crate::filters::model::{Filter, Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::ukf::{SigmaParams, Ukf};
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
+use crate::methods::method::{Answer, Found, Method, Signals};
 use crate::models::slope_force::SlopeForce;
-use crate::runner::copy_into;
 
 params! {
     /// Smoothing and regression, eq. 6–13.
@@ -93,33 +92,33 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// The method: curvature with dynamic forgetting, slope by an adaptive unscented Kalman filter.
-    dffrls_aukf: DffrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+    dffrls_aukf: DffrlsAukfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
-        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+        |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
     /// The same with fixed noise.
-    dffrls_ukf: DffrlsUkfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+    dffrls_ukf: DffrlsUkfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams },
-        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));
+        |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));
     /// The method with constant forgetting.
-    ffrls_aukf: FfrlsAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 1>>,
+    ffrls_aukf: FfrlsAukfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: ConstantForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
-        |vehicle, p| build(vehicle, &p.curvature, Forgetting::Constant(p.forgetting.lambda0), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+        |_, p| build(&p.curvature, Forgetting::Constant(p.forgetting.lambda0), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
-variants! {
+methods! {
     /// The method with multiple forgetting.
-    rls_mff_aukf: RlsMffAukfPublished = Published<Huainan<Ukf<InclinationModel, 2>, 2>>,
+    rls_mff_aukf: RlsMffAukfPublished = Huainan<Ukf<InclinationModel, 2>, 2>,
         { curvature: Curvature, forgetting: MultipleForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
-        |vehicle, p| build(vehicle, &p.curvature, multiple(&p.forgetting), p.forgetting.offset_sd_mps3, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
+        |_, p| build(&p.curvature, multiple(&p.forgetting), p.forgetting.offset_sd_mps3, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
 }
 
-variants! {
+methods! {
     /// The method with an extended Kalman filter.
-    dffrls_aekf_inclination: DffrlsAekfInclinationPublished = Published<Huainan<Ekf<InclinationModel, 2>, 1>>,
+    dffrls_aekf_inclination: DffrlsAekfInclinationPublished = Huainan<Ekf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise },
-        |vehicle, p| build(vehicle, &p.curvature, dynamic(&p.forgetting), 0.0, ekf(&p.slope, Some(p.noise.b)));
+        |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ekf(&p.slope, Some(p.noise.b)));
 }
 
 /// State [v, θ], input [a_sen, ρ], measurement v.
@@ -190,7 +189,7 @@ impl<T: Filter<2, 1, Model = InclinationModel>, const N: usize> Huainan<T, N> {
     }
 
     fn filter(&mut self, z: &Signals) -> Option<()> {
-        let Some((a_sen, v)) = z.reading.specific_force_mps2.zip(z.reading.speed_mps) else {
+        let Some((a_sen, v)) = z.specific_force_mps2.zip(z.speed_mps) else {
             self.started = false; // no input: v starts again where there is one
             return None;
         };
@@ -198,7 +197,7 @@ impl<T: Filter<2, 1, Model = InclinationModel>, const N: usize> Huainan<T, N> {
         let _ = self.learn(a_sen, v, z.dt);
         let u = vector![a_sen, first(&self.rls.belief.x)];
         self.slope.filter.predict(&u, z.dt)?; // eq. 18–23
-        z.reading.new_speed_mps?;
+        z.new_speed_mps?;
         if !self.started {
             (self.slope.filter.belief_mut().x.x, self.started) = (v, true);
         }
@@ -292,12 +291,11 @@ fn ukf(p: &Slope, sigma: &SigmaParams, b: Option<Real>) -> Adaptive<Ukf<Inclinat
 }
 
 fn build<T, const N: usize>(
-    vehicle: &Vehicle,
     p: &Curvature,
     policy: Forgetting<N>,
     offset_sd_mps3: Real,
     slope: Adaptive<T, 1>,
-) -> Published<Huainan<T, N>> {
+) -> ([Real; 2], Huainan<T, N>) {
     let corner_hz = |m: Real| m * p.rate_hz / (2.0 * PI); // eq. 8
     let corners_hz = [p.m0, p.m0 + p.m_step1, p.m0 + p.m_step2].map(corner_hz); // eq. 10
     let thresholds = [p.threshold1, p.threshold2];
@@ -314,7 +312,7 @@ fn build<T, const N: usize>(
         outcome: Outcome::default(),
         last: None,
     };
-    Published::new(vehicle, [p.cutoff_hz, p.rate_hz], method)
+    ([p.cutoff_hz, p.rate_hz], method)
 }
 
 /// [`first`, `then`, …].

@@ -7,6 +7,7 @@ use nalgebra::{Matrix1, Matrix3, SMatrix, Vector1, Vector3, matrix, vector};
 
 use crate::Real;
 use crate::api::estimator::Internal;
+use crate::api::estimator::copy_into;
 use crate::api::params::params;
 use crate::api::real::{sqrt, within};
 use crate::api::snapshot::state;
@@ -15,9 +16,8 @@ use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::methods::liu_2023::Slope;
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
+use crate::methods::method::{Answer, Found, Method, Signals};
 use crate::models::force_balance::ForceBalance;
-use crate::runner::copy_into;
 
 params! {
     /// The mass of `joint_ekf` at the start.
@@ -27,9 +27,9 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// Mass and slope from one extended Kalman filter.
-    joint_ekf: JointEkfPublished = Published<Joint>,
+    joint_ekf: JointEkfPublished = Joint,
         { mass: FirstMass, slope: Slope },
         |vehicle, p| joint(vehicle, &p.mass, &p.slope);
 }
@@ -118,7 +118,7 @@ impl Joint {
             resistance: z.direction * self.mu,
         };
         self.ekf.predict(&push, z.dt); // eq. 27, 28
-        let speed = z.reading.new_speed_mps?;
+        let speed = z.new_speed_mps?;
         if !self.started {
             (self.ekf.belief.x.x, self.started) = (speed, true);
         }
@@ -166,7 +166,7 @@ impl Method for Joint {
 
 state!(Joint { ekf, started, last; R, mu, range_kg });
 
-fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> Published<Joint> {
+fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> ([Real; 2], Joint) {
     let w0 = SCALE / vehicle.first_mass_kg(p.mass0_kg);
     let Gaussian { x, P } = slope.start();
     let model = JointModel {
@@ -183,5 +183,5 @@ fn joint(vehicle: &Vehicle, p: &FirstMass, slope: &Slope) -> Published<Joint> {
         started: false,
         last: None,
     };
-    Published::new(vehicle, [1.0, 1.0], method)
+    ([1.0, 1.0], method)
 }

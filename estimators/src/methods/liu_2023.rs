@@ -17,6 +17,7 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::estimator::Internal;
+use crate::api::estimator::copy_into;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt, within};
 use crate::api::snapshot::state;
@@ -27,10 +28,9 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
-use crate::preprocess::resampler::ResampledSample;
-use crate::runner::copy_into;
-use crate::supervised::force_balance_ekf::Drive;
+use crate::methods::method::{Answer, Found, Method, Signals};
+use crate::models::force_balance::Drive;
+use crate::models::sample::ResampledSample;
 
 params! {
     /// The regression of eq. 16–22.
@@ -78,17 +78,17 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// The method: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
-    dffrls_aekf: DffrlsAekfPublished = Published<Liu2023>,
+    dffrls_aekf: DffrlsAekfPublished = Liu2023,
         { mass: Regression, forgetting: DynamicForgetting, slope: Slope, noise: AdaptedNoise },
         |vehicle, p| build(vehicle, &p.mass, dynamic(&p.forgetting), SlopeBy::Filter(p.slope, Some(p.noise.kappa)));
     /// Least squares without forgetting, then an extended Kalman filter.
-    rls_ekf: RlsEkfPublished = Published<Liu2023>,
+    rls_ekf: RlsEkfPublished = Liu2023,
         { mass: Regression, slope: Slope },
         |vehicle, p| build(vehicle, &p.mass, Forgetting::None, SlopeBy::Filter(p.slope, None));
     /// Mass and slope from one regression with constant forgetting.
-    ffrls: FfrlsPublished = Published<Liu2023>,
+    ffrls: FfrlsPublished = Liu2023,
         { mass: Regression, forgetting: ConstantForgetting },
         |vehicle, p| build(vehicle, &p.mass, Forgetting::Constant(p.forgetting.lambda0), SlopeBy::Regression);
 }
@@ -221,7 +221,7 @@ impl Liu2023 {
             resistance: z.direction * self.mu,
         };
         self.slope.filter.predict(&drive, z.dt); // eq. 27, 28
-        let speed = vector![z.reading.new_speed_mps?];
+        let speed = vector![z.new_speed_mps?];
         if !self.started {
             (self.slope.filter.belief.x.x, self.started) = (speed.x, true);
         }
@@ -297,7 +297,7 @@ fn build(
     p: &Regression,
     policy: Forgetting<2>,
     slope_by: SlopeBy,
-) -> Published<Liu2023> {
+) -> ([Real; 2], Liu2023) {
     let mu = vehicle.running_resistance;
     let chi = vector![1.0, sine_of_friction(mu)];
     let (slope, kappa) = match slope_by {
@@ -330,7 +330,7 @@ fn build(
         outcome: Outcome::default(),
         last: None,
     };
-    Published::new(vehicle, [p.cutoff_hz, p.rate_hz], method)
+    ([p.cutoff_hz, p.rate_hz], method)
 }
 
 impl Slope {

@@ -13,6 +13,7 @@ use nalgebra::vector;
 
 use crate::Real;
 use crate::api::estimator::Internal;
+use crate::api::estimator::copy_into;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, asin, sqrt};
 use crate::api::snapshot::state;
@@ -20,10 +21,9 @@ use crate::api::vehicle::Vehicle;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
+use crate::methods::method::{Answer, Found, Method, Signals};
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::resampler::ResampledSample;
-use crate::runner::copy_into;
+use crate::models::sample::ResampledSample;
 
 params! {
     /// Constants of eq. 8–15.
@@ -40,9 +40,9 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// The method.
-    resistance_dffrls: ResistancePublished = Published<Resistance>,
+    resistance_dffrls: ResistancePublished = Resistance,
         { regression: Regression },
         |vehicle, p| build(vehicle, &p.regression);
 }
@@ -114,7 +114,7 @@ impl Method for Resistance {
 
 state!(Resistance { rls, grade_rad, learnt, outcome; mass_kg, rotating_mass_kg, r });
 
-fn build(vehicle: &Vehicle, p: &Regression) -> Published<Resistance> {
+fn build(vehicle: &Vehicle, p: &Regression) -> ([Real; 2], Resistance) {
     let prior = Gaussian::independent(vector![p.resistance0], vector![p.resistance0_sd]);
     let policy = Forgetting::ByResidual {
         floor: p.delta,
@@ -130,5 +130,5 @@ fn build(vehicle: &Vehicle, p: &Regression) -> Published<Resistance> {
         learnt: false,
         outcome: Outcome::default(),
     };
-    Published::new(vehicle, [p.cutoff_hz, p.rate_hz], method)
+    ([p.cutoff_hz, p.rate_hz], method)
 }

@@ -26,3 +26,4 @@ pub mod liu_2023_resistance;
 pub mod method;
 #[cfg(feature = "patent")]
 pub mod patent;
+pub mod published;

@@ -18,6 +18,7 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::estimator::Internal;
+use crate::api::estimator::copy_into;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, cos, exp, sin, sqrt, tanh, within};
 use crate::api::snapshot::state;
@@ -30,10 +31,9 @@ use crate::filters::model::{Model, Process};
 use crate::filters::rls::{Outcome, Rls};
 use crate::filters::sage_husa::{Adaptive, Noise};
 use crate::filters::strong_tracking::StrongTracking;
-use crate::methods::method::{Answer, Found, Method, Published, Signals};
-use crate::preprocess::resampler::ResampledSample;
-use crate::runner::copy_into;
-use crate::supervised::force_balance_ekf::Drive;
+use crate::methods::method::{Answer, Found, Method, Signals};
+use crate::models::force_balance::Drive;
+use crate::models::sample::ResampledSample;
 
 params! {
     /// The regressions of eq. 20–34.
@@ -61,9 +61,9 @@ params! {
     }
 }
 
-variants! {
+methods! {
     /// The method.
-    mmrls_sh_stf: MmrlsShStfPublished = Published<Patent>,
+    mmrls_sh_stf: MmrlsShStfPublished = Patent,
         { mass: Regressions, slope: Slope },
         |vehicle, p| build(vehicle, &p.mass, &p.slope);
 }
@@ -165,9 +165,9 @@ impl Patent {
     /// F_t − F_tt of the turning model, N, and the steering angle, rad: 0 on a rail, slow, or without an instrument.
     fn lost_in_turn(&self, z: &Signals) -> Option<(Real, Real)> {
         let (road, traction) = (self.road?, z.traction_n? + z.drag_n);
-        let (steer, yaw_rate) = (z.reading.steering_angle_rad?, z.reading.yaw_rate_radps?);
+        let (steer, yaw_rate) = (z.steering_angle_rad?, z.yaw_rate_radps?);
         let [_, slow, most] = TURNING;
-        let v = z.reading.speed_mps.filter(|v| *v > slow)?;
+        let v = z.speed_mps.filter(|v| *v > slow)?;
         let steer = steer.clamp(-most, most);
         let beta = road.rear_axle_m / (road.front_axle_m + road.rear_axle_m) * steer; // eq. 23
         let slip = steer - beta - road.front_axle_m * yaw_rate / v; // eq. 11
@@ -213,7 +213,7 @@ impl Patent {
             self.started = false; // eq. 35 does not hold; v starts again where it does
             return None;
         };
-        let speed = vector![z.reading.new_speed_mps?];
+        let speed = vector![z.new_speed_mps?];
         let dt = self.since_s.min(1.0);
         self.since_s = 0.0;
         let [low, high] = self.range_kg;
@@ -301,7 +301,7 @@ state!(Mass { rls, likelihood; });
 state!(Patent { straight, turning, weight, lost_n, steer_rad, slope, tracking, fading, since_s, learnt, started, outcome, last;
     mass0_kg, range_kg, rotating_mass_kg, resistance, road, r, gamma });
 
-fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> Published<Patent> {
+fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> ([Real; 2], Patent) {
     let v = p.wheel_speed_sd_mps;
     let rad = PI / 180.0;
     let law = Forgetting::TimeLaw {
@@ -346,5 +346,5 @@ fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> Published<Patent> 
         outcome: Outcome::default(),
         last: None,
     };
-    Published::new(vehicle, [mass.cutoff_hz, mass.rate_hz], method)
+    ([mass.cutoff_hz, mass.rate_hz], method)
 }

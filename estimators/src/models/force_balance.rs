@@ -12,8 +12,22 @@
 //! F − J v̇ = M f + sgn(v) μ M g cos θ.
 
 use crate::Real;
-use crate::api::real::{GRAVITY, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::Vehicle;
+
+/// Largest grade angle of an estimate, rad: no monorail climbs more.
+pub const MAX_GRADE_RAD: Real = PI / 3.0;
+
+/// Input of a prediction by the force balance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Traction at the rims, N.
+    pub traction_n: Real,
+    /// Total mass, kg.
+    pub mass_kg: Real,
+    /// Running resistance with the sign of the speed: sgn(v) μ.
+    pub resistance: Real,
+}
 
 /// The constants of the balance.
 #[derive(Clone, Copy, Debug, PartialEq)]

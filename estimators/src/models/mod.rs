@@ -2,6 +2,7 @@
 
 pub mod attitude;
 pub mod force_balance;
+pub mod sample;
 pub mod single_track;
 pub mod slope_force;
 pub mod swing;

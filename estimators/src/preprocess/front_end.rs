@@ -417,6 +417,15 @@ impl State for FrontEnd {
     }
 }
 
+/// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
+pub const BRAKE_RELEASED: Real = 0.001;
+
+/// True if the train moves, and if it does so under the force balance alone (brake released).
+pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
+    let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
+    (moving, moving && reading.brake <= BRAKE_RELEASED)
+}
+
 #[cfg(test)]
 #[path = "front_end_tests.rs"]
 mod tests;

@@ -1,31 +1,15 @@
 //! Resampler for the regressions on the force balance: one matched low-pass for all signals, sampled slowly while the train runs.
 
 use crate::Real;
-use crate::api::snapshot::{Blank, state};
+use crate::api::snapshot::state;
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
+use crate::models::sample::ResampledSample;
 use crate::preprocess::front_end::Reading;
 
 /// Speed below which a yaw rate gives no curvature, m/s, and the largest curvature of a rail, 1/m.
 const SLOW_MPS: Real = 0.1;
 const TIGHTEST_PER_M: Real = 0.5;
-
-/// One filtered sample; all its numbers are delayed alike.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ResampledSample {
-    /// Traction at the rims, N.
-    pub force_n: Real,
-    /// Speed, m/s.
-    pub speed_mps: Real,
-    /// Acceleration of the wheels v̇, m/s².
-    pub acceleration_mps2: Real,
-    /// Specific force along the train v̇ + g sin θ, m/s²; `None` without an accelerometer.
-    pub specific_force_mps2: Option<Real>,
-    /// Horizontal curvature of the rail without its sign, |yaw rate|/|v|, 1/m; 0 without a gyro.
-    pub curvature_per_m: Real,
-    /// Time since the sample before it, s.
-    pub period_s: Real,
-}
 
 /// Resampler: matched low-pass filters for all signals of a regression, sampled at its rate while the train runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,13 +125,6 @@ pub fn curvature_per_m(reading: &Reading) -> Real {
     }
 }
 
-impl Blank for ResampledSample {
-    fn blank() -> Self {
-        Self::default()
-    }
-}
-
-state!(ResampledSample { force_n, speed_mps, acceleration_mps2, specific_force_mps2, curvature_per_m, period_s; });
 state!(Resampler { force, speed, specific_force, curvature, running_s, since_s, fresh; rate_hz, settle_s });
 
 #[cfg(test)]

@@ -20,10 +20,10 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
+use crate::preprocess::front_end::motion;
 use crate::printed::guo_2024_mass::{DifferencesPrinted, MassFromDifferences};
-use crate::printed::{Erratum, Says, usable};
+use crate::printed::{Erratum, PrintedAnswer, usable};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -316,7 +316,7 @@ impl Pipeline for ImmStfPrinted {
         let beliefs = self.models.map(|model| model.belief);
         let Gaussian { x, P } = mixture(&beliefs, &self.probability);
         let (innovation, nis) = self.innovation;
-        Says {
+        PrintedAnswer {
             mass: self.mass.kg(),
             grade: (asin(x.z), P.m33),
             speed_mps: x.x,

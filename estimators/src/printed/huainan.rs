@@ -20,10 +20,10 @@ use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::gaussian::cholesky;
 use crate::filters::low_pass::MatchedFilter;
 use crate::preprocess::front_end::Reading;
-use crate::printed::{Erratum, PrintReading, Says, usable};
+use crate::preprocess::front_end::motion;
+use crate::printed::{Erratum, PrintReading, PrintedAnswer, usable};
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -358,7 +358,7 @@ impl Pipeline for DffrlsAukfPrinted {
             self.since_s = 0.0;
             self.sample(&smoothed, speed, period);
         }
-        Says {
+        PrintedAnswer {
             mass: (self.mass_kg, self.mass_kg * self.mass_kg),
             grade: (self.grade(), self.now.P.m22),
             speed_mps: reading.speed_mps.unwrap_or(0.0),

@@ -18,10 +18,10 @@ use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
+use crate::preprocess::front_end::motion;
 use crate::printed::slope_ekf::{Balance, Noise, SlopeEkf, Told};
-use crate::printed::{Erratum, PrintReading, Says, mass_from_inverse, usable};
+use crate::printed::{Erratum, PrintReading, PrintedAnswer, mass_from_inverse, usable};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -205,7 +205,7 @@ impl Pipeline for DffrlsAekfPrinted {
         let (innovation, nis) = self.slope.innovation();
         let mass_kg = self.mass_kg();
         let share = mass_kg / self.mass0_kg;
-        Says {
+        PrintedAnswer {
             mass: (
                 mass_kg,
                 self.mass.P.m11.min(1e12) * mass_kg * mass_kg * share * share,

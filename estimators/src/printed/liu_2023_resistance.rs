@@ -12,9 +12,9 @@ use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
-use crate::printed::{Erratum, Says, usable};
+use crate::preprocess::front_end::motion;
+use crate::printed::{Erratum, PrintedAnswer, usable};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -142,7 +142,7 @@ impl Pipeline for ResistancePrinted {
             }
         }
         let slope = self.accelerometer.value().unwrap_or(0.0) - self.speed.rate();
-        Says {
+        PrintedAnswer {
             mass: (self.mass_kg, 0.0),
             grade: (asin(slope / GRAVITY), 0.0),
             speed_mps: self.speed.value().unwrap_or(0.0),

@@ -80,8 +80,8 @@ fn mass_from_inverse(mass0_kg: Real, inverse: Real) -> Real {
     mass0_kg / if inverse.abs() < 1e-6 { least } else { inverse }
 }
 
-/// What a printed method says: value and variance each, taken at its word while the train runs.
-struct Says {
+/// Answer of a printed method: value and variance of each quantity, valid while the train runs.
+struct PrintedAnswer {
     mass: (Real, Real),
     grade: (Real, Real),
     speed_mps: Real,
@@ -89,7 +89,7 @@ struct Says {
     nis: Real,
 }
 
-impl Says {
+impl PrintedAnswer {
     fn estimate(&self, t: Time, moving: bool, running: bool) -> Estimate {
         let value = |(value, variance): (Real, Real)| Value {
             value,

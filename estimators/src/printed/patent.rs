@@ -15,12 +15,13 @@ use crate::api::real::{GRAVITY, PI, cos, exp, pow, sin, sqrt, tanh};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
+use crate::models::sample::ResampledSample;
 use crate::preprocess::front_end::Reading;
-use crate::preprocess::resampler::{ResampledSample, Resampler};
+use crate::preprocess::front_end::motion;
+use crate::preprocess::resampler::Resampler;
 use crate::printed::slope_ekf::{Balance, Noise, SlopeEkf, Told};
-use crate::printed::{Erratum, Says};
+use crate::printed::{Erratum, PrintedAnswer};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -257,7 +258,7 @@ impl Pipeline for MmrlsShStfPrinted {
         }
         let (x, P) = self.slope.belief();
         let (innovation, nis) = self.slope.innovation();
-        Says {
+        PrintedAnswer {
             mass: (self.mass_kg(), self.straight.P),
             grade: (x.y, P.m22),
             speed_mps: x.x,

@@ -22,7 +22,7 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
-use crate::models::force_balance::ForceBalance;
+use crate::models::force_balance::{Drive, ForceBalance, MAX_GRADE_RAD};
 use crate::preprocess::conditioning::LearntNoise;
 
 params! {
@@ -36,25 +36,11 @@ params! {
     }
 }
 
-/// Largest grade angle the filter goes to, rad: no monorail climbs more.
-pub const MAX_GRADE_RAD: Real = PI / 3.0;
-
 /// Growth of the slope's variance by dead reckoning, rad²/s: 3° after a second, 14° after twenty.
 const DEAD_RECKONING_RAD2_PER_S: Real = 3e-3;
 
 /// Speed no crane reaches, m/s.
 const MAX_SPEED_MPS: Real = 10.0;
-
-/// What a prediction step is told.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// Traction at the rims, N.
-    pub traction_n: Real,
-    /// Total mass, kg.
-    pub mass_kg: Real,
-    /// Running resistance with the sign of the speed: sgn(v) μ.
-    pub resistance: Real,
-}
 
 /// The force balance as a model: state [v, θ], measurement wheel speed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -40,11 +40,11 @@ use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
+use crate::preprocess::front_end::motion;
 use crate::rail::distributed_train::steeper;
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::differenced_rls::{DifferencedMass, DifferencedParams};
 use crate::supervised::supervision::Supervisors;
-use crate::supervised::two_stage::motion;
 use crate::{Real, Time};
 
 params! {
@@ -83,9 +83,9 @@ params! {
 const REJECTED_VARIANCE: Real = 1e6;
 
 /// Sine of the steepest grade.
-const MAX_GRADE_RAD: Real = 0.87;
+const MAX_SINE: Real = 0.87;
 
-/// How a model says the acceleration goes on.
+/// Model of the acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acceleration {
     /// At random.
@@ -261,7 +261,7 @@ impl SlopeModels {
     fn push_now(&self, reading: &Reading, running: bool, speed: Real) -> Option<Push> {
         let torque = reading.motor_torque_nm.filter(|_| running)?;
         let direction = if speed < 0.0 { -1.0 } else { 1.0 };
-        let sine = self.imm.combined().x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
+        let sine = self.imm.combined().x.z.clamp(-MAX_SINE, MAX_SINE);
         let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
         let net_n = self.balance.net_traction(torque, speed) - bend_n;
         Some(self.push(net_n, direction, sine))
@@ -353,7 +353,7 @@ impl SlopeModels {
             ekf.predict(push, dt);
             // Fading step upon step would grow without end while measurements make no sense.
             ekf.belief
-                .limit_variance(&vector![100.0, 100.0, MAX_GRADE_RAD * MAX_GRADE_RAD]);
+                .limit_variance(&vector![100.0, 100.0, MAX_SINE * MAX_SINE]);
             let correction = ekf.update(*z, &R);
             *belief = ekf.belief;
             let Some(correction) = correction else {
@@ -377,7 +377,7 @@ impl SlopeModels {
         self.imm.weigh(&logs);
         self.saturated = false;
         for belief in &mut self.imm.beliefs {
-            let inside = belief.x.z.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
+            let inside = belief.x.z.clamp(-MAX_SINE, MAX_SINE);
             self.saturated |= inside != belief.x.z;
             belief.x.z = inside;
         }

@@ -153,7 +153,7 @@ fn there_is_a_force_balance_while_the_train_runs_and_torque_is_known() {
     }
     let push = stage.push_now(&reading(1.0, 300.0), true, 1.0);
     let net_n = stage.balance.net_traction(300.0, 1.0);
-    assert_eq!(push, Some(stage.push(net_n, 1.0, -MAX_GRADE_RAD)));
+    assert_eq!(push, Some(stage.push(net_n, 1.0, -MAX_SINE)));
     // In a bend the bend takes its part.
     let mut road = dynamic(&car(), 0.01);
     let turn = Turn::solve(2_170.0, 10.0, 0.3, 0.0).reading();
@@ -271,7 +271,7 @@ fn a_limit_of_the_slope_is_told_and_left_again() {
             ..level
         });
         assert!(found.flags.saturated && !found.grade_rad.valid);
-        assert_eq!(stage.imm.beliefs[0].x.z, sign * MAX_GRADE_RAD);
+        assert_eq!(stage.imm.beliefs[0].x.z, sign * MAX_SINE);
     }
     assert!(!steady(&mut stage, 5.0, |level| level).flags.saturated);
 }

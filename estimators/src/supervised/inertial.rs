@@ -25,13 +25,13 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Filter, Model, Process};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
 use crate::filters::ukf::{SigmaParams, Ukf};
-use crate::methods::method::no_mass;
+use crate::methods::published::no_mass;
+use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
 use crate::preprocess::front_end::Reading;
 use crate::rail::distributed_train::{DistributedTrain, steeper};
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::curvature_rls::Curvature;
-use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 use crate::supervised::supervision::{Supervisors, mapped};
 use crate::{Real, Time};
 

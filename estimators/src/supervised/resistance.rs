@@ -29,14 +29,16 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::ring_buffer::RingBuffer;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
+use crate::models::sample::ResampledSample;
 use crate::preprocess::conditioning::ConditioningParams;
+use crate::preprocess::front_end::motion;
 use crate::preprocess::front_end::{FrontEnd, Reading};
-use crate::preprocess::resampler::{ResampledSample, Resampler};
-use crate::rail::grade_map::MappedTrain;
+use crate::preprocess::resampler::Resampler;
+use crate::rail::mapped_train::MappedTrain;
+use crate::rail::rail_memory::Place;
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::supervision as supervise;
 use crate::supervised::supervision::Supervision;
-use crate::supervised::two_stage::motion;
 use crate::{Error, Real, Time};
 
 params! {
@@ -77,7 +79,7 @@ pub struct Resistance {
     signals: Resampler,
     train: MappedTrain,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: RingBuffer<(ResampledSample, Real), 32>,
+    waiting: RingBuffer<(ResampledSample, Place), 32>,
     /// |F|/(M g) of the last sample: what a share of mass or torque makes of μ.
     load: Real,
     outcome: Outcome,
@@ -151,7 +153,7 @@ impl Resistance {
             *force_balance = control::without(outcome);
         }
         // At most one sample a step, so that no step has to serve many.
-        let new = sample.map(|sample| (sample, self.train.place_m()));
+        let new = sample.map(|sample| (sample, self.train.place()));
         let oldest = new.and_then(|new| self.waiting.push(new));
         if let Some(next) = oldest.or_else(|| self.next(running)) {
             let status = self.sample(next);
@@ -167,19 +169,17 @@ impl Resistance {
     }
 
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    fn next(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
-        let (_, place_m) = self.waiting.first()?;
-        if running && !self.train.seen(place_m) {
+    fn next(&mut self, running: bool) -> Option<(ResampledSample, Place)> {
+        let (_, place) = self.waiting.first()?;
+        if running && !self.train.seen(place) {
             return None;
         }
         self.waiting.pop()
     }
 
     /// One sample: gate and fuse. What became of it.
-    fn sample(&mut self, (now, place_m): (ResampledSample, Real)) -> AidStatus {
-        let felt = now
-            .specific_force_mps2
-            .and_then(|_| self.train.felt(place_m));
+    fn sample(&mut self, (now, place): (ResampledSample, Place)) -> AidStatus {
+        let felt = now.specific_force_mps2.and_then(|_| self.train.felt(place));
         let Some(felt) = felt else {
             return control::without(AidOutcome::Stale);
         };
@@ -207,7 +207,7 @@ impl Resistance {
             .train
             .felt_now()
             .filter(|_| reading.specific_force_mps2.is_some());
-        let (mean, doubt, here) = felt.map_or((0.0, GRAVITY, 0.0), |(felt, here)| {
+        let (mean, doubt, here) = felt.map_or((0.0, GRAVITY, 0.0), |(felt, [here, _])| {
             let (mean, doubt) = felt.whole(self.train.tare_kg(), self.mass_kg);
             (mean, doubt, here)
         });

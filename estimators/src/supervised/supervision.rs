@@ -8,7 +8,7 @@ use crate::preprocess::conditioning::ConditioningParams;
 params! {
     /// Which supervisors of an estimator are on.
     Supervision {
-        grade_map [flag] = true, "Keep a map of the grade under a long train; off: the train is a point.";
+        grade_map [flag] = true, "Keep the rail under a long train in memory; off: the train is a point.";
     }
 }
 
@@ -16,14 +16,14 @@ params! {
     /// Which supervisors of a two-stage estimator are on.
     TwoStageSupervision {
         slip_detector [flag] = true, "No grade is valid while wheel speed does not follow the force balance.";
-        grade_map [flag] = true, "Keep a map of the grade under a long train; off: the train is a point.";
+        grade_map [flag] = true, "Keep the rail under a long train in memory; off: the train is a point.";
     }
 }
 
 /// The supervisors of an estimator, as its parameters have them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Supervisors {
-    /// Whether a grade map is kept.
+    /// Whether the rail is kept in memory.
     pub grade_map: bool,
     /// Whether a slip detector is on.
     pub slip_detector: bool,
@@ -57,7 +57,7 @@ impl TwoStageSupervision {
     }
 }
 
-/// The vehicle as it is with a grade map, a point without.
+/// The vehicle as it is with a rail memory, a point without.
 pub fn mapped(vehicle: &Vehicle, grade_map: bool) -> Vehicle {
     if grade_map {
         *vehicle

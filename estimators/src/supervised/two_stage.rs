@@ -11,23 +11,15 @@ use crate::detect::plausibility::Instruments;
 use crate::detect::slip::SlipDetector;
 use crate::detect::validity::{Source, Validity};
 use crate::models::force_balance::ForceBalance;
+use crate::models::force_balance::{Drive, MAX_GRADE_RAD};
 use crate::preprocess::conditioning::ConditioningParams;
-use crate::preprocess::front_end::Reading;
+use crate::preprocess::front_end::{Reading, motion};
 use crate::preprocess::resampler::Resampler;
 use crate::rail::distributed_train::{AlignedSample, DistributedTrain, steeper};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::force_balance_ekf::{Drive, ForceBalanceEkf, MAX_GRADE_RAD};
+use crate::supervised::force_balance_ekf::ForceBalanceEkf;
 use crate::supervised::supervision::{Supervisors, mapped};
 use crate::{Real, Time};
-
-/// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
-pub const BRAKE_RELEASED: Real = 0.001;
-
-/// Whether the train moves, and whether it does so under the force balance alone (brake released).
-pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
-    let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
-    (moving, moving && reading.brake <= BRAKE_RELEASED)
-}
 
 /// The traction that keeps the speed on a grade: sin θ + s μ cos θ = F/(M g).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +44,7 @@ impl SteadyTraction {
 
 /// A first stage: something that learns the mass while the train runs.
 ///
-/// Its samples come aligned with the rail under the train; the train with its grade map stands beside the stages and is lent to them.
+/// Its samples come aligned with the rail under the train; the train with the rail memory stands beside the stages and is lent to them.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [Internal; 6];
@@ -116,14 +108,14 @@ pub trait MassEstimator: Copy {
 const WHEEL_SPEED: usize = 0;
 const FORCE_BALANCE: usize = 1;
 
-/// Mass first, then slope, with the grade map of a distributed train beside the two.
+/// Mass first, then slope, with the rail memory of a distributed train beside the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoStage<M> {
     /// Constants of the force balance.
     balance: ForceBalance,
     /// Signals of the regression.
     signals: Resampler,
-    /// The train on its grade map, with the samples that wait for rail not yet read.
+    /// The train on the rail memory, with the samples that wait for rail not yet read.
     train: DistributedTrain,
     /// First stage.
     mass: M,
@@ -175,7 +167,7 @@ impl<M: MassEstimator> TwoStage<M> {
         }
     }
 
-    /// First stage: resample, align with the grade map, regress.
+    /// First stage: resample, align with the rail memory, regress.
     fn learn_mass(&mut self, reading: &Reading, running: bool, dt: Real) {
         if let Control::Out(outcome) = control::force_balance(reading, running, true) {
             self.note(FORCE_BALANCE, control::without(outcome));
@@ -289,7 +281,7 @@ impl<M: MassEstimator> TwoStage<M> {
         })
     }
 
-    /// Grade at the IMU, by the grade map.
+    /// Grade at the IMU, by the rail memory.
     fn grade_at_imu(&self, mass_kg: Real, effective: &Value) -> Value {
         let (offset, offset_sd) = self.train.imu_offset(mass_kg, effective.value);
         let sd = sqrt(effective.sd * effective.sd + offset_sd * offset_sd);

@@ -1,7 +1,7 @@
 //! Samples of a force balance that holds exactly, on a train whose tare and load rest on different grades.
 
 use crate::Real;
-use crate::preprocess::resampler::ResampledSample;
+use crate::models::sample::ResampledSample;
 use crate::rail::distributed_train::AlignedSample;
 use crate::rail::grade_map::{LoadedGrade, Mean};
 use crate::testing::Random;

@@ -285,6 +285,7 @@ impl<B: ?Sized> Clone for PartType<B> {
             groups: self.groups,
             reference: self.reference,
             build: self.build.clone(),
+            reference: self.reference,
         }
     }
 }
@@ -313,6 +314,7 @@ where
         groups: P::GROUPS,
         reference: false,
         build: Arc::new(build),
+        reference: false,
     }
 }
 

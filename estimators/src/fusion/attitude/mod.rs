@@ -36,8 +36,8 @@ use crate::models::attitude::{
     AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI, SCALE,
     THETA, V,
 };
+use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::preprocess::front_end::Channels;
-use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 use arm_error::ArmError;
 use calibration::Calibration;
 use gyro_monitor::GyroMonitor;

@@ -8,7 +8,7 @@ use super::AttitudeFilter;
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
-use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
+use crate::models::force_balance::MAX_GRADE_RAD;
 
 /// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
 const MODEL_SD_RAD: Real = 0.0003;

@@ -9,10 +9,10 @@ use crate::api::snapshot::state;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
+use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::swing_balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainMeans;
-use crate::supervised::force_balance_ekf::MAX_GRADE_RAD;
 
 /// Time between two looks at the memory, s.
 const PERIOD_S: Real = 0.1;
