@@ -1,4 +1,4 @@
-//! Distributed train for a pipeline: aligns samples with the rail memory, and gives the offset between the grade at the IMU and the
+//! Distributed train for a pipeline: aligns samples with the grade map, and gives the offset between the grade at the IMU and the
 //! effective grade, the mean over the train's masses ([`MappedTrain`]). For a point the offset is 0 and no sample waits.
 
 use crate::Real;
@@ -9,11 +9,10 @@ use crate::filters::ring_buffer::RingBuffer;
 use crate::models::sample::ResampledSample;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::resampler::Resampler;
+use crate::rail::grade_map::{AtPlace, LoadedGrade, MappedTrain};
 use crate::rail::map_gaps::MapGaps;
-use crate::rail::mapped_train::{AtPlace, LoadedGrade, MappedTrain};
-use crate::rail::rail_memory::Place;
 
-/// A distributed train on the rail memory, with the samples that wait for rail not yet read.
+/// A distributed train on its grade map, with the samples that wait for rail not yet read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistributedTrain {
     train: MappedTrain,
@@ -22,7 +21,7 @@ pub struct DistributedTrain {
     /// What the accelerometer reads now.
     here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: RingBuffer<(ResampledSample, Place), 32>,
+    waiting: RingBuffer<(ResampledSample, Real), 32>,
     standstill_mps: Real,
     now: Option<LastKnown>,
     gaps: MapGaps,
@@ -47,7 +46,7 @@ struct LastKnown {
     unit: Real,
 }
 
-/// A sample aligned with the rail memory: with the means of the grade where the train was; `felt` is `None` without an accelerometer.
+/// A sample aligned with the grade map: with the means of the grade where the train was; `felt` is `None` without an accelerometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AlignedSample {
     /// The sample.
@@ -108,10 +107,10 @@ impl DistributedTrain {
         let delayed_mps = signals.speed_mps();
         let speed = reading.speed_mps.unwrap_or(delayed_mps);
         self.roll(signals.at_place(), delayed_mps, speed, dt);
-        let place = self.train.place();
+        let place_m = self.train.place_m();
         let next = match sample {
-            Some(sample) if self.point => Some((sample, place)),
-            Some(sample) => self.waiting.push((sample, place)),
+            Some(sample) if self.point => Some((sample, place_m)),
+            Some(sample) => self.waiting.push((sample, place_m)),
             None => None,
         };
         let next = next.or_else(|| self.take(running))?;
@@ -128,7 +127,10 @@ impl DistributedTrain {
             return;
         }
         self.train.step(place, delayed_mps, speed_mps, dt);
-        if moving && let Some((felt, [imu, unit])) = self.train.felt_now() {
+        if moving
+            && let Some((felt, imu)) = self.train.felt_now()
+            && let Some(unit) = self.train.unit_now()
+        {
             self.now = Some(LastKnown { felt, imu, unit });
         }
     }
@@ -139,26 +141,26 @@ impl DistributedTrain {
     }
 
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    fn take(&mut self, running: bool) -> Option<(ResampledSample, Place)> {
-        let (_, place) = self.waiting.first()?;
-        if running && !self.train.seen(place) {
+    fn take(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
+        let (_, place_m) = self.waiting.first()?;
+        if running && !self.train.seen(place_m) {
             return None;
         }
         self.waiting.pop()
     }
 
-    fn ready(&self, (sample, place): (ResampledSample, Place)) -> AlignedSample {
+    fn ready(&self, (sample, place_m): (ResampledSample, Real)) -> AlignedSample {
         AlignedSample {
             sample,
             felt: sample.specific_force_mps2.and_then(|_| match self.point {
                 true => self.here.map(LoadedGrade::point),
-                false => self.felt(place),
+                false => self.felt(place_m),
             }),
         }
     }
 
-    fn felt(&self, place: Place) -> Option<LoadedGrade> {
-        let mut felt = self.train.felt(place)?;
+    fn felt(&self, place_m: Real) -> Option<LoadedGrade> {
+        let mut felt = self.train.felt(place_m)?;
         for mean in [&mut felt.tare, &mut felt.load] {
             mean.doubt_mps2 += GRAVITY * self.gaps.under_rad();
         }

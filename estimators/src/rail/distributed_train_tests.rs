@@ -54,7 +54,7 @@ impl Ride {
     }
 }
 
-/// A node of the memory is 0.18 m long: as much of the gradient.
+/// A cell of the map is 0.18 m long: as much of the gradient.
 const CELL: Real = 0.2 * PER_M;
 
 #[test]
@@ -106,7 +106,7 @@ fn a_gap_of_the_map_widens_offsets_and_samples() {
     assert!((ride.train.ahead(9_000.0).sd - 0.12).abs() < 1e-9);
     ride.run(2.0, 1.0, true);
     assert!((ride.train.ahead(9_000.0).sd - 0.01).abs() < 1e-6);
-    let felt = ride.train.felt(ride.train.train.place()).unwrap();
+    let felt = ride.train.felt(ride.place_m).unwrap();
     for mean in [felt.tare, felt.load] {
         assert!((mean.doubt_mps2 - 0.01 * GRAVITY).abs() < 1e-6, "{mean:?}");
     }
@@ -148,7 +148,7 @@ fn a_point_is_ahead_of_nothing_and_feels_what_is_read_now() {
         };
         let now = [GRAVITY * PER_M * ride.place_m + BIAS_MPS2, 0.1];
         let [felt, blind] = [sample, ResampledSample::default()]
-            .map(|sample| ride.train.ready((sample, ride.train.train.place())).felt);
+            .map(|sample| ride.train.ready((sample, ride.place_m)).felt);
         assert_eq!(blind, None);
         assert!(felt.is_some());
         assert!(!point || felt == Some(LoadedGrade::point(now)));

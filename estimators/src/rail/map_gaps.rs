@@ -1,4 +1,4 @@
-//! Gaps in the rail memory: rail run over while the accelerometer gave nothing.
+//! Gaps in the grade map: rail run over while the accelerometer gave nothing.
 
 use crate::Real;
 use crate::api::real::within;
@@ -10,7 +10,7 @@ const RAD_PER_M: Real = 0.02;
 /// Longest gap that counts, m.
 const MAX_M: Real = 50.0;
 
-/// Gaps in the rail memory under a train, and the standard deviations of the grade that they cause.
+/// Gaps in the grade map under a train, and the standard deviations of the grade that they cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapGaps {
     length_m: Real,

@@ -21,7 +21,7 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::slope_force::SlopeForce;
 use crate::preprocess::front_end::Reading;
-use crate::rail::mapped_train::AtPlace;
+use crate::rail::grade_map::AtPlace;
 
 params! {
     /// Parameters of the curvature regression.

@@ -34,8 +34,7 @@ use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::motion;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::preprocess::resampler::Resampler;
-use crate::rail::mapped_train::MappedTrain;
-use crate::rail::rail_memory::Place;
+use crate::rail::grade_map::MappedTrain;
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::supervision as supervise;
 use crate::supervised::supervision::Supervision;
@@ -79,7 +78,7 @@ pub struct Resistance {
     signals: Resampler,
     train: MappedTrain,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
-    waiting: RingBuffer<(ResampledSample, Place), 32>,
+    waiting: RingBuffer<(ResampledSample, Real), 32>,
     /// |F|/(M g) of the last sample: what a share of mass or torque makes of μ.
     load: Real,
     outcome: Outcome,
@@ -153,7 +152,7 @@ impl Resistance {
             *force_balance = control::without(outcome);
         }
         // At most one sample a step, so that no step has to serve many.
-        let new = sample.map(|sample| (sample, self.train.place()));
+        let new = sample.map(|sample| (sample, self.train.place_m()));
         let oldest = new.and_then(|new| self.waiting.push(new));
         if let Some(next) = oldest.or_else(|| self.next(running)) {
             let status = self.sample(next);
@@ -169,17 +168,19 @@ impl Resistance {
     }
 
     /// The next sample whose rail has been read, or any if the train is not `running`.
-    fn next(&mut self, running: bool) -> Option<(ResampledSample, Place)> {
-        let (_, place) = self.waiting.first()?;
-        if running && !self.train.seen(place) {
+    fn next(&mut self, running: bool) -> Option<(ResampledSample, Real)> {
+        let (_, place_m) = self.waiting.first()?;
+        if running && !self.train.seen(place_m) {
             return None;
         }
         self.waiting.pop()
     }
 
     /// One sample: gate and fuse. What became of it.
-    fn sample(&mut self, (now, place): (ResampledSample, Place)) -> AidStatus {
-        let felt = now.specific_force_mps2.and_then(|_| self.train.felt(place));
+    fn sample(&mut self, (now, place_m): (ResampledSample, Real)) -> AidStatus {
+        let felt = now
+            .specific_force_mps2
+            .and_then(|_| self.train.felt(place_m));
         let Some(felt) = felt else {
             return control::without(AidOutcome::Stale);
         };
@@ -207,7 +208,7 @@ impl Resistance {
             .train
             .felt_now()
             .filter(|_| reading.specific_force_mps2.is_some());
-        let (mean, doubt, here) = felt.map_or((0.0, GRAVITY, 0.0), |(felt, [here, _])| {
+        let (mean, doubt, here) = felt.map_or((0.0, GRAVITY, 0.0), |(felt, here)| {
             let (mean, doubt) = felt.whole(self.train.tare_kg(), self.mass_kg);
             (mean, doubt, here)
         });
