@@ -285,7 +285,6 @@ impl<B: ?Sized> Clone for PartType<B> {
             groups: self.groups,
             reference: self.reference,
             build: self.build.clone(),
-            reference: self.reference,
         }
     }
 }
@@ -314,7 +313,6 @@ where
         groups: P::GROUPS,
         reference: false,
         build: Arc::new(build),
-        reference: false,
     }
 }
 
