@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Most files that a published method stands on, itself included.
-const MOST: usize = 25;
+const MOST: usize = 26;
 
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
@@ -71,9 +71,12 @@ fn closure(file: &Path) -> BTreeSet<PathBuf> {
 fn methods() -> Vec<PathBuf> {
     let files = fs::read_dir(source().join("methods")).unwrap();
     let files = files.map(|entry| entry.unwrap().path());
-    files
-        .filter(|file| fs::read_to_string(file).unwrap().contains(" Method for "))
-        .collect()
+    let implements = |file: &PathBuf| {
+        let text = fs::read_to_string(file).unwrap();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        words.windows(2).any(|pair| pair == ["Method", "for"])
+    };
+    files.filter(implements).collect()
 }
 
 #[test]
