@@ -125,7 +125,7 @@ pub struct AttitudeFilter {
     found: Attitude,
     innovation: Real,
     nis: Real,
-    new_nis: Option<Real>,
+    is_new: bool,
     status: [AidStatus; 3],
 }
 
@@ -176,7 +176,7 @@ impl AttitudeFilter {
             found: Attitude::default(),
             innovation: 0.0,
             nis: 0.0,
-            new_nis: None,
+            is_new: false,
             status: [AidStatus::default(); 3],
         }
     }
@@ -241,7 +241,7 @@ impl AttitudeFilter {
     }
 
     fn aid_by_wheels(&mut self, z: &Channels, rates: &AttitudeRates, dt: Real) -> Ballot {
-        self.new_nis = None;
+        self.is_new = false;
         let lever = (self.model.lever.below_m, rates.pitch_rate());
         let (wheels, ballot) = self
             .wheels
@@ -271,7 +271,7 @@ impl AttitudeFilter {
             if ballot.used > 0 {
                 self.innovation = new.innovation;
                 self.nis = new.nis().unwrap_or(0.0);
-                self.new_nis = Some(self.nis).filter(|_| ballot.rejected == 0);
+                self.is_new = ballot.rejected == 0;
             }
         }
         ballot
@@ -443,7 +443,7 @@ impl AttitudeFilter {
 
     /// Normalised innovation squared of the wheels, if this step has fused any.
     pub fn new_nis(&self) -> Option<Real> {
-        self.new_nis
+        self.is_new.then_some(self.nis)
     }
 
     /// Status of the last wheel speed, f_y and f_z.
@@ -476,7 +476,7 @@ impl State for AttitudeFilter {
             found,
             innovation,
             nis,
-            new_nis,
+            is_new,
             status,
         } = self;
         started.visit(archive);
@@ -493,7 +493,7 @@ impl State for AttitudeFilter {
         found.visit(archive);
         innovation.visit(archive);
         nis.visit(archive);
-        new_nis.visit(archive);
+        is_new.visit(archive);
         status.visit(archive);
     }
 }
