@@ -497,7 +497,7 @@ class Block:
         self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia)
         self.F, self.speed = single(np.mean(self.F)), single(self.v / self.length)
         noise = math.hypot(math.sqrt(2.0) * self.noise / self.length, G * self.u)
-        self.regressor = math.floor(noise / 2e-5 + 0.5) * 2e-5
+        self.regressor = min(math.floor(noise / 1e-4 + 0.5), 255) * 1e-4
         shift = (v - self.v0) / self.length - sum(self.parts) / 5.0
         self.a = [math.floor((a + shift) / 2e-4 + 0.5) * 2e-4 for a in self.parts]
         self.h = math.floor(self.length / 5.0 / 2e-5 + 0.5) * 2e-5

@@ -147,6 +147,10 @@ impl Aid<N> for BlockForce<'_> {
             - (n.tare_kg + x[MASS]) * x[B]
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
         let (n, means) = (&self.model.nominal, self.means);
         let mut h = SVector::<Real, N>::zeros();

@@ -38,6 +38,10 @@ impl Aid<N> for Lateral {
             + self.turned_mps2
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
         let mut h = SVector::<Real, N>::zeros();
         h[V] = self.yaw_rate_radps - x[GYRO_Z];

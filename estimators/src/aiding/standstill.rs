@@ -38,6 +38,10 @@ impl Aid<N> for Standstill {
         x[self.bias]
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn H(&self, _: &SVector<Real, N>) -> SVector<Real, N> {
         let mut h = SVector::<Real, N>::zeros();
         h[self.bias] = 1.0;

@@ -40,6 +40,10 @@ impl Aid<N> for Vertical {
             + self.nodded_mps2
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
         let q = self.pitch_rate_radps - x[GYRO_Y];
         let mut h = SVector::<Real, N>::zeros();

@@ -50,6 +50,10 @@ impl Aid<N> for Wheels {
         self.at_rail(x) * (1.0 + x[SCALE])
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn H(&self, x: &SVector<Real, N>) -> SVector<Real, N> {
         let mut h = SVector::<Real, N>::zeros();
         let scale = 1.0 + x[SCALE];
@@ -109,6 +113,10 @@ impl WheelGate {
     }
 
     /// The new samples against a belief: the measurement, and the vote that made it.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn control(
         &mut self,
         belief: &Gaussian<N>,

@@ -213,6 +213,10 @@ impl AttitudeModel {
         }
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn next(&self, rates: &AttitudeRates, left: Real, dt: Real) -> SVector<Real, N> {
         let mut x = rates.x;
         x[V] += rates.v_dot * dt;
@@ -224,6 +228,10 @@ impl AttitudeModel {
     }
 
     /// The diagonal of Q; there is nothing beside it.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn variances(&self, u: &AttitudeInput, left: Real, dt: Real) -> SVector<Real, N> {
         let (n, [seen_velocity, seen_angle]) = (&self.noise, u.seen_walk);
         let walk = |sd: Real| sd * sd;
@@ -253,6 +261,10 @@ impl AttitudeModel {
     }
 
     /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1. Returns the rates.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn predict(&self, belief: &mut Gaussian<N>, u: &AttitudeInput, dt: Real) -> AttitudeRates {
         let rates = self.rates(&belief.x, u);
         let left = self.curvature_left(u, dt);
@@ -298,6 +310,10 @@ impl Process<N> for AttitudeModel {
         self.next(&self.rates(x, u), self.curvature_left(u, dt), dt)
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn F(&self, x: &SVector<Real, N>, u: &AttitudeInput, dt: Real) -> SMatrix<Real, N, N> {
         let mut F = SMatrix::identity();
         for (i, row) in self.rows(&self.rates(x, u), u, dt).iter().enumerate() {

@@ -169,6 +169,10 @@ impl SwingModel {
 impl Process<N> for SwingModel {
     type Input = SwingInput;
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn f(&self, x: &SVector<Real, N>, u: &SwingInput, dt: Real) -> SVector<Real, N> {
         let mut next = *x;
         if self.swings {
@@ -183,6 +187,10 @@ impl Process<N> for SwingModel {
         next
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn F(&self, x: &SVector<Real, N>, u: &SwingInput, dt: Real) -> SMatrix<Real, N, N> {
         let mut F = SMatrix::identity();
         F[(D, D)] = exp(-dt / FORCE_MEMORY_S);
@@ -205,6 +213,10 @@ impl Process<N> for SwingModel {
         F
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn Q(&self, u: &SwingInput, dt: Real) -> SMatrix<Real, N, N> {
         let of = |sd: Real| sd * sd;
         let length = u.length_m.max(MIN_LENGTH_M);

@@ -50,6 +50,10 @@ impl Calibration {
     /// Widens the belief about an uncalibrated IMU after it has pitched by `turn_rad` at a yaw rate. A scale error changes the bias with the
     /// grade; otherwise the change of cos θ on a slope would pass for a measurement of the bias. Askew axes read a share of the yaw rate
     /// as rates of pitch and roll.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn doubt(&self, belief: &mut Gaussian<N>, turn_rad: Real, yaw_rate_radps: Real, dt: Real) {
         if self.calibrated {
             return;

@@ -181,7 +181,7 @@ impl ImuHealth {
                 self.check_norm(force, yaw_rate * speed_mps, dt);
             }
             self.out_s = (self.out_s - dt).max(0.0);
-            imu.force_mps2 = Some(force).filter(|_| !stuck && !(self.gate && self.out_s > 0.0));
+            imu.force_mps2 = Some(force).filter(|_| !(stuck || self.gate && self.out_s > 0.0));
         }
         imu
     }

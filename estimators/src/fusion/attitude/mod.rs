@@ -125,7 +125,7 @@ pub struct AttitudeFilter {
     found: Attitude,
     innovation: Real,
     nis: Real,
-    new_nis: Option<Real>,
+    is_new: bool,
     status: [AidStatus; 3],
 }
 
@@ -176,12 +176,16 @@ impl AttitudeFilter {
             found: Attitude::default(),
             innovation: 0.0,
             nis: 0.0,
-            new_nis: None,
+            is_new: false,
             status: [AidStatus::default(); 3],
         }
     }
 
     /// One step; `None` until there has been an accelerometer and a wheel.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
         if !self.started {
             self.start(z, dt)?;
@@ -208,6 +212,10 @@ impl AttitudeFilter {
     }
 
     /// Carries the belief over the step.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn predict(&mut self, imu: &SoundImu, dt: Real) -> AttitudeRates {
         self.carry_curvature(imu.rate_radps.is_some());
         // Of a calibrated gyro a body that rocks would pass for noise.
@@ -229,6 +237,10 @@ impl AttitudeFilter {
     }
 
     /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn carry_curvature(&mut self, gyro: bool) {
         let known = self.belief.P[(KAPPA, KAPPA)] > 0.0;
         if gyro == known {
@@ -240,8 +252,12 @@ impl AttitudeFilter {
         }
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn aid_by_wheels(&mut self, z: &Channels, rates: &AttitudeRates, dt: Real) -> Ballot {
-        self.new_nis = None;
+        self.is_new = false;
         let lever = (self.model.lever.below_m, rates.pitch_rate());
         let (wheels, ballot) = self
             .wheels
@@ -271,13 +287,17 @@ impl AttitudeFilter {
             if ballot.used > 0 {
                 self.innovation = new.innovation;
                 self.nis = new.nis().unwrap_or(0.0);
-                self.new_nis = Some(self.nis).filter(|_| ballot.rejected == 0);
+                self.is_new = ballot.rejected == 0;
             }
         }
         ballot
     }
 
     /// Without a wheel the speed is that of the accelerometer; after a long time wheels that were right all along are let in again.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn coast(&mut self, dt: Real) {
         self.coast_s += dt;
         let [drifting_s, lost_s] = COAST_S;
@@ -315,6 +335,10 @@ impl AttitudeFilter {
         *vertical = fuse(&mut self.belief, up, gate).unwrap_or(*vertical);
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn aid_by_standstill(&mut self, imu: &SoundImu, wheels: bool, dt: Real) {
         let stands = self.belief.x[V].abs() < self.standing_mps;
         self.quiet_s = match (stands, wheels) {
@@ -354,6 +378,10 @@ impl AttitudeFilter {
     }
 
     /// Makes the output of the step, and what is remembered of the rail.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn find(&mut self, imu: &SoundImu, rates: &AttitudeRates, ballot: &Ballot, dt: Real) {
         let (x, P) = (self.belief.x, &self.belief.P);
         let speed = x[V] - self.model.lever.below_m * rates.theta_dot;
@@ -443,7 +471,7 @@ impl AttitudeFilter {
 
     /// Normalised innovation squared of the wheels, if this step has fused any.
     pub fn new_nis(&self) -> Option<Real> {
-        self.new_nis
+        self.is_new.then_some(self.nis)
     }
 
     /// Status of the last wheel speed, f_y and f_z.
@@ -476,7 +504,7 @@ impl State for AttitudeFilter {
             found,
             innovation,
             nis,
-            new_nis,
+            is_new,
             status,
         } = self;
         started.visit(archive);
@@ -493,7 +521,7 @@ impl State for AttitudeFilter {
         found.visit(archive);
         innovation.visit(archive);
         nis.visit(archive);
-        new_nis.visit(archive);
+        is_new.visit(archive);
         status.visit(archive);
     }
 }

@@ -80,6 +80,10 @@ impl AttitudeFilter {
     }
 
     /// Standard deviation of the gyro's bias of the yaw rate, rad/s.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub(super) fn yaw_bias_sd_radps(&self) -> Real {
         sqrt(self.belief.P[(GYRO_Z, GYRO_Z)])
     }

@@ -141,6 +141,10 @@ impl EffectiveGrade {
 }
 
 /// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
+#[allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
 fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
     let load = mass.found().x[MASS];
     (means.behind_tare_kgm + load * means.behind_load_m) / ETA_M / mass.mass_kg()

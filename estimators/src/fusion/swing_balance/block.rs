@@ -19,8 +19,8 @@ const NOMINAL_MPS2: Real = 2.5e-3;
 /// Step of the accelerations kept, m/s²: an eighth of their noise.
 const ACCELERATION_STEP: Real = 2e-4;
 
-/// Step of the noise kept, m/s².
-const NOISE_STEP: Real = 2e-5;
+/// Step of the noise kept, m/s², of which there are at most 255.
+const NOISE_STEP: Real = 1e-4;
 
 /// Step of the lengths kept, s.
 const LENGTH_STEP_S: Real = 2e-5;
@@ -71,7 +71,7 @@ pub struct Block {
     /// Speed, m/s.
     pub speed_mps: f32,
     /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of [`NOISE_STEP`].
-    noise: i16,
+    noise: u8,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, in steps of [`LENGTH_STEP_S`].
@@ -112,8 +112,6 @@ impl Block {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BlockBuilder {
     started: Option<(Place, Real)>,
-    last_mps: Real,
-    samples: u32,
     with_traction: u32,
     traction: Real,
     variance: Real,
@@ -134,14 +132,7 @@ pub struct BlockBuilder {
 impl BlockBuilder {
     /// Takes a sample; returns a block when it is whole.
     pub fn take(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
-        let last = if self.started.is_some() || self.samples > 0 {
-            self.last_mps
-        } else {
-            z.speed_mps
-        };
-        let (start, start_mps) = *self.started.get_or_insert((rail.here(), last));
-        self.last_mps = z.speed_mps;
-        self.samples += 1;
+        let (start, start_mps) = *self.started.get_or_insert((rail.here(), z.speed_mps));
         self.speed += z.speed_mps * dt;
         self.noise = self.noise.max(z.speed_noise_mps);
         self.sum_sd = self.sum_sd.max(z.sum_sd);
@@ -176,14 +167,13 @@ impl BlockBuilder {
             traction_n: stored(self.traction / count),
             variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
-            noise: steps(self.regressor_noise(), NOISE_STEP),
+            noise: within(floor(self.regressor_noise() / NOISE_STEP + 0.5), 0.0, 255.0) as u8,
             acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
             substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
             outcome: self.outcome(),
         };
         *self = Self {
             started: Some((rail.here(), z.speed_mps)),
-            last_mps: z.speed_mps,
             ..Self::default()
         };
         Some(block)
@@ -229,7 +219,7 @@ impl Blank for Place {
 }
 
 state!(Block { place, traction_n, variance, speed_mps, noise, acceleration, substep, outcome; });
-state!(BlockBuilder { started, last_mps, samples, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision

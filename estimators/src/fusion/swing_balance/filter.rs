@@ -107,6 +107,10 @@ impl SwingBalance {
     }
 
     /// Total mass, kg.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn mass_kg(&self) -> Real {
         self.model.nominal.tare_kg + self.belief.x[MASS]
     }
@@ -150,6 +154,10 @@ impl SwingBalance {
         correction
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
         let p = &self.params;
         let noise = BlockNoise {
@@ -258,6 +266,10 @@ impl SwingBalance {
     }
 
     /// Load and its variance, as shares of the largest load and its square.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn load_share(&self) -> [Real; 2] {
         let most = self.model.nominal.max_load_kg;
         [
@@ -276,6 +288,10 @@ impl SwingBalance {
     }
 
     /// Takes another load for possible: the mass as at the start, the swing open, resistance and bias a little.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn reset_load(&mut self) {
         let fresh = prior(&self.model.nominal, &self.params);
         let [angle, rate] = NEW_SWING_SD;

@@ -67,6 +67,10 @@ pub struct BalanceState {
 }
 
 impl BalanceState {
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn by(filter: &SwingBalance) -> Self {
         let belief = filter.belief();
         Self {
@@ -141,7 +145,7 @@ impl SwingMass {
             searched: false,
             catch_up: 0,
             published: [0.0; 2],
-            residuals: ScaledCusum::new(),
+            residuals: ScaledCusum::default(),
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
             written: 0,
@@ -323,7 +327,7 @@ impl SwingMass {
                 self.filter.widen(variance);
                 self.found = BalanceState::by(&self.filter);
                 self.searched = true;
-                self.residuals = ScaledCusum::new();
+                self.residuals = ScaledCusum::default();
                 self.publish();
             }
         }
@@ -333,6 +337,10 @@ impl SwingMass {
         self.blocks.get(slot(number)).copied().unwrap_or_default()
     }
 
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn publish(&mut self) {
         if self.taken >= self.catch_up {
             let gain = self.gain_sd * self.filter.mass_kg();
@@ -368,6 +376,10 @@ impl SwingMass {
     }
 
     /// Total mass, kg.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn mass_kg(&self) -> Real {
         self.tare_kg + self.found.x[MASS]
     }

@@ -24,21 +24,23 @@ pub struct ScaledCusum {
     pause_s: Real,
 }
 
-impl ScaledCusum {
-    /// Starts with residuals of the variance 1.
-    pub fn new() -> Self {
+/// Starts with residuals of the variance 1.
+impl Default for ScaledCusum {
+    fn default() -> Self {
         Self {
             sum: Cusum::new(ALLOWANCE, THRESHOLD),
             square: 1.0,
             pause_s: 0.0,
         }
     }
+}
 
+impl ScaledCusum {
     /// Starts anew after an alarm, with a pause.
     pub fn paused() -> Self {
         Self {
             pause_s: PAUSE_S,
-            ..Self::new()
+            ..Self::default()
         }
     }
 
