@@ -6,9 +6,18 @@ use syn::Item;
 
 /// Crates and their names that still have several meanings. The list may only become shorter.
 const SEVERAL_MEANINGS: &[(&str, &str)] = &[
-    ("estimators", "Acceleration Choice Found Kind Mass Model Motion Noise Push Resistance Row Sample Signals State Turn"),
-    ("logs", "Channel Column File Files Frames Message Quantity Row Source Sums Table Window"),
-    ("lab", "Answer Block Cell Comparison Covariance End Histogram Of Quantity Question Queue Row Source Values Wanted"),
+    (
+        "estimators",
+        "Acceleration Choice Found Kind Mass Model Motion Noise Push Resistance Row Sample Signals State Turn",
+    ),
+    (
+        "logs",
+        "Channel Column File Files Frames Message Quantity Row Source Sums Table Window",
+    ),
+    (
+        "lab",
+        "Answer Block Cell Comparison Covariance End Histogram Of Quantity Question Queue Row Source Values Wanted",
+    ),
 ];
 
 /// The names of the types that are defined more than once in a crate, each with the modules it is in.
