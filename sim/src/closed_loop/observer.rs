@@ -23,11 +23,11 @@ pub struct StepFrame<'a> {
     /// Reference of the controller.
     pub reference: &'a Reference,
     /// Input of the controller.
-    pub(crate) perception: &'a Perception,
+    pub perception: &'a Perception,
     /// The estimators and their last estimates.
     pub estimators: &'a [RunningEstimator],
     /// Events of this step.
-    pub(crate) events: &'a [String],
+    pub events: &'a [String],
 }
 
 /// Observer of a run: called after every step.

@@ -21,5 +21,5 @@ pub struct ControllerSetup {
     /// Gravity, m/s².
     pub gravity_mps2: f64,
     /// Speed at the start, m/s.
-    pub(crate) start_speed_mps: f64,
+    pub start_speed_mps: f64,
 }

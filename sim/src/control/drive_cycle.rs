@@ -13,7 +13,7 @@ pub struct Reference {
     /// Emergency brake: share of the brake force, 0 = none.
     pub emergency_brake: f64,
     /// Pressure that the clamps are to have, MPa.
-    pub(crate) clamp_pressure_mpa: f64,
+    pub clamp_pressure_mpa: f64,
 }
 
 impl Reference {

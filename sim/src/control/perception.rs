@@ -19,11 +19,11 @@ pub struct Perception {
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
     /// True if grade and mass are those of now, and not held or nominal values.
-    pub(crate) valid: bool,
+    pub valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
-    pub(crate) slip_mps: [f64; MAX_DRIVES],
+    pub slip_mps: [f64; MAX_DRIVES],
     /// The last estimate of the estimator in the loop as it is, if there is one.
-    pub(crate) estimate: Option<Estimate>,
+    pub estimate: Option<Estimate>,
 }
 
 /// Source of slope and mass for the feed-forward.

@@ -57,19 +57,19 @@ pub struct MountState {
 #[non_exhaustive]
 pub struct DriveState {
     /// Chainage of the friction wheels, m.
-    pub(crate) chainage_m: f64,
+    pub chainage_m: f64,
     /// Torque at the motor shaft, N·m.
     pub motor_torque_nm: f64,
     /// Rate of the friction wheels (left, right) at this instant, rad/s.
     pub wheel_rate_radps: [f64; 2],
     /// Angle of the friction wheels (left, right), rad, for viewing.
-    pub(crate) wheel_angle_rad: [f64; 2],
+    pub wheel_angle_rad: [f64; 2],
     /// Friction force of both wheels on the train along the rail, N.
     pub traction_n: f64,
     /// Slip speed ωr − v, m/s, the larger of the two wheels.
     pub slip_mps: f64,
     /// Clamp cylinder pressure, MPa.
-    pub(crate) clamp_mpa: f64,
+    pub clamp_mpa: f64,
     /// Adhesion coefficient under the wheels.
     pub adhesion: f64,
 }
@@ -83,7 +83,7 @@ pub struct RoadState {
     /// Way to the left of the lane's middle, m.
     pub offset_m: f64,
     /// Heading against the lane, rad, + left.
-    pub(crate) heading_rad: f64,
+    pub heading_rad: f64,
     /// Angle from the car's axis to its velocity, rad, + left; not a number below 0.1 m/s, where it has no direction.
     pub sideslip_rad: f64,
     /// Rate about the road's normal, rad/s, + left.
@@ -161,7 +161,7 @@ pub struct Truth {
     /// Truth that only a car has; none for a train.
     pub road: Option<RoadState>,
     /// Pose of each body's origin in the world, in the order of `Train::bodies`.
-    pub(crate) poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
+    pub poses: Vec<(Vector3<f64>, UnitQuaternion<f64>)>,
     /// Standard deviations of the mass and of the grade above.
     pub sd: TruthSd,
 }
