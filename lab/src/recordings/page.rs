@@ -86,7 +86,7 @@ fn chart(fit: &ColumnFit) -> LineChart {
     let points = fit.allan.iter().map(|p| (p.tau_s, p.deviation)).collect();
     chart
         .lines
-        .push(Line::new("recording", Ink::series(0), points).as_dots());
+        .push(Line::new("recording", Ink::series(0), points).dotted());
     if let Some(noise) = &fit.noise {
         let fitted =
             |of: &dyn Fn(f64) -> f64| fit.allan.iter().map(|p| (p.tau_s, of(p.tau_s))).collect();
@@ -95,7 +95,7 @@ fn chart(fit: &ColumnFit) -> LineChart {
         let white = fitted(&|tau| noise.white / tau.sqrt());
         chart
             .lines
-            .push(Line::new("white noise", Ink::Muted, white).as_faint());
+            .push(Line::new("white noise", Ink::Muted, white).faintly());
         chart.note = format!(
             "White noise falls with the root of τ. The fit is off by {:.0} % (root mean square){}",
             100.0 * noise.misfit,

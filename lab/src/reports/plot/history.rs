@@ -69,7 +69,7 @@ impl History {
         }
         chart
             .lines
-            .push(Line::new("trial", Ink::Series(5), trials).as_dots());
+            .push(Line::new("trial", Ink::Series(5), trials).dotted());
         chart
             .lines
             .push(Line::new("best so far", Ink::Series(0), steps));

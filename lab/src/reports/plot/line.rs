@@ -66,12 +66,12 @@ impl Line {
     }
 
     /// Draws the line as dots.
-    pub(crate) fn as_dots(self) -> Self {
+    pub(crate) fn dotted(self) -> Self {
         Self { dots: true, ..self }
     }
 
     /// Draws the line faintly.
-    pub(crate) fn as_faint(self) -> Self {
+    pub(crate) fn faintly(self) -> Self {
         Self {
             faint: true,
             ..self

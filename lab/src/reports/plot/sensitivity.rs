@@ -28,7 +28,7 @@ impl SensitivityChart {
             let ink = Ink::series(i);
             chart
                 .lines
-                .push(Line::new("", ink, points.clone()).as_dots());
+                .push(Line::new("", ink, points.clone()).dotted());
             chart.lines.push(Line::new(name, ink, points));
         }
         let inks = [Ink::Good, Ink::Muted, Ink::Series(4), Ink::Series(5)];

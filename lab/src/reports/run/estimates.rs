@@ -93,7 +93,7 @@ fn chart(
     chart.shades = Some(("not valid".into(), shades));
     let truth = run.over_time(quantity.truth, quantity.factor)?;
     chart.y.range = range(&valid_values, &truth);
-    chart.lines.push(Line::new("", ink, values).as_faint());
+    chart.lines.push(Line::new("", ink, values).faintly());
     chart.lines.push(Line::new("estimate", ink, valid_values));
     if quantity.estimate == "grade" && effective_differs(run)? {
         let effective = run.over_time("truth/grade_effective", quantity.factor)?;
