@@ -19,6 +19,7 @@ pub(super) struct Table {
     pub steps: Vec<f64>,
     /// True if all columns are of one sample; else each column is a channel of its own, and a row has those that were
     /// taken at its time.
+    #[cfg_attr(not(feature = "can"), allow(dead_code))]
     pub is_vector: bool,
     /// True if the run has a row of it.
     pub is_used: bool,

@@ -74,6 +74,7 @@ pub(crate) enum Section {
     /// All of them.
     Whole,
     /// One of several groups, by the numbers that the reader gave it.
+    #[cfg_attr(not(feature = "mdf"), allow(dead_code))]
     Group(usize, usize),
 }
 
